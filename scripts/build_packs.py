@@ -25,15 +25,6 @@ from app.core.base.archive import read_sealed  # noqa: E402
 from app.core.base.errors import CoreError  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402
 from app.core.solver.head_shape import load_shape_of  # noqa: E402
-from app.core.solver.lamps import far_lamp  # noqa: E402
-from app.core.solver.style_pack import (  # noqa: E402
-    PACK_VERSION,
-    pack_path,
-    restore,
-    save_pack,
-)
-from app.core.solver.style_pack_build import build_pack  # noqa: E402
-from app.core.solver.styles import Style, StyleLamp, load_styles  # noqa: E402
 from app.core.solver.transport import (  # noqa: E402
     Transport,
     load_transport,
@@ -41,6 +32,15 @@ from app.core.solver.transport import (  # noqa: E402
     transport_names,
     transport_path,
 )
+from app.core.styles.lamps import far_lamp  # noqa: E402
+from app.core.styles.style_pack import (  # noqa: E402
+    PACK_VERSION,
+    pack_path,
+    restore,
+    save_pack,
+)
+from app.core.styles.style_pack_build import build_pack  # noqa: E402
+from app.core.styles.styles import Style, StyleLamp, load_styles  # noqa: E402
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Float64

@@ -45,9 +45,9 @@ from app.core.baking.scene import build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.base.paths import resources
 from app.core.portrait.aside import PLACE_STEP
+from app.core.portrait.head_views import YAWS
 from app.core.portrait.portrait_file import HAIRS, load_portrait
 from app.core.portrait.portrait_head import PortraitHead
-from app.core.solver.head_views import YAWS
 
 _QUALITY = 90
 _ROUNDED = 1e-4

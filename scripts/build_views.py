@@ -26,9 +26,9 @@ from app.core.baking.scene import load_head  # noqa: E402
 from app.core.baking.skin import find_skin  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402
 from app.core.base.progress import Token  # noqa: E402
-from app.core.solver.head_views import YAWS, save_views, views_path  # noqa: E402
-from app.core.solver.styles import load_styles  # noqa: E402
+from app.core.portrait.head_views import YAWS, save_views, views_path  # noqa: E402
 from app.core.solver.transport import Transport, load_named, transport_names  # noqa: E402
+from app.core.styles.styles import load_styles  # noqa: E402
 
 
 def main() -> None:

@@ -34,7 +34,7 @@ from mesh_tools import compact, loop_subdivide
 from numpy.typing import NDArray
 
 from app.core.baking.lanes import select_variant
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -31,10 +31,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.hdr.display import display_panorama
+from app.core.environment.environment import read_environment
 from app.core.localization.sitter import heads_in, prepared
 from app.core.localization.views import Lens, look
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

@@ -18,19 +18,19 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast, get_args
 from app.commands.printing import say
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import check_target
-from app.core.solver.environment import Environment
+from app.core.environment.environment import Environment
+from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.head_shape import load_shape_of, shape_path
-from app.core.solver.head_views import MOST_YAW_DEG
-from app.core.solver.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
 from app.core.solver.lens_search import LensWish, YawAsked, YawWord
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_path
-from app.core.solver.style_pack_build import StudioPacks
 from app.core.solver.turn_choice import OBJECTIVES
+from app.core.styles.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
+from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_path
+from app.core.styles.style_pack_build import StudioPacks
 from app.core.text import tr
 from app.devices.display import DesktopError, check_display
 
 if TYPE_CHECKING:
-    from app.core.hdr.masks import MaskSpec
+    from app.core.measure.finish.masks import MaskSpec
 
 MOST_DEG: Final = 36000.0
 """Largest angle that is taken: far beyond, a number has no degrees left in it."""

@@ -15,9 +15,9 @@ from app.core.baking.scene import HeadMesh
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
+from app.core.portrait.head_views import YAWS, save_views, views_path
 from app.core.solver.head_shape import save_shape, shape_path
-from app.core.solver.head_views import YAWS, save_views, views_path
-from app.core.solver.style_pack import pack_path, save_pack
+from app.core.styles.style_pack import pack_path, save_pack
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -142,9 +142,9 @@ def _bake(
 ) -> dict[str, object]:
     from app.core.baking.bake import bake, packed_views
     from app.core.baking.skin import find_skin
-    from app.core.solver.style_pack_build import build_pack
-    from app.core.solver.styles import load_styles
     from app.core.solver.transport import load_transport, save_transport
+    from app.core.styles.style_pack_build import build_pack
+    from app.core.styles.styles import load_styles
 
     styles, yaws = load_styles(), () if args.front_only else YAWS
     if not head.symmetric:

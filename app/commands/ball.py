@@ -12,9 +12,9 @@ from app.commands.arguments import add_json, argument, degrees, finite
 from app.commands.merge import add_wishes, options_of, write
 from app.commands.printing import ProgressPrinter
 from app.core.base.errors import ProbeError
-from app.core.hdr.mirror_ball import REFLECTANCE, BallOptions
-from app.core.hdr.pipeline import measure_ball
-from app.core.solver.style_pack import load_named_pack
+from app.core.measure.ball.mirror_ball import REFLECTANCE, BallOptions
+from app.core.measure.bracket.pipeline import measure_ball
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 

@@ -19,11 +19,11 @@ from app.core.base.files import check_target
 from app.core.base.images import write_exr
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.hdr.arriving import ArrivingFrames
-from app.core.hdr.metadata import ENDINGS
-from app.core.hdr.preview import rough_words
+from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.read.metadata import ENDINGS
+from app.core.measure.single.preview import rough_words
 from app.core.places.journal import JOURNAL
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED

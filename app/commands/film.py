@@ -16,13 +16,13 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
-from app.core.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
-from app.core.film.in_place import GLANCES, beside, looks_mirrored, mirror_words
-from app.core.film.movie_header import read_movie_header
 from app.core.localization.features import build_index
+from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
+from app.core.measure.film.in_place import GLANCES, beside, looks_mirrored, mirror_words
+from app.core.measure.film.movie_header import read_movie_header
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.turns import turn_words

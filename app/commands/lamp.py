@@ -10,8 +10,8 @@ from typing import Any
 from app.commands.arguments import add_json, argument, check_outputs, mask_files
 from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.masks import parse_mask
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.finish.masks import parse_mask
 from app.core.second_light.captured import CapturedLamp, centroid, edit_mask
 from app.core.second_light.library import (
     GUIDE,
@@ -27,7 +27,7 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.scale import compare, with_lux
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged

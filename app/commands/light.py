@@ -36,7 +36,9 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
-from app.core.hdr.dual_fisheye import check_stitched
+from app.core.environment.environment import read_environment, reduce
+from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.portrait.head_views import load_views_of
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.aside import seen_aside
 from app.core.second_light.captured import CapturedLamp, grey_lamp, placed
@@ -61,14 +63,12 @@ from app.core.second_light.scale import (
     with_lux,
 )
 from app.core.second_light.search import Placed, place_all
-from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
-from app.core.solver.head_views import load_views_of
 from app.core.solver.lens_search import STRAIGHT
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import StylePack, load_transport_of
-from app.core.solver.styles import select
+from app.core.styles.style_pack import StylePack, load_transport_of
+from app.core.styles.styles import select
 from app.core.text import tr
 from app.core.text.directions import aside_words, placement_words
 from app.core.text.quantities import metres

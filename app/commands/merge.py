@@ -22,12 +22,12 @@ from app.commands.printing import ProgressPrinter, answer, say
 from app.commands.probe_words import clutter_facts, probe_facts, probe_table, wrote
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.masks import check_picture_mask, parse_mask
-from app.core.hdr.metadata import ENDINGS
-from app.core.hdr.pipeline import Probe, measure
-from app.core.hdr.tripod_detection import suggest
-from app.core.solver.style_pack import load_named_pack
+from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.finish.masks import check_picture_mask, parse_mask
+from app.core.measure.finish.tripod_detection import suggest
+from app.core.measure.read.metadata import ENDINGS
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 _WRITERS: Final = (".exr", ".hdr")

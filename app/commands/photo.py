@@ -23,8 +23,8 @@ from app.core.localization.features import build_index
 from app.core.localization.photo_check import Photo, Taken, lens_azimuth, locate_photo, read_photo
 from app.core.places.store import light_at
 from app.core.solver.solve import proposal, solve_all
-from app.core.solver.style_pack import load_named_pack
-from app.core.solver.styles import Style, select
+from app.core.styles.style_pack import load_named_pack
+from app.core.styles.styles import Style, select
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.core.text.quantities import stops_words

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.printing import fields
-from app.core.hdr.frame import Exposure, Frame
-from app.core.hdr.lights import Light
-from app.core.hdr.pipeline import Probe
-from app.core.hdr.tripod_detection import Clutter
+from app.core.measure.bracket.pipeline import Probe
+from app.core.measure.finish.lights import Light
+from app.core.measure.finish.tripod_detection import Clutter
+from app.core.measure.read.frame import Exposure, Frame
 from app.core.text import tr
 from app.core.text.quantities import percent, shutter_words
 

@@ -26,18 +26,18 @@ from app.core.base.angles import wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
-from app.core.hdr.findings import find
+from app.core.environment.environment import Environment, read_environment, reduce
+from app.core.measure.finish.findings import find
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlight_words, catchlights
+from app.core.portrait.head_views import load_views_of
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM
-from app.core.solver.environment import Environment, read_environment, reduce
-from app.core.solver.head_views import load_views_of
-from app.core.solver.portraits import framing, skin_gains
-from app.core.solver.style_pack import load_named_pack
+from app.core.portrait.portraits import framing, skin_gains
 from app.core.solver.transport import Transport, load_named, render, to_image
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 _ASPECT: Final = 0.8

@@ -23,7 +23,7 @@ from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.files import os_errors_as
 from app.core.base.paths import resources
-from app.core.solver.environment import Environment, energy, read_environment
+from app.core.environment.environment import Environment, energy, read_environment
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.simulated.camera import SimulatedCamera

@@ -37,27 +37,27 @@ from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
 from app.core.base.images import write_png
 from app.core.base.paths import user_data
-from app.core.hdr.doubt import Doubt, doubt_of
-from app.core.hdr.dual_fisheye import check_stitched
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.metadata import FRAME_ENDINGS
-from app.core.hdr.pipeline import measure
+from app.core.environment.environment import Environment, read_environment, reduce
+from app.core.environment.environment_file import is_linear
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.finish.doubt import Doubt, doubt_of
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle
 from app.core.places.solve import solve_styles
 from app.core.portrait.head import Head
+from app.core.portrait.head_views import has_views
 from app.core.portrait.portrait_file import HAIRS
-from app.core.solver.environment import Environment, read_environment, reduce
-from app.core.solver.environment_file import is_linear
-from app.core.solver.head_views import has_views
+from app.core.portrait.portraits import Lit
 from app.core.solver.lens_search import STRAIGHT, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
-from app.core.solver.portraits import Lit
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
-from app.core.solver.styles import select
 from app.core.solver.turn_choice import caution
+from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.styles.styles import select
 from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.core.text.doubts import doubt_words

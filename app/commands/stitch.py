@@ -12,9 +12,9 @@ from app.commands.arguments import add_json, argument, degrees
 from app.commands.merge import add_corrections, corrections, write
 from app.commands.printing import ProgressPrinter
 from app.core.base.progress import Token
-from app.core.hdr.photographs import Photograph, stitch
-from app.core.hdr.pipeline import measure
-from app.core.solver.style_pack import load_named_pack
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.photos.photographs import Photograph, stitch
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 

@@ -16,8 +16,8 @@ from app.core.faces.light_reading import read_light
 from app.core.localization.photo_check import read_photo
 from app.core.painting.library import add
 from app.core.painting.photo_style import photo_lamps, photo_style
-from app.core.solver.style_pack import load_named_pack, load_transport_of
-from app.core.solver.styles import Style, StyleLamp, load_styles
+from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.styles import Style, StyleLamp, load_styles
 from app.core.text import tr
 
 

@@ -15,8 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeAlias
 
-from app.core.hdr.camera_table import CAMERAS, CameraFacts, camera_facts
-from app.core.hdr.planner import CameraLimits
+from app.core.measure.plan.camera_table import CAMERAS, CameraFacts, camera_facts
+from app.core.measure.plan.planner import CameraLimits
 from app.devices.theta.client import Info
 
 WIDEST: Final = 8192

@@ -10,12 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
-from app.core.hdr.display import MASK_COLOUR, WIDTH, clip_overlay, display_panorama, mask_overlay
-from app.core.hdr.frame import Merged
-from app.core.hdr.lights import Light
-from app.core.hdr.tripod_detection import Clutter
-from app.core.solver.environment import solid_angles
-from app.core.solver.pictures import WELL
+from app.core.environment.environment import solid_angles
+from app.core.measure.finish.display import (
+    MASK_COLOUR,
+    WIDTH,
+    clip_overlay,
+    display_panorama,
+    mask_overlay,
+)
+from app.core.measure.finish.lights import Light
+from app.core.measure.finish.tripod_detection import Clutter
+from app.core.measure.read.frame import Merged
+from app.core.portrait.pictures import WELL
 from app.core.text import tr
 from app.core.text.quantities import percent, small_percent, stops_words, upper_first
 from app.core.text.turns import signed
@@ -43,7 +49,7 @@ def preview(
 
     Args:
         display: NDArray[np.uint8], (h, w, 3). The panorama as
-            `app.core.hdr.display.display_panorama` shows it at that exposure, where there is one
+            `measure.finish.display.display_panorama` shows it at that exposure, where there is one
             already.
 
     Returns:

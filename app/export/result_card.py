@@ -14,7 +14,7 @@ import numpy as np
 from app.core.base.angles import at_turn
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
-from app.core.solver import pictures
+from app.core.portrait import pictures
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.core.text.directions import place_words

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
-from app.core.solver import pictures
-from app.core.solver.environment import Environment
+from app.core.environment.environment import Environment
+from app.core.portrait import pictures
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import head_words
-from app.core.solver.styles import RARE, load_styles
+from app.core.styles.style_pack import head_words
+from app.core.styles.styles import RARE, load_styles
 from app.core.text import tr
 from app.core.text.directions import BARE_SIDES
 from app.core.text.turns import (

@@ -12,8 +12,8 @@ import numpy as np
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
-from app.core.hdr.display import display_panorama
-from app.core.hdr.findings import Findings, find
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.finish.findings import Findings, find
 from app.core.portrait.face_light import (
     Flow,
     Glare,
@@ -23,7 +23,7 @@ from app.core.portrait.face_light import (
     light_flow,
     lighting_ratio,
 )
-from app.core.solver.portraits import value_at
+from app.core.portrait.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
 from app.core.text.turns import whole

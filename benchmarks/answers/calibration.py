@@ -14,11 +14,11 @@ import numpy as np
 
 from app.core.base.files import atomic_write_text
 from app.core.base.images import write_png
-from app.core.solver.environment import Environment, read_environment, reduce
-from app.core.solver.pictures import greyed, panorama
+from app.core.environment.environment import Environment, read_environment, reduce
+from app.core.portrait.pictures import greyed, panorama
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
+from app.core.styles.style_pack import load_named_pack
 from app.export.canvas import Canvas
 from app.export.theme import Dark
 from benchmarks.speed.plain_portrait import portrait

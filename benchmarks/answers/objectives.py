@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import read_environment, reduce
+from app.core.environment.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
+from app.core.styles.style_pack import StylePack, load_named_pack
 from benchmarks.truth.stock import ROOT, rotate
 from benchmarks.truth.truth_in_place import (
     OBJECTIVES,

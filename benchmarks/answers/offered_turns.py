@@ -24,14 +24,14 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import read_environment, reduce_light
+from app.core.environment.environment import read_environment, reduce_light
 from app.core.solver.peaks import ARC_SHARE
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves, luminance_of
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import Searched, StyleResult, solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, LightMap
+from app.core.styles.style_pack import StylePack, load_named_pack
 
 _SLACK: Final = 0.5  # points: the match is read between the grid turns along straight lines
 ROOT: Final = Path(__file__).resolve().parents[2]

@@ -18,10 +18,10 @@ import numpy as np
 
 from app.core.base.angles import TURNS, difference, wrap
 from app.core.base.files import atomic_write_text
-from app.core.solver.lamps import far_lamp
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
-from app.core.solver.styles import Style, StyleLamp
+from app.core.styles.lamps import far_lamp
+from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.styles import Style, StyleLamp
 
 if TYPE_CHECKING:
     from app.core.solver.turn_choice import Objective

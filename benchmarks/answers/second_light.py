@@ -20,15 +20,15 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
+from app.core.environment.environment import read_environment, reduce
 from app.core.second_light.added import from_numbers, prepare_near
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import parse
 from app.core.second_light.scale import illuminance
 from app.core.second_light.search import place_all
-from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.turn_choice import OBJECTIVES
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 
 if TYPE_CHECKING:
     from app.core.second_light.search import Placed

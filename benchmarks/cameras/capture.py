@@ -23,9 +23,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[2]
 
 from app.core.base.progress import Token  # noqa: E402
-from app.core.hdr import pipeline as measuring  # noqa: E402
-from app.core.hdr.arriving import ArrivingFrames  # noqa: E402
-from app.core.solver.style_pack import load_named_pack  # noqa: E402
+from app.core.measure.bracket import pipeline as measuring  # noqa: E402
+from app.core.measure.bracket.arriving import ArrivingFrames  # noqa: E402
+from app.core.styles.style_pack import load_named_pack  # noqa: E402
 from app.devices.capture import fetching, file_integrity, machine, shooting  # noqa: E402
 from app.devices.capture.machine import Capture  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402

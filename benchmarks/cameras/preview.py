@@ -29,7 +29,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from app.core.base.paths import resources  # noqa: E402
-from app.core.solver.environment import read_environment  # noqa: E402
+from app.core.environment.environment import read_environment  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
 from app.devices.mjpeg import MjpegParser, decode  # noqa: E402
 from app.devices.simulated.exchange import Reply  # noqa: E402

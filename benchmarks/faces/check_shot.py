@@ -27,14 +27,14 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.base.colour import srgb_encode
 from app.core.base.files import atomic_write_text
+from app.core.environment.environment import solid_angles
 from app.core.faces import facing
 from app.core.faces.facing import WIDE_DEG, Facing, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import HeadMap, head_map, on_head
 from app.core.faces.pose import head_pose
-from app.core.solver.environment import solid_angles
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from benchmarks.faces.people import BEHIND_DEG, directions, lamp_shares, places, texel_grid
 from benchmarks.faces.photos import CORNER, FAR_PX, FRAME
 from benchmarks.truth.stock import ROOT

@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.files import atomic_write_text
-from app.core.film.film import read_film
-from app.core.solver.environment import read_environment, reduce
+from app.core.environment.environment import read_environment, reduce
+from app.core.measure.film.film import read_film
 from app.core.solver.signature import GRADES, grades, match_of_areas, stops_of
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
+from app.core.styles.style_pack import load_named_pack
 from benchmarks.truth.brute_force import band_limited, curves, weights_of
 from benchmarks.truth.stock import ROOT
 from benchmarks.truth.truth_in_place import (

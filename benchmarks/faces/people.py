@@ -20,15 +20,15 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.environment import read_environment, reduce, solid_angles
+from app.core.environment.environment import read_environment, reduce, solid_angles
 from app.core.solver.face import AREAS, oval_areas
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.search import curves
 from app.core.solver.signature import Signature, Signatures, stops_of
 from app.core.solver.solve import StyleResult, measure, solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
-from app.core.solver.style_pack_build import build_pack
-from app.core.solver.styles import Style
+from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
+from app.core.styles.style_pack_build import build_pack
+from app.core.styles.styles import Style
 
 Floats: TypeAlias = NDArray[np.float64]
 

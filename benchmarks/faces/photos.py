@@ -25,17 +25,17 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.base.colour import srgb_encode, tone_map
 from app.core.base.files import atomic_write_text
+from app.core.environment.environment import read_environment
 from app.core.faces.finder import find_faces
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.localization.views import Lens, look
 from app.core.painting.photo_style import photo_style
 from app.core.painting.user_style import prepare_user_style, solve_user_styles
-from app.core.solver.environment import read_environment
 from app.core.solver.face import AREAS
 from app.core.solver.place_light import prepare
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 from benchmarks.faces.people import directions, lamp_shares, load_people
 from benchmarks.truth.stock import ROOT
 

@@ -23,14 +23,14 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.files import atomic_write_text
+from app.core.environment.environment import from_radiance, read_environment, reduce
 from app.core.faces.facing import Facing, Standing, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import on_head
 from app.core.faces.pose import head_pose
 from app.core.localization.views import Lens, look
-from app.core.solver.environment import from_radiance, read_environment, reduce
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from benchmarks.faces.turned_heads import (
     HEADS,
     LARGE_PX,

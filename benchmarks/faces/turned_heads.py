@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.colour import face_exposure, luminance, srgb_encode
+from app.core.environment.environment import read_environment
 from app.core.faces.finder import face_mesh, find_faces
-from app.core.solver.environment import read_environment
 from benchmarks.truth.stock import ROOT
 
 Bytes: TypeAlias = NDArray[np.uint8]

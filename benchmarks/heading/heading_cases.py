@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from app.core.base import sphere
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.paths import resources
-from app.core.hdr.display import display_gain, display_panorama
+from app.core.environment.environment import read_environment
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading_conversion import ASSUMED_DEG
 from app.core.localization.views import Lens
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_gain, display_panorama
 from benchmarks.heading.scripted_turn.phone import Disturbance, disturbed, random_disturbance
 from benchmarks.heading.scripted_turn.scene_files import probe_environment
 from benchmarks.heading.scripted_turn.scene_views import SceneViews, Stand

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.files import atomic_write_bytes
-from app.core.solver.environment import energy
+from app.core.environment.environment import energy
 from app.devices.simulated import exposure_maker
 from app.devices.simulated.exif import Tags, with_segments
 from app.devices.simulated.exposure_maker import Shot, jpeg, segments_of, tags_of
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
-    from app.core.hdr.frame import Exposure
+    from app.core.measure.read.frame import Exposure
     from app.devices.simulated.cameras import CameraModel
 
     TagEdit: TypeAlias = Callable[[Tags], Tags | None]

@@ -32,23 +32,23 @@ import numpy as np
 from app.core.base.colour import luminance
 from app.core.base.images import write_png
 from app.core.base.sphere import direction, directions, positions
-from app.core.hdr.audit import given_up
-from app.core.hdr.display import display_panorama
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.lights import find_lights
-from app.core.hdr.pipeline import Probe, measure
-from app.core.solver.environment import (
+from app.core.environment.environment import (
     read_environment,
     reduce_radiance,
     solid_angles,
 )
+from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.finish.lights import find_lights
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack, load_named_pack
 from benchmarks.speed.plain_search import choose
 from tests.helpers.fisheye import Rig, bracket
 
 if TYPE_CHECKING:
-    from app.core.hdr.frame import Merged
+    from app.core.measure.read.frame import Merged
 
 ROOT = Path(__file__).resolve().parents[2]
 

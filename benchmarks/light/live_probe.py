@@ -38,12 +38,12 @@ import numpy as np  # noqa: E402
 from app.core.base.arrays import Bytes  # noqa: E402
 from app.core.base.colour import FloatImage  # noqa: E402
 from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.hdr.audit import given_up  # noqa: E402
-from app.core.hdr.camera_table import camera_facts  # noqa: E402
-from app.core.hdr.preview import preview_light, rough_answers  # noqa: E402
-from app.core.solver.environment import energy, read_environment, reduce_light  # noqa: E402
+from app.core.environment.environment import energy, read_environment, reduce_light  # noqa: E402
+from app.core.measure.finish.audit import given_up  # noqa: E402
+from app.core.measure.plan.camera_table import camera_facts  # noqa: E402
+from app.core.measure.single.preview import preview_light, rough_answers  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
 from app.devices.mjpeg import decode  # noqa: E402
 from app.devices.simulated import preview as sender  # noqa: E402
 from app.devices.simulated.cameras import personality_named  # noqa: E402

@@ -33,16 +33,16 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32
 from app.core.base.files import atomic_write_text
 from app.core.base.images import write_image
-from app.core.hdr.audit import choices
-from app.core.hdr.doubt import doubt_of
-from app.core.solver.environment import (
+from app.core.environment.environment import (
     Environment,
     read_environment,
     reduce,
     solid_angles,
 )
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.measure.finish.audit import choices
+from app.core.measure.finish.doubt import doubt_of
 from app.core.solver.turn_choice import grade_at
+from app.core.styles.style_pack import StylePack, load_named_pack
 from benchmarks.light.plain_panorama import FOLDERS, ROOT, light_of, places, same_places
 
 _WIDTHS: Final = {"clip": 1024, "gap": 256}

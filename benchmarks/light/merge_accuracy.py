@@ -27,13 +27,13 @@ import numpy as np
 
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
-from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
-from app.core.hdr.half_size import anchors
-from app.core.hdr.merge import SIZE, merge
-from app.core.hdr.pixels import open_frames
-from app.core.hdr.response import Response
-from app.core.hdr.weighting import doubts
-from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.bracket.half_size import anchors
+from app.core.measure.bracket.merge import SIZE, merge
+from app.core.measure.bracket.response import Response
+from app.core.measure.bracket.weighting import doubts
+from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
+from app.core.measure.read.pixels import open_frames
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter
 from benchmarks.light.brackets import enlarged, make_bracket
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from app.core.hdr.weighting import Scheme
+    from app.core.measure.bracket.weighting import Scheme
     from app.devices.simulated.cameras import CameraModel
 
     Bytes = NDArray[np.uint8]
@@ -176,7 +176,7 @@ def usable(pictures: Sequence[Bytes]) -> NDArray[np.bool_]:
 
 def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merged:
     """Merge as the program does."""
-    # As `app.core.hdr.pipeline`: what is reduced anyway is decoded at half size where it may be.
+    # As `measure.bracket.pipeline`: what is reduced anyway is decoded at half size where it may be.
     halves = [not whole for whole in anchors(bracket.stops)] if size else ()
     with open_frames(bracket, halves=halves) as stack:
         return merge(stack, RESPONSE, stack.stops, scheme=scheme, size=size)
@@ -288,7 +288,7 @@ def memorial(folder: Path) -> dict[str, float]:
     scale, over the three channels of all pixels inside the pictures' common area (shifted borders
     are marked by pure blue) whose published value is not 0.
     """
-    from app.core.hdr.response import choose_response
+    from app.core.measure.bracket.response import choose_response
 
     listed = [
         line.split()

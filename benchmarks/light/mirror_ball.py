@@ -37,19 +37,19 @@ from app.core.base.angles import difference  # noqa: E402
 from app.core.base.colour import luminance, srgb_decode, srgb_encode  # noqa: E402
 from app.core.base.errors import ProbeError  # noqa: E402
 from app.core.base.sphere import direction, directions  # noqa: E402
-from app.core.hdr.ball_finder import Ball, find_ball  # noqa: E402
-from app.core.hdr.finish import MergeOptions  # noqa: E402
-from app.core.hdr.mirror_ball import BallOptions  # noqa: E402
-from app.core.hdr.pipeline import Probe, measure_ball  # noqa: E402
-from app.core.hdr.sun import direct_normal_lux  # noqa: E402
-from app.core.localization.views import Lens, look  # noqa: E402
-from app.core.solver.environment import (  # noqa: E402
+from app.core.environment.environment import (  # noqa: E402
     read_environment,
     reduce_radiance,
     solid_angles,
 )
+from app.core.localization.views import Lens, look  # noqa: E402
+from app.core.measure.ball.ball_finder import Ball, find_ball  # noqa: E402
+from app.core.measure.ball.mirror_ball import BallOptions  # noqa: E402
+from app.core.measure.bracket.pipeline import Probe, measure_ball  # noqa: E402
+from app.core.measure.finish.finish import MergeOptions  # noqa: E402
+from app.core.measure.finish.sun import direct_normal_lux  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
 from benchmarks.light.sun_restored import METERED, SUNS, load  # noqa: E402
 from tests.helpers.mirror_ball import write_bracket  # noqa: E402
 

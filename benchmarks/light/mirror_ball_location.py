@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.sphere import directions
-from app.core.solver.environment import reduce_radiance, solid_angles
+from app.core.environment.environment import reduce_radiance, solid_angles
 from benchmarks.light.mirror_ball_scene import BALL_M, Shot, dirt
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))

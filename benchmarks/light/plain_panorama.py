@@ -33,18 +33,18 @@ from numpy.typing import NDArray  # noqa: E402
 from app.core.base.arrays import Bytes, Float32  # noqa: E402
 from app.core.base.colour import srgb_encode  # noqa: E402
 from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.hdr.audit import choices, given_up  # noqa: E402
-from app.core.hdr.finish import MergeOptions  # noqa: E402
-from app.core.hdr.pipeline import measure  # noqa: E402
-from app.core.hdr.rough import STOPS, brightened, doubts, guesses  # noqa: E402
-from app.core.solver.environment import (  # noqa: E402
+from app.core.environment.environment import (  # noqa: E402
     energy,
     reduce_light,
     solid_angles,
 )
-from app.core.solver.environment_file import read_panorama  # noqa: E402
+from app.core.environment.environment_file import read_panorama  # noqa: E402
+from app.core.measure.bracket.pipeline import measure  # noqa: E402
+from app.core.measure.finish.audit import choices, given_up  # noqa: E402
+from app.core.measure.finish.finish import MergeOptions  # noqa: E402
+from app.core.measure.finish.rough import STOPS, brightened, doubts, guesses  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
 
 FOLDERS: Final = (
     SHARED / "data" / "hdri",

@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 
 from app.core.base.files import atomic_write_text
-from app.core.hdr.audit import audit
-from app.core.hdr.finish import MergeOptions, still_clipped
-from app.core.hdr.lights import light_grid
-from app.core.hdr.pipeline import measure
-from app.core.hdr.planner import plan
-from app.core.solver.environment import read_environment, reduce_radiance
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.finish.audit import audit
+from app.core.measure.finish.finish import MergeOptions, still_clipped
+from app.core.measure.finish.lights import light_grid
+from app.core.measure.plan.planner import plan
 from app.core.solver.turn_choice import OBJECTIVES
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.light.brackets import write_bracket
@@ -35,9 +35,9 @@ from benchmarks.light.sun_restored import SUNS, load
 ROOT = Path(__file__).resolve().parents[2]
 
 
-from app.core.hdr.audit import given_up  # noqa: E402
-from app.core.hdr.camera_table import camera_facts  # noqa: E402
-from app.core.hdr.sun import SkyWord, direct_normal_lux  # noqa: E402
+from app.core.measure.finish.audit import given_up  # noqa: E402
+from app.core.measure.finish.sun import SkyWord, direct_normal_lux  # noqa: E402
+from app.core.measure.plan.camera_table import camera_facts  # noqa: E402
 from benchmarks.speed.plain_search import choose  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.

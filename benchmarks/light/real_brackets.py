@@ -25,12 +25,12 @@ import cv2
 import numpy as np
 
 from app.core.base.paths import resources
-from app.core.hdr.bracket import read_bracket
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.handheld import laid
-from app.core.hdr.pipeline import Probe, measure
-from app.core.solver.environment import read_environment
-from app.core.solver.style_pack import load_named_pack
+from app.core.environment.environment import read_environment
+from app.core.measure.bracket.bracket import read_bracket
+from app.core.measure.bracket.handheld import laid
+from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.finish.finish import MergeOptions
+from app.core.styles.style_pack import load_named_pack
 from tests.helpers.odd_brackets import (
     Made,
     Way,

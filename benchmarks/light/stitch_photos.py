@@ -28,12 +28,12 @@ from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import luminance, srgb_decode, srgb_encode
 from app.core.base.progress import Token, silent
 from app.core.base.sphere import angle_of, angles_of, positions, rotate_light, rotation
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.photographs import Stitched, stitch
+from app.core.environment.environment import read_environment, reduce_radiance, solid_angles
 from app.core.localization.picture_file import read_shown_panorama
-from app.core.solver.environment import read_environment, reduce_radiance, solid_angles
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.photos.photographs import Stitched, stitch
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack, load_named_pack
 
 AXES: Final = np.diag([-1.0, -1.0, 1.0])
 RINGS_DEG: Final = (-20.0, 25.0)

@@ -23,21 +23,21 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import direction, directions_at
-from app.core.hdr import camera_table
-from app.core.hdr.audit import given_up
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.frame import Exposure, Merged
-from app.core.hdr.lights import find_lights
-from app.core.hdr.pipeline import measure
-from app.core.hdr.planner import CameraLimits, plan
-from app.core.hdr.sun import SkyWord, direct_normal_lux, restore
-from app.core.solver.environment import (
+from app.core.environment.environment import (
     read_environment,
     reduce_radiance,
     solid_angles,
 )
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.finish.lights import find_lights
+from app.core.measure.finish.sun import SkyWord, direct_normal_lux, restore
+from app.core.measure.plan import camera_table
+from app.core.measure.plan.planner import CameraLimits, plan
+from app.core.measure.read.frame import Exposure, Merged
 from app.core.solver.turn_choice import OBJECTIVES
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter as meter_with
 from benchmarks.light.brackets import write_bracket

@@ -20,11 +20,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.portrait.portraits import framing, portraits
 from app.core.solver.place_light import pictures_at, prepare
-from app.core.solver.portraits import framing, portraits
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

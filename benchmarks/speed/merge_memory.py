@@ -33,10 +33,10 @@ def peak():
 bare = peak()
 sys.path.insert(0, sys.argv[1])
 import cv2, numpy, OpenImageIO
-from app.core.hdr.frame import Bracket, Exposure, Frame
-from app.core.hdr.merge import SIZE, merge
-from app.core.hdr.pixels import open_frames
-from app.core.hdr.response import srgb_response
+from app.core.measure.read.frame import Bracket, Exposure, Frame
+from app.core.measure.bracket.merge import SIZE, merge
+from app.core.measure.read.pixels import open_frames
+from app.core.measure.bracket.response import srgb_response
 imported = peak()
 files = sorted(Path(sys.argv[2]).iterdir())
 width = int(sys.argv[3])

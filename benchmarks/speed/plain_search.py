@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Floats
-from app.core.hdr.audit import choices
-from app.core.solver.style_pack import StylePack
+from app.core.measure.finish.audit import choices
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective
+from app.core.styles.style_pack import StylePack
 
 Float32 = NDArray[np.float32]
 
@@ -40,5 +40,5 @@ def choose(
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
-    """Find what decides the turns under a light; see `app.core.hdr.audit.choices`."""
+    """Find what decides the turns under a light; see `app.core.measure.finish.audit.choices`."""
     return choices(pack, [light], objective, limits)[0]

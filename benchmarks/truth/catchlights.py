@@ -24,12 +24,12 @@ from scipy import ndimage
 from app.core.baking.lanes import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.hdr.findings import Findings, find
+from app.core.environment.environment import read_environment
+from app.core.measure.finish.findings import Findings, find
 from app.core.portrait.catchlights import Catchlight, catchlights
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
-from app.core.solver.environment import read_environment
 from benchmarks.truth.stock import ROOT
 
 Float32: TypeAlias = NDArray[np.float32]

@@ -20,16 +20,16 @@ from app.core.baking.lanes import select_variant
 from app.core.baking.scene import frame_head
 from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.colour import luminance
+from app.core.portrait.head_views import HeadViews, load_views_of
 from app.core.solver.face import region_in_view
-from app.core.solver.head_views import HeadViews, load_views_of
-from app.core.solver.lamps import mirror_index
 from app.core.solver.lens_search import LensWish, ViewTables, match_curves, solve_lens, view_tables
 from app.core.solver.search import curves
 from app.core.solver.solve import measure
-from app.core.solver.style_pack import StylePack, judged_region, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.turn_choice import LIMITS, Measured, choose
 from app.core.solver.weights import region_weights
+from app.core.styles.lamps import mirror_index
+from app.core.styles.style_pack import StylePack, judged_region, load_named_pack
 from benchmarks.truth import brute_force
 from benchmarks.truth.product_form import kept
 from benchmarks.truth.stock import as_placed, generic_head, read_light, rotate, stock_picture

@@ -38,8 +38,8 @@ from app.core.second_light.added import near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import direction
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named
+from app.core.styles.style_pack import load_named_pack
 from benchmarks.truth.stock import ROOT, generic_head
 
 if TYPE_CHECKING:

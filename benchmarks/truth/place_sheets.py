@@ -18,8 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
+from app.core.styles.style_pack import load_named_pack
 from app.export.canvas import SCALE, Canvas, shorten, wrap_text
 from app.export.theme import Dark
 from benchmarks.speed.plain_portrait import portrait

@@ -28,12 +28,12 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.turn_choice import (
     Limits,
     Objective,
 )
+from app.core.styles.style_pack import StylePack, load_named_pack
 from benchmarks.truth.brute_force import FINE, TURNS, curves, head_alone, weights_of
 from benchmarks.truth.stock import ROOT, generic_head, read_light, rotate, stock_picture
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head, sensor
 from app.core.baking.skin import find_skin
-from app.core.solver.environment import enlarge, read_environment, reduce
+from app.core.environment.environment import enlarge, read_environment, reduce
 
 if TYPE_CHECKING:
     from app.core.base.colour import FloatImage

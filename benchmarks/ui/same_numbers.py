@@ -20,9 +20,9 @@ from typing import Any, Final
 
 from app.commands.solve import add_arguments
 from app.core.base.angles import wrap
+from app.core.environment.environment import read_environment
 from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, load_head
-from app.core.solver.environment import read_environment
 from app.core.solver.place_light import Facing, PlaceLight, prepare
 from app.core.storage.settings import Settings
 from app.core.text.lights import share_words

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import luminance
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.metadata import read_header
-from app.core.solver.environment import reduce_radiance
+from app.core.environment.environment import reduce_radiance
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.read.metadata import read_header
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
 from benchmarks.light.brackets import enlarged

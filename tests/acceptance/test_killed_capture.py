@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.core.environment.environment import read_environment
 from app.core.places.journal import SessionJournal
-from app.core.solver.environment import read_environment
 from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.capture.session import Session
 from app.devices.simulated.camera import SimulatedCamera

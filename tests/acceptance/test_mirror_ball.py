@@ -11,11 +11,11 @@ import pytest
 
 from app.core.base.angles import difference
 from app.core.base.paths import resources
-from app.core.hdr.mirror_ball import BallOptions
-from app.core.hdr.pipeline import measure_ball
-from app.core.solver.environment import enlarge, read_environment, reduce_radiance
+from app.core.environment.environment import enlarge, read_environment, reduce_radiance
+from app.core.measure.ball.mirror_ball import BallOptions
+from app.core.measure.bracket.pipeline import measure_ball
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from tests.helpers.mirror_ball import traced, write_bracket
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.core.base.paths import resources
-from app.core.solver.head_views import views_path
+from app.core.portrait.head_views import views_path
 from app.core.solver.lens_search import LensWish
 from benchmarks.answers.nose_and_lens import ASKED, asker, is_swapped, one_lamp_cases
 

@@ -18,15 +18,15 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
-from app.core.hdr.audit import given_up
-from app.core.hdr.camera_table import camera_facts
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.frame import Exposure, Pose
-from app.core.hdr.pipeline import Probe, measure
-from app.core.hdr.planner import plan
-from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.plan.planner import plan
+from app.core.measure.read.frame import Exposure, Pose
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
 from app.devices.simulated.optics import meter, saturation_cd_m2
 from benchmarks.light.brackets import enlarged, write_bracket

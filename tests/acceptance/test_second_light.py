@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.environment.environment import read_environment, reduce
 from app.core.second_light.added import AddedLight, from_captured, from_numbers, prepare_near
 from app.core.second_light.captured import make_lamp, placed
 from app.core.second_light.contrast import FaceBasis, less_mean, prepare_face
@@ -23,13 +24,12 @@ from app.core.second_light.search_kernel import (
     left_everywhere,
     see_place,
 )
-from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.relighting_cache import normalised
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
-from app.core.solver.styles import NAMES
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights
+from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.styles.styles import NAMES
 from tests.helpers.second_light import answers_per_steradian, composite, full_targets, plain_near
 from tests.helpers.shared import SHARED, needs_shared
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from app.core.base.progress import Token, silent
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.photographs import stitch
-from app.core.solver.environment import read_environment
-from app.core.solver.style_pack import load_named_pack
+from app.core.environment.environment import read_environment
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.photos.photographs import stitch
+from app.core.styles.style_pack import load_named_pack
 from benchmarks.light.stitch_photos import placed_off, rings, take
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.solver.environment import SHAPE
+from app.core.environment.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.lamps import AS_PUBLISHED, RATIOS, SOFTNESS_DEG, Studio, studio_light
 from app.core.solver.signature import YES
 from app.core.solver.solve import measure_picture, solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
-from app.core.solver.style_pack_build import StudioPacks
-from app.core.solver.styles import mirror_name
 from app.core.solver.transport import render
+from app.core.styles.lamps import AS_PUBLISHED, RATIOS, SOFTNESS_DEG, Studio, studio_light
+from app.core.styles.style_pack import load_named_pack, load_transport_of, pack_names
+from app.core.styles.style_pack_build import StudioPacks
+from app.core.styles.styles import mirror_name
 from tests.helpers.quick import quick_first
 
 CHOICES = [

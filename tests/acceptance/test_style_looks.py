@@ -25,9 +25,9 @@ from app.core.baking.skin import find_skin
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.solver.style_pack import StylePack, load_named_pack
-from app.core.solver.styles import NAMES, Style, StyleLamp, mirror_name
 from app.core.solver.transport import to_image
+from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.styles import NAMES, Style, StyleLamp, mirror_name
 from tests.helpers.looks import (
     Look,
     extreme,

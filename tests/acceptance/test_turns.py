@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, difference, wrap
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
-from app.core.solver.environment import from_radiance, read_environment, reduce
-from app.core.solver.lamps import far_lamp
+from app.core.environment.environment import from_radiance, read_environment, reduce
 from app.core.solver.search import build_tables, curves, quality_curves
 from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.solve import StyleResult, measure, solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
-from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import target_weights
+from app.core.styles.lamps import far_lamp
+from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
+from app.core.styles.styles import Style, StyleLamp, mirror_name
 from app.words.reach import reason_sentence
 from benchmarks.speed.plain_search import preintegrate
 

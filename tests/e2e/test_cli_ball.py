@@ -12,10 +12,10 @@ import pytest
 from app.cli import main
 from app.core.base.angles import difference
 from app.core.base.progress import Token, silent
-from app.core.hdr.mirror_ball import panorama_rows
+from app.core.environment.environment import read_environment
+from app.core.measure.ball.mirror_ball import panorama_rows
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
-from app.core.solver.environment import read_environment
 from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
 from tests.helpers.mirror_ball import place, traced, write_bracket

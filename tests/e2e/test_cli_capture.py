@@ -22,9 +22,9 @@ from app.commands import capture as command
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr.frame import Exposure
-from app.core.solver.environment import from_radiance, read_environment
-from app.core.solver.style_pack import load_named_pack
+from app.core.environment.environment import from_radiance, read_environment
+from app.core.measure.read.frame import Exposure
+from app.core.styles.style_pack import load_named_pack
 from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock

@@ -99,7 +99,7 @@ def test_the_paper_stands_beside_our_numbers(report: tuple[str, dict[str, Any]])
 def test_an_exposure_does_not_change_anything(
     report: tuple[str, dict[str, Any]], scenes: Path, tmp_path: Path
 ) -> None:
-    from app.core.solver.environment import read_environment
+    from app.core.environment.environment import read_environment
 
     for file in scenes.glob("*.exr"):
         bright = read_environment(file).radiance * np.float32(16)

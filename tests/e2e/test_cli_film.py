@@ -14,15 +14,15 @@ from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.base.images import write_exr
 from app.core.base.progress import Token, silent
+from app.core.environment.environment import read_environment
 from app.core.localization.features import build_index
 from app.core.localization.views import look
 from app.core.places.intake import sort_out
 from app.core.places.load import load_place
 from app.core.places.open import OpenOptions, make_place
-from app.core.solver.environment import read_environment
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
+from app.core.styles.style_pack import load_named_pack
 from app.devices.webcam.files import film_frames
 from tests.helpers.films import LENS, STEP_DEG, frame, retimed, turn_frames, write_film
 from tests.unit.test_facing import place

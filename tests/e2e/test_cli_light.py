@@ -17,9 +17,9 @@ from app.core.base.images import write_exr
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp, lamps_folder, read_lamp_file
 from app.core.solver.head_shape import save_shape, shape_path
-from app.core.solver.style_pack import pack_path, save_pack
-from app.core.solver.styles import NAMES
 from app.core.solver.transport import save_transport
+from app.core.styles.style_pack import pack_path, save_pack
+from app.core.styles.styles import NAMES
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

@@ -15,11 +15,11 @@ import pytest
 from app.cli import main
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
-from app.core.hdr.camera_table import camera_facts
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import plan
-from app.core.solver.environment import read_environment, reduce
-from app.core.solver.styles import NAMES
+from app.core.environment.environment import read_environment, reduce
+from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.plan.planner import plan
+from app.core.measure.read.frame import Exposure
+from app.core.styles.styles import NAMES
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.light.brackets import write_bracket

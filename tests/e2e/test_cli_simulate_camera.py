@@ -17,7 +17,7 @@ from app.commands.simulate_camera import MEAN_CD_M2, scene_scale
 from app.core.base.colour import luminance
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
-from app.core.solver.environment import from_radiance, solid_angles
+from app.core.environment.environment import from_radiance, solid_angles
 from tests.helpers.camera_command import first_line, interrupt, running
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
 from app.devices.simulated.cameras import GENERIC
 from app.devices.simulated.optics import meter, saturation_cd_m2
 from benchmarks.light.camera_curves import SRGB, Curve

@@ -10,8 +10,8 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr.finish import MergeOptions
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.measure.finish.finish import MergeOptions
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
@@ -52,7 +52,7 @@ def lit_room() -> Scene:
 @lru_cache(maxsize=4)
 def room(rows: int = 128) -> NDArray[np.float32]:
     """(rows, 2 rows, 3) a bundled place, mean 1."""
-    from app.core.solver.environment import read_environment
+    from app.core.environment.environment import read_environment
 
     light = read_environment(resources() / "demo" / "scenes" / "studio.exr").radiance
     step = light.shape[0] // rows

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.hdr.arriving import ArrivingFrames
+from app.core.measure.bracket.arriving import ArrivingFrames
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
 from app.devices.simulated.cameras import Personality

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.sphere import directions, rotation
-from app.core.hdr.frame import Exposure
-from app.core.solver.environment import reduce_radiance
+from app.core.environment.environment import reduce_radiance
+from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import GENERIC, CameraModel
 from benchmarks.light.brackets import write_bracket
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.hdr.display import display_panorama
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 
 __all__ = ["demo_panorama"]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.core.hdr.metadata import read_header
+from app.core.measure.read.metadata import read_header
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.hdr.frame import Frame
+    from app.core.measure.read.frame import Frame
 
 
 def read_frame(path: Path | str) -> Frame:

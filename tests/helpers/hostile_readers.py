@@ -12,17 +12,17 @@ from typing import Final
 from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.image_input import read_picture as read_small
-from app.core.hdr.makernote import read_ricoh_note
-from app.core.hdr.masks import check_picture_mask, picture_mask
-from app.core.hdr.metadata import read_header
+from app.core.environment.environment import read_environment
+from app.core.environment.environment_file import is_linear
 from app.core.localization.photo_check import is_panorama, read_photo
 from app.core.localization.picture_file import picture_size, read_picture, read_shown_panorama
+from app.core.measure.finish.masks import check_picture_mask, picture_mask
+from app.core.measure.read.makernote import read_ricoh_note
+from app.core.measure.read.metadata import read_header
 from app.core.painting.library import import_style, list_user_styles
 from app.core.painting.user_style import read_layers
-from app.core.solver.environment import read_environment
-from app.core.solver.environment_file import is_linear
-from app.core.solver.style_file import is_painted, read_painted, read_style
 from app.core.solver.transport import load_transport
+from app.core.styles.style_file import is_painted, read_painted, read_style
 from app.devices.clock import VirtualClock
 from app.devices.errors import DeviceError
 from app.devices.webcam.files import VideoFile, film_frames

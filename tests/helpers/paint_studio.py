@@ -11,8 +11,8 @@ from unittest.mock import MagicMock
 
 import numpy as np
 
+from app.core.environment.environment import Environment
 from app.core.portrait.head import Head
-from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.devices.clock import VirtualClock
 from app.ui.presenters.model import Model, Step

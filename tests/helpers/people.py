@@ -9,7 +9,7 @@ import numpy as np
 
 from app.core.base import sphere
 from app.core.base.colour import luminance
-from app.core.solver.environment import energy
+from app.core.environment.environment import energy
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,8 +11,8 @@ from typing import Any
 from app.core.base.errors import Cancelled
 from app.core.base.paths import resources
 from app.core.base.progress import Token
+from app.core.environment.environment import from_radiance
 from app.core.places.place import Place
-from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import prepare
 from app.devices.errors import Unreachable
 from app.devices.theta.client import Info

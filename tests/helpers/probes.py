@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.sphere import direction, directions_at
-from app.core.hdr.frame import Merged
+from app.core.measure.read.frame import Merged
 
 Float32 = NDArray[np.float32]
 

@@ -13,8 +13,8 @@ from app.core.second_light.contrast import FaceBasis, prepare_face
 from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import placement
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
+from app.core.styles.style_pack import StylePack
 from benchmarks.speed.plain_search import matrix
 from tests.helpers.synthetic import (
     lambert_sphere_transport,

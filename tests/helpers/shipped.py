@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from app.core.solver.head_views import load_views_of
-from app.core.solver.style_pack import load_named_pack
+from app.core.portrait.head_views import load_views_of
 from app.core.solver.transport import load_named
+from app.core.styles.style_pack import load_named_pack
 
 if TYPE_CHECKING:
-    from app.core.solver.head_views import HeadViews
-    from app.core.solver.style_pack import StylePack
+    from app.core.portrait.head_views import HeadViews
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
 
 
 @cache

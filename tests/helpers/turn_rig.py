@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
+from app.core.environment.environment import Environment
 from app.core.localization.heading import Heading
 from app.core.localization.sitter import Sitter
 from app.core.portrait.head import Head
-from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import Limits

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.core.base.paths import resources
-from app.core.solver import styles
+from app.core.styles import styles
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -70,7 +70,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import app
-from app.core.hdr.camera_table import camera_facts
+from app.core.measure.plan.camera_table import camera_facts
 from app.devices.profiles import profile_for
 from app.devices.simulated.cameras import personality_named
 from app.devices.theta.client import Info
@@ -214,7 +214,7 @@ def test_a_style_is_named_in_few_files(name: str) -> None:
     own = [path.name for path in (resources() / "styles").glob(f"{name}.toml")]
     sources = [file for file in files_with(f'"{name}"') if file.endswith(".py")]
     assert own
-    assert "app/core/solver/styles.py" in sources
+    assert "app/core/styles/styles.py" in sources
     assert len(own) + len(sources) <= MOST_FILES
 
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton
 from pytestqt.qtbot import QtBot
 
-from app.core.solver.styles import RARE
+from app.core.styles.styles import RARE
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.screen import TurnScreen

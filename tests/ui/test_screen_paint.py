@@ -27,8 +27,8 @@ from app.core.painting.canvas import Canvas
 from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
+from app.core.styles.style_pack import load_named_pack
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import PaintScreen

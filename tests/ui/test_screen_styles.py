@@ -20,9 +20,9 @@ from app.core.base.angles import at_turn
 from app.core.places.place import CaptureFacts, Place
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
-from app.core.solver.lamps import Studio
-from app.core.solver.portraits import framing
+from app.core.portrait.portraits import framing
 from app.core.storage.library import Damaged
+from app.core.styles.lamps import Studio
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.state import CardState

@@ -24,8 +24,8 @@ from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
 from app.core.places.library import list_places
 from app.core.places.store import read_place
-from app.core.solver.styles import NAMES
 from app.core.storage.settings import FILE, read_settings
+from app.core.styles.styles import NAMES
 from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request

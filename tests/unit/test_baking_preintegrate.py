@@ -13,8 +13,8 @@ from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError, Cancelled
 from app.core.base.progress import Token
-from app.core.solver.style_pack_build import build_pack
-from app.core.solver.styles import load_styles
+from app.core.styles.style_pack_build import build_pack
+from app.core.styles.styles import load_styles
 from benchmarks.answers.evaluation.preintegrate import Effort, Preintegrated, preintegrate_styles
 from tests.helpers.meshes import sphere, write_obj
 

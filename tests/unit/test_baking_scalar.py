@@ -37,7 +37,7 @@ from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.core.solver.styles import load_styles
+from app.core.styles.styles import load_styles
 
 baking._PROFILE_PATHS = 32
 head = load_head("sphere", folder / "sphere.obj", None)
@@ -257,8 +257,8 @@ def test_scalar_that_was_asked_for_is_not_remarked_on(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_command_bakes_in_scalar_from_mesh_to_files_that_solve(tmp_path: Path) -> None:
-    from app.core.solver.style_pack import load_pack, pack_path
     from app.core.solver.transport import load_transport
+    from app.core.styles.style_pack import load_pack, pack_path
 
     head = write_obj(tmp_path / "sphere.obj", *sphere(1))
     target = tmp_path / "ball.npz"

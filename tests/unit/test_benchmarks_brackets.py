@@ -14,9 +14,9 @@ from app.core.base import sphere
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
-from app.core.hdr.frame import Exposure, Pose
-from app.core.hdr.metadata import read_header
-from app.core.solver.environment import read_environment, solid_angles
+from app.core.environment.environment import read_environment, solid_angles
+from app.core.measure.read.frame import Exposure, Pose
+from app.core.measure.read.metadata import read_header
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.light.brackets import develop, make_bracket, write_bracket

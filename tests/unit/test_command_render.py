@@ -14,7 +14,7 @@ from app.commands import render as command
 from app.core.base import colour
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.images import write_exr
-from app.core.solver.environment import reduce_light
+from app.core.environment.environment import reduce_light
 from app.core.solver.transport import Transport, load_named, render, to_image
 from benchmarks.truth.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport

@@ -10,7 +10,7 @@ import pytest
 
 from app.commands import styles as command
 from app.core.base.errors import StyleError
-from app.core.solver.styles import NAMES, load_styles
+from app.core.styles.styles import NAMES, load_styles
 
 
 def run(*words: str) -> int:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import Plan, PlannedShot
+from app.core.measure.plan.planner import Plan, PlannedShot
+from app.core.measure.read.frame import Exposure
 from app.devices.capture.file_integrity import check_frames, planned_times
 from app.devices.errors import CaptureFailed
 from tests.helpers.exif_bytes import SHORT, THETA_V, camera_tags, exif, jpeg

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from app.core.base.errors import Cancelled
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import Cancelled, CoreError
-from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.environment.environment import read_environment, reduce_radiance
 from app.devices.capture import preparation, shooting, single
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session

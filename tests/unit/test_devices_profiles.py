@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.hdr.planner import MAX_SHOTS
+from app.core.measure.plan.planner import MAX_SHOTS
 from app.devices.profiles import PROFILES, profile_for, profile_named
 from app.devices.theta.client import Info
 

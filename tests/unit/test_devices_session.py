@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import CoreError
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import Plan, PlannedShot
+from app.core.measure.plan.planner import Plan, PlannedShot
+from app.core.measure.read.frame import Exposure
 from app.core.places.journal import (
     JOURNAL,
     SessionFrame,

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.hdr.camera_table import camera_facts
-from app.core.hdr.makernote import read_ricoh_note
+from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.read.makernote import read_ricoh_note
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import NO_ANSWER_S, Pause, Request

@@ -11,9 +11,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from app.core.hdr.frame import Exposure, LensExposure, Pose
-from app.core.hdr.makernote import parse_ricoh_note
-from app.core.hdr.metadata import read_header
+from app.core.measure.read.frame import Exposure, LensExposure, Pose
+from app.core.measure.read.makernote import parse_ricoh_note
+from app.core.measure.read.metadata import read_header
 from app.devices.simulated.cameras import (
     GENERIC,
     SENSORS,

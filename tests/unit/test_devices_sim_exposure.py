@@ -12,8 +12,8 @@ import pytest
 
 from app.core.base import sphere
 from app.core.base.paths import resources
-from app.core.hdr.frame import Exposure, Pose
-from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.read.frame import Exposure, Pose
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
 from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import saturation_cd_m2

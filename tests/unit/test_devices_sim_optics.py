@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from app.core.base import sphere
-from app.core.hdr.align import tilt_rotation
-from app.core.hdr.frame import Pose
-from app.core.solver.environment import energy, from_radiance, reduce_radiance, solid_angles
+from app.core.environment.environment import energy, from_radiance, reduce_radiance, solid_angles
+from app.core.measure.bracket.align import tilt_rotation
+from app.core.measure.read.frame import Pose
 from app.devices.simulated.optics import column_gains, view_of
 from benchmarks.light.brackets import bloomed, enlarged
 from tests.helpers.shared import SHARED, needs_shared

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import srgb_decode
-from app.core.hdr.frame import Exposure
-from app.core.hdr.metadata import read_header
-from app.core.solver.environment import solid_angles
+from app.core.environment.environment import solid_angles
+from app.core.measure.read.frame import Exposure
+from app.core.measure.read.metadata import read_header
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.optics import saturation_cd_m2
 from app.devices.simulated.scene import Scene, Take, automatic

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.hdr.frame import Exposure
+from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import GENERIC, THETA_S
 from app.devices.simulated.optics import add_sensor_noise, saturation_cd_m2
 

@@ -18,8 +18,8 @@ from app.commands import capture
 from app.core.base.errors import Cancelled
 from app.core.base.files import open_file
 from app.core.base.progress import Token
-from app.core.hdr.frame import Exposure
-from app.core.hdr.metadata import read_header
+from app.core.measure.read.frame import Exposure
+from app.core.measure.read.metadata import read_header
 from app.devices.capture import file_integrity, watch
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import VirtualClock

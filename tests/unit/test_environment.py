@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import EnvironmentFileError
-from app.core.solver import environment as env
+from app.core.environment import environment as env
 from benchmarks.truth.stock import rotate
 from tests.helpers.pace import units
 from tests.helpers.people import mean_luminance

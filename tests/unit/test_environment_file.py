@@ -11,10 +11,10 @@ import pytest
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.progress import Token
-from app.core.hdr.decoding import decode
-from app.core.hdr.metadata import read_header
-from app.core.solver.environment import read_environment
-from app.core.solver.environment_file import MAX_WIDTH, read_panorama
+from app.core.environment.environment import read_environment
+from app.core.environment.environment_file import MAX_WIDTH, read_panorama
+from app.core.measure.read.decoding import decode
+from app.core.measure.read.metadata import read_header
 
 
 def write(

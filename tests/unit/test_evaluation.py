@@ -10,8 +10,8 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
-from app.core.solver.styles import load_styles
 from app.core.solver.turn_choice import Certainty, caution, load_certainty
+from app.core.styles.styles import load_styles
 from benchmarks.answers.evaluation.differences import best_turns, change, has_rival
 from benchmarks.answers.evaluation.evaluate import PICTURES, block_sums, quality_at_turns
 from benchmarks.answers.evaluation.heads import Answers, spread

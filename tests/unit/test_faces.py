@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import to_bytes
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment
 from app.core.faces.finder import Face, face_mesh, find_faces
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.faces.pose import USUAL_FOCAL, head_pose
@@ -19,7 +20,6 @@ from app.core.localization.views import Lens, look
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
-from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare, turned
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.quick import quick_first

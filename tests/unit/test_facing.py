@@ -10,6 +10,7 @@ import pytest
 
 from app.core.base.angles import difference
 from app.core.base.paths import resources
+from app.core.environment.environment import from_radiance, read_environment
 from app.core.faces.facing import Facing, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import on_head
@@ -21,10 +22,9 @@ from app.core.faces.style_check import (
     graded_by,
     promise_of_place,
 )
-from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare, turned
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack, load_named_pack
 from tests.helpers.quick import quick_first
 from tests.unit.test_faces import Bytes, lamp, portrait, shown_in
 

@@ -10,8 +10,7 @@ import pytest
 
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
-from app.core.solver.head_shape import load_shape_of
-from app.core.solver.head_views import (
+from app.core.portrait.head_views import (
     YAWS,
     HeadViews,
     load_views,
@@ -19,6 +18,7 @@ from app.core.solver.head_views import (
     save_views,
     views_path,
 )
+from app.core.solver.head_shape import load_shape_of
 from app.core.solver.transport import load_named, render, to_image
 from tests.helpers.shipped import generic_pack, generic_views
 

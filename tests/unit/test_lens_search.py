@@ -11,8 +11,8 @@ import pytest
 from app.core.base.angles import wrap
 from app.core.base.arrays import Float32
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment, reduce_light
-from app.core.solver.head_views import load_views_of
+from app.core.environment.environment import read_environment, reduce_light
+from app.core.portrait.head_views import load_views_of
 from app.core.solver.lens_search import (
     LIGHTINGS,
     NAMED_GAIN,
@@ -26,8 +26,8 @@ from app.core.solver.lens_search import (
 from app.core.solver.shortfall import LensShortfall, Obstacle
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.styles import mirror_name
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Objective
+from app.core.styles.styles import mirror_name
 from tests.helpers.shipped import generic_pack
 from tests.helpers.synthetic import lamp_environment
 

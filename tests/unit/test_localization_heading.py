@@ -15,13 +15,13 @@ from app.core.base.angles import difference
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr.display import display_panorama
+from app.core.environment.environment import read_environment
 from app.core.localization import rotation
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import Heading, find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.localization.views import Lens, look
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.lens_matrix import lens_matrix
 

@@ -13,6 +13,7 @@ import pytest
 from app.core.base.angles import difference, wrap
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token
+from app.core.environment.environment import Environment
 from app.core.guidance.guide import Goal
 from app.core.localization.photo_check import (
     Photo,
@@ -22,7 +23,6 @@ from app.core.localization.photo_check import (
     read_photo,
     search_photo,
 )
-from app.core.solver.environment import Environment
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import Limits

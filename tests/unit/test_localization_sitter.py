@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment
 from app.core.faces import finder
-from app.core.hdr.display import display_panorama
 from app.core.localization import sitter as module
 from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.views import Lens, look
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 from benchmarks.heading.scripted_turn.phone import disturbed, random_disturbance
 
 Bytes = NDArray[np.uint8]

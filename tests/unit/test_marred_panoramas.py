@@ -16,15 +16,15 @@ from app.core.base.angles import difference
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.base.sphere import solid_angles
-from app.core.hdr.doubt import doubt_of
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.holes import canvas
-from app.core.hdr.pipeline import measure
-from app.core.hdr.plateau import plateau
-from app.core.solver.environment import Environment, from_radiance, read_environment, reduce
-from app.core.solver.layers import LayerError
+from app.core.environment.environment import Environment, from_radiance, read_environment, reduce
+from app.core.environment.holes import canvas
+from app.core.environment.layers import LayerError
+from app.core.environment.plateau import plateau
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.finish.doubt import doubt_of
+from app.core.measure.finish.finish import MergeOptions
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from tests.helpers.probes import place
 from tests.helpers.shared import SHARED, needs_shared
 

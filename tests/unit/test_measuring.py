@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from app.core.hdr.finish import MergeOptions, finish
-from app.core.hdr.frame import Bracket, Exposure, Frame
+from app.core.measure.finish.finish import MergeOptions, finish
+from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.places.measurement import capture_facts, location_of, merged_light
 from tests.helpers.cameras import Rig, pack
 from tests.helpers.probes import clip, place, sunny_place

@@ -13,15 +13,15 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.progress import Token, silent
-from app.core.film.film import Film
-from app.core.film.movie_header import MovieHeader, read_movie_header
+from app.core.measure.film.film import Film
+from app.core.measure.film.movie_header import MovieHeader, read_movie_header
 from app.core.places import open as place_open
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
 from tests.helpers.films import write_film
-from tests.unit.test_film import stood_still
+from tests.unit.test_measure_film import stood_still
 
 ONE = 65536
 # Red and green above, blue and white below.

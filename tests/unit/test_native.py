@@ -17,8 +17,8 @@ from app.core.base.image_input import open_image, read_picture
 from app.core.base.images import write_exr, write_png
 from app.core.base.native import native_path, path_from_library, path_in_url, url_of
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment
 from app.core.localization.picture_file import read_picture as read_photo
-from app.core.solver.environment import read_environment
 from app.devices.clock import VirtualClock
 from app.devices.webcam.files import FilmWriter, StillsFolder, VideoFile, film_frames
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment
 from app.core.faces.finder import find_faces
 from app.core.faces.pose import head_pose
 from app.core.guidance.guide import Goal, Guide, Phase, Reading, guide
 from app.core.portrait.head import Head, load_head
-from app.core.solver.environment import read_environment
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.words.guidance import guide_words
 

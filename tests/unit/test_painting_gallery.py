@@ -16,8 +16,8 @@ from app.core.painting.user_style import (
     target_picture,
 )
 from app.core.solver.relighting_cache import light_table
-from app.core.solver.styles import load_styles
 from app.core.solver.transport import load_named
+from app.core.styles.styles import load_styles
 from tests.helpers.painted import solve_painted
 from tests.helpers.shipped import generic_pack, generic_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment

@@ -29,7 +29,7 @@ from app.core.painting.user_style import (
     style_text,
     text_path,
 )
-from app.core.solver.styles import NAMES, load_styles
+from app.core.styles.styles import NAMES, load_styles
 from tests.helpers.synthetic import lambert_sphere_transport
 
 

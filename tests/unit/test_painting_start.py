@@ -18,8 +18,8 @@ from app.core.painting.canvas import (
 )
 from app.core.painting.session import PaintSession
 from app.core.solver.solve import solve_all
-from app.core.solver.styles import NAMES
 from app.core.solver.weights import target_weights
+from app.core.styles.styles import NAMES
 from tests.helpers.painted import solve_painted
 from tests.helpers.shipped import generic_pack, generic_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack

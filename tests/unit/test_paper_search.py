@@ -8,7 +8,7 @@ import pytest
 from app.core.base.angles import TURNS
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment, reduce
+from app.core.environment.environment import read_environment, reduce
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import solve_all
 from tests.helpers.shipped import generic_pack, generic_transport

@@ -22,16 +22,16 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.image_input import open_image
 from app.core.base.images import write_exr
+from app.core.environment.environment import Environment, from_radiance, reduce
+from app.core.environment.environment_file import read_panorama
 from app.core.places import light as light_module
 from app.core.places.library import list_places
 from app.core.places.light import fingerprint_of, read_light, storable, store_environment
 from app.core.places.place import Place, PlaceError, results_to_json
 from app.core.places.store import create_place, drop_merged, read_place, write_place
 from app.core.second_light.scale import stated_white
-from app.core.solver.environment import Environment, from_radiance, reduce
-from app.core.solver.environment_file import read_panorama
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 
 SHARED = limits(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30

@@ -21,21 +21,21 @@ from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
-from app.core.hdr.findings import Findings
+from app.core.environment.environment import Environment
+from app.core.measure.finish.findings import Findings
 from app.core.portrait import portrait_file
 from app.core.portrait.aside import mirrored
 from app.core.portrait.catchlights import catchlights
 from app.core.portrait.head import load_head
+from app.core.portrait.head_views import YAWS, load_views_of
 from app.core.portrait.light import ROUGHNESS, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
 from app.core.portrait.portrait_file import HAIRS, load_portrait
 from app.core.portrait.portrait_head import PortraitHead, PortraitSkin
-from app.core.solver.environment import Environment
-from app.core.solver.head_views import YAWS, load_views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
-from app.core.solver.style_pack import load_named_pack
-from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import render, to_image
+from app.core.styles.style_pack import load_named_pack
+from app.core.styles.styles import StyleLamp
 from tests.helpers.quick import quick_first
 from tests.unit.test_portrait_picture import HEADS, as_transport, soft_sky
 

@@ -9,7 +9,7 @@ import pytest
 
 from app.core.portrait.background import F_NUMBER, LENS_M, background, blur_px
 from app.core.portrait.portrait_head import ROOM
-from app.core.solver.portraits import Framing, framing
+from app.core.portrait.portraits import Framing, framing
 from app.core.solver.transport import TransportHeader, load_named
 
 ROWS, COLUMNS = 1024, 2048

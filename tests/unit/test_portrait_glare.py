@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment
 from app.core.portrait.face_light import NOTICEABLE, STRONG, eye_light, glare, light_flow
-from app.core.solver.environment import read_environment
 from tests.helpers.synthetic import lamp_environment
 
 DEMO = resources() / "demo"

@@ -17,7 +17,7 @@ from app.core.portrait.light import (
     portrait_light,
     soft_light,
 )
-from app.core.solver.styles import StyleLamp
+from app.core.styles.styles import StyleLamp
 
 ROWS, COLUMNS = 256, 512
 

@@ -13,7 +13,7 @@ from portraits.files import save_head
 from app.core.base.archive import write_sealed
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
-from app.core.hdr.findings import Findings, find
+from app.core.measure.finish.findings import Findings, find
 from app.core.portrait.catchlights import catchlight_words, catchlights
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
@@ -25,10 +25,10 @@ from app.core.portrait.portrait_head import (
     PortraitHead,
     PortraitSkin,
 )
-from app.core.solver.lamps import far_lamp
-from app.core.solver.style_pack import load_named_pack
-from app.core.solver.styles import StyleLamp
 from app.core.solver.transport import load_named, render, to_image
+from app.core.styles.lamps import far_lamp
+from app.core.styles.style_pack import load_named_pack
+from app.core.styles.styles import StyleLamp
 from app.core.text.lights import Source
 from tests.helpers.quick import quick_first
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment, reduce
 from app.core.portrait.face_light import (
     DEEPEST_STOPS,
     EVEN_STOPS,
@@ -19,10 +20,9 @@ from app.core.portrait.face_light import (
     lighting_ratio,
     ratio_words,
 )
-from app.core.solver.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render, to_image
+from app.core.styles.style_pack import StylePack, load_named_pack
 from tests.helpers.looks import landmarks
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, lamp_target
 

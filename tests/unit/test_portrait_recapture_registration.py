@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.base.sphere import directions, positions, remap_frame, rotation
-from app.core.hdr.display import display_panorama
+from app.core.environment.environment import read_environment
 from app.core.localization.recapture_registration import (
     features,
     find_pose,
     matched,
     register_again,
 )
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 from tests.helpers.pace import units
 from tests.helpers.quick import sample_first
 

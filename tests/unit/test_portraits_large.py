@@ -14,9 +14,7 @@ import pytest
 from app.core.base import colour
 from app.core.portrait.head import Head
 from app.core.portrait.portrait_head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
-from app.core.solver.lamps import far_lamp
-from app.core.solver.place_light import Facing, pictures_at
-from app.core.solver.portraits import (
+from app.core.portrait.portraits import (
     CLOSE_SHAPE,
     exposure_in_mean_light,
     exposures,
@@ -24,8 +22,10 @@ from app.core.solver.portraits import (
     large_portrait,
     light_exposures,
 )
-from app.core.solver.styles import StyleLamp
+from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.transport import load_named, render, to_image
+from app.core.styles.lamps import far_lamp
+from app.core.styles.styles import StyleLamp
 from tests.helpers.styles_screen import head, scene_light
 
 TURNS = [0.0, 75.0, -140.0]

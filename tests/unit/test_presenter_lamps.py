@@ -14,9 +14,9 @@ from app.core.painting.canvas import from_style
 from app.core.painting.library import save_user_style
 from app.core.places.place import Place
 from app.core.portrait.head import Head
-from app.core.solver.lamps import AS_PUBLISHED, Studio
-from app.core.solver.style_pack_build import StudioPacks
 from app.core.storage.settings import Settings
+from app.core.styles.lamps import AS_PUBLISHED, Studio
+from app.core.styles.style_pack_build import StudioPacks
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.quick import quick_first
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light

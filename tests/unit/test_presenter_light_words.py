@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.core.environment.environment import from_radiance
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
-from app.core.solver.environment import from_radiance
-from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import PlaceLight, main_light, prepare
-from app.core.solver.styles import StyleLamp
+from app.core.styles.lamps import far_lamp
+from app.core.styles.styles import StyleLamp
 from app.ui.screens.light.pictures import Held, sky_of
 from app.ui.screens.light.resolve import move_words, place_words
 

@@ -13,8 +13,8 @@ from app.core.painting.canvas import Advice
 from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
+from app.core.styles.style_pack import load_named_pack
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.document import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown

@@ -14,9 +14,9 @@ import pytest
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, read_user_style, text_path
 from app.core.places.place import Place
-from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import StyleResult
+from app.core.styles.lamps import Studio
 from app.ui.presenters import place_controller
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.presenter import PaintPresenter

@@ -15,15 +15,15 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_image
 from app.core.base.paths import resources
-from app.core.hdr.findings import Findings, Lamp, find
+from app.core.environment.environment import read_environment
+from app.core.measure.finish.findings import Findings, Lamp, find
 from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Place
 from app.core.places.store import PlaceSummary, create_place, read_place
 from app.core.second_light.scale import stated_white
-from app.core.solver.environment import read_environment
 from app.core.solver.head_shape import shape_path
-from app.core.solver.style_pack import pack_path, save_pack
 from app.core.solver.transport import save_transport
+from app.core.styles.style_pack import pack_path, save_pack
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.probe.notices import advice_notice

@@ -9,8 +9,8 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.base.paths import resources
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import Plan, PlannedShot
+from app.core.measure.plan.planner import Plan, PlannedShot
+from app.core.measure.read.frame import Exposure
 from app.core.places.journal import SessionFrame
 from app.core.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
 from app.core.places.store import create_place, read_place

@@ -15,14 +15,14 @@ import pytest
 
 from app.core.base.angles import difference
 from app.core.base.progress import Token, silent
-from app.core.film.film import read_film
+from app.core.measure.film.film import read_film
 from app.core.places.shots import photo_of, read_shots
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from app.devices.webcam import WebcamFrame
 from app.ui.screens.probe.filming import Filming
 from tests.helpers.films import turn_frames
 from tests.helpers.probe_screen import Bench
-from tests.unit.test_film import stood_still
+from tests.unit.test_measure_film import stood_still
 
 
 class Camera:

@@ -9,7 +9,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.hdr.findings import clip_level, find
+from app.core.measure.finish.findings import clip_level, find
 from app.core.places.place import CaptureFacts, FrameFacts, Location
 from app.ui.screens.probe.state import ProbeView
 from tests.helpers.probe_screen import Bench, with_lamp

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.core.hdr.findings import Findings, Lamp
+from app.core.measure.finish.findings import Findings, Lamp
 from app.core.text.lights import Source, share_words
 from app.devices.errors import DownloadFailed, Unreachable
 from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, trouble_notice

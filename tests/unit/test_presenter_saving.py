@@ -22,8 +22,8 @@ from app.core.places.library import list_places
 from app.core.places.light import read_light
 from app.core.places.resume import list_unfinished
 from app.core.places.store import read_place
-from app.core.solver.styles import NAMES
 from app.core.storage.settings import Settings
+from app.core.styles.styles import NAMES
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter

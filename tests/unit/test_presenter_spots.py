@@ -11,7 +11,7 @@ import pytest
 from app.core.base.paths import resources
 from app.core.places.library import list_places
 from app.core.places.store import read_place
-from app.core.solver.styles import NAMES
+from app.core.styles.styles import NAMES
 from app.ui.presenters.model import Step
 from app.ui.presenters.spots import SpotsPresenter, SpotsState
 from tests.helpers.immediate_runner import ImmediateRunner

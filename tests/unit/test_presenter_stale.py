@@ -10,8 +10,8 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.places.place import Place
-from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import LensWish
+from app.core.styles.lamps import Studio
 from app.ui.presenters import place_controller
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import COMPUTING, Step

@@ -16,11 +16,11 @@ from app.core.places.place import Location, Place
 from app.core.portrait.face_light import glare, lighting_ratio
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
+from app.core.portrait.portraits import exposure_in_mean_light
 from app.core.solver.place_light import Facing, picture_at
-from app.core.solver.portraits import exposure_in_mean_light
 from app.core.solver.shortfall import AreaShortfall, Aspect
-from app.core.solver.styles import NAMES, RARE, load_styles
 from app.core.storage.library import Damaged
+from app.core.styles.styles import NAMES, RARE, load_styles
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.core.portrait.pictures import WELL
+from app.core.portrait.portraits import framing, greyed, portraits, value_at
 from app.core.solver.peaks import shift
-from app.core.solver.pictures import WELL
 from app.core.solver.place_light import picture_at
-from app.core.solver.portraits import framing, greyed, portraits, value_at
 from benchmarks.speed.plain_portrait import portrait
 from tests.helpers.styles_screen import head, scene_light
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
 from app.core.base.paths import resources
+from app.core.environment.environment import read_environment
 from app.core.guidance.guide import Phase
 from app.core.localization.tracking import track
 from app.core.portrait.head import Head
-from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import Limits

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.solver.shortfall import Cause, LightShortfall
-from app.core.solver.styles import Style, load_styles
 from app.core.solver.turn_choice import LightMap, Limits, light_shortfall
+from app.core.styles.styles import Style, load_styles
 from app.words.reach import reason_sentence
 from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
 

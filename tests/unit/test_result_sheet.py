@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from app.core.base import colour
 from app.core.base.arrays import Bytes
-from app.core.solver import pictures
-from app.core.solver.environment import from_radiance
-from app.core.solver.pictures import WELL
+from app.core.environment.environment import from_radiance
+from app.core.portrait import pictures
+from app.core.portrait.pictures import WELL
 from app.core.solver.shortfall import Cause, LightShortfall, Origin, SavedReason
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import head_words
+from app.core.styles.style_pack import head_words
 from app.export import result_card as card
 from app.export import result_sheet as sheet
 from app.export.canvas import SCALE, Canvas, text_width, wrap_text

@@ -11,8 +11,8 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.base.angles import wrap
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import plan
+from app.core.measure.plan.planner import plan
+from app.core.measure.read.frame import Exposure
 from app.core.text.turns import direction_of, whole
 from app.devices.capture import shooting
 from app.devices.capture.status import Stage, Status

@@ -17,9 +17,9 @@ from app.core.solver.search import (
     quality_curves,
     seen_light,
 )
-from app.core.solver.style_pack_build import build_basis
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights
+from app.core.styles.style_pack_build import build_basis
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

@@ -11,13 +11,13 @@ import pytest
 from app.core.base.angles import TURNS
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment, reduce
+from app.core.environment.environment import read_environment, reduce
 from app.core.solver.relighting_cache import light_table, painted_curves
 from app.core.solver.search import curves, find_colours, luminance_of, seen_light
 from app.core.solver.solve import measure, solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import painted, target_weights
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 from benchmarks.truth.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 

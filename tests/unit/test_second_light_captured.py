@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.sphere import directions, rotate_light
+from app.core.environment.environment import energy, reduce_radiance
 from app.core.second_light.captured import (
     LARGEST,
     CapturedLamp,
@@ -21,7 +22,6 @@ from app.core.second_light.captured import (
     placed_at,
 )
 from app.core.second_light.placements import placement
-from app.core.solver.environment import energy, reduce_radiance
 from tests.helpers.dark_room import Lamp, coverage, phone, room
 
 Float32 = NDArray[np.float32]

@@ -11,11 +11,11 @@ import pytest
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
-from app.core.hdr.masks import parse_mask
+from app.core.environment.environment import energy, read_environment, reduce_radiance
+from app.core.measure.finish.masks import parse_mask
 from app.core.second_light.captured import edit_mask, find_mask, make_lamp
 from app.core.second_light.library import capture_lamp
-from app.core.solver.environment import energy, read_environment, reduce_radiance
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
 from tests.helpers.quick import sample_first

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from app.core.environment.environment import energy
 from app.core.second_light.captured import stroke
-from app.core.solver.environment import energy
 
 SHAPE = (256, 512)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
+from app.core.environment.environment import solid_angles
 from app.core.second_light.added import (
     NearField,
     coverage,
@@ -22,7 +23,6 @@ from app.core.second_light.added import (
 )
 from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import ALTITUDES_DEG, MIRRORED, placement
-from app.core.solver.environment import solid_angles
 from tests.helpers.second_light import answers_per_steradian, plain_near
 from tests.helpers.synthetic import ALBEDO, HEAD, lambert_sphere_transport, synthetic_shape
 

@@ -10,12 +10,12 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_hdr
+from app.core.environment.environment import solid_angles
 from app.core.second_light.lamp_presets import KINDS, power_words, powers_of
 from app.core.second_light.library import read_lamp_file
 from app.core.second_light.placements import COUNT, above_floor, placement, within_arm
 from app.core.second_light.scale import illuminance, stated_white
 from app.core.second_light.search_kernel import Spot, best_spot, refine
-from app.core.solver.environment import solid_angles
 from tests.helpers.synthetic import lamp_environment
 
 

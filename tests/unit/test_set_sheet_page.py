@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from app.core.base.angles import at_turn
 from app.core.base.colour import FloatImage, luminance
 from app.core.base.paths import resources
-from app.core.hdr.findings import find
+from app.core.environment.environment import read_environment, reduce, reduce_light, reduce_radiance
+from app.core.measure.finish.findings import find
 from app.core.portrait.face_light import Glare, LightingRatio
-from app.core.solver.environment import read_environment, reduce, reduce_light, reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.transport import Transport
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 from app.core.text import set_language
 from app.export import set_page as strip
 from app.export import set_plan as plan

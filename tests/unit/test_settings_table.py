@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.solver.style_pack import pack_names
 from app.core.storage.settings import (
     SECTIONS,
     TABLE,
@@ -18,6 +17,7 @@ from app.core.storage.settings import (
     SettingsError,
     setting,
 )
+from app.core.styles.style_pack import pack_names
 from tests.helpers.settings_page import PAGE, document
 
 IDS = [entry.key for entry in TABLE]

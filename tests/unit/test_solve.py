@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, difference, wrap
 from app.core.base.errors import EnvironmentFileError, StyleError
 from app.core.solver import turn_choice
-from app.core.solver.lamps import far_lamp
 from app.core.solver.peaks import shift
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack
-from app.core.solver.styles import mirror_name
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Limits, Objective
 from app.core.solver.weights import painted, target_weights
+from app.core.styles.lamps import far_lamp
+from app.core.styles.style_pack import load_named_pack
+from app.core.styles.styles import mirror_name
 from app.words.reach import reason_sentence
 from benchmarks.speed.plain_search import matrix, preintegrate
 from tests.helpers.painted import solve_painted

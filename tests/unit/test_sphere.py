@@ -23,7 +23,7 @@ from app.core.base.sphere import (
     rotation,
     to_vector,
 )
-from app.core.solver.environment import energy, read_environment, solid_angles
+from app.core.environment.environment import energy, read_environment, solid_angles
 from benchmarks.truth.stock import rotate
 
 SCENES = sorted((Path(__file__).resolve().parents[2] / "resources/demo/scenes").glob("*.exr"))

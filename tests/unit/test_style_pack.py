@@ -14,7 +14,8 @@ import pytest
 from app.core.base.archive import read_arrays
 from app.core.base.errors import CoreError, StyleError, TransportError
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import (
+from app.core.solver.transport import save_transport
+from app.core.styles.style_pack import (
     StylePack,
     load_named_pack,
     load_pack,
@@ -23,9 +24,8 @@ from app.core.solver.style_pack import (
     pack_path,
     save_pack,
 )
-from app.core.solver.style_pack_build import build_pack
-from app.core.solver.styles import NAMES, Style, StyleLamp, load_styles, mirror_name
-from app.core.solver.transport import save_transport
+from app.core.styles.style_pack_build import build_pack
+from app.core.styles.styles import NAMES, Style, StyleLamp, load_styles, mirror_name
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

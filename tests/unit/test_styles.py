@@ -10,8 +10,8 @@ import pytest
 
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
-from app.core.solver import styles
-from app.core.solver.style_file import read_style
+from app.core.styles import styles
+from app.core.styles.style_file import read_style
 
 GOOD = """
 title = "Broad"

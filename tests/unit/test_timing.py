@@ -17,10 +17,10 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
-from app.core.solver.head_views import load_views_of
+from app.core.portrait.head_views import load_views_of
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.solve import measure
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 from benchmarks.speed.plain_search import matrix
 from benchmarks.speed.timing import growth, machine, merge, run, start
 from benchmarks.speed.timing.bars import BARS, Bar, missed

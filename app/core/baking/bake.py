@@ -53,10 +53,10 @@ from app.core.baking.walk import (
 )
 from app.core.base.arrays import Float32, Float64
 from app.core.base.progress import Report, Token
+from app.core.portrait.head_views import pack_view
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.head_views import pack_view
-from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, TransportHeader
+from app.core.styles.styles import Style
 from app.core.text import tr
 
 _BATCH_PATHS = 1 << 22

@@ -345,7 +345,7 @@ def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
 
 
 def _total(radiance: Float32) -> Float64:
-    """Energy per channel, as `app.core.solver.environment.energy`, several times faster."""
+    """Energy per channel, as `app.core.environment.environment.energy`, several times faster."""
     sums = cv2.reduce(radiance, 1, cv2.REDUCE_SUM, dtype=cv2.CV_64F)
     shape = (radiance.shape[0], radiance.shape[1])
     return np.asarray(solid_angles(shape) @ sums.reshape(shape[0], -1), np.float64)

@@ -21,7 +21,7 @@ from app.core.base.sphere import directions
 from app.core.faces.finder import Face, face_mesh
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import Pose, head_pose
-from app.core.solver.style_pack import load_named_pack
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 Key: TypeAlias = Literal["front", "behind", "flat"]

@@ -20,9 +20,9 @@ from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.search import luminance_of
 from app.core.solver.signature import Grade
 from app.core.solver.solve import judge, measure_picture
-from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, render
 from app.core.solver.turn_choice import LIMITS
+from app.core.styles.style_pack import StylePack, load_named_pack
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,7 +75,7 @@ def build_index(
 
     Args:
         panorama: (H, W, 3) uint8. Equirectangular, 2:1, sRGB as shown
-            (`app.core.hdr.display.display_panorama`); 2,048 to 4,096 columns are best.
+            (`app.core.measure.finish.display.display_panorama`); 2,048 to 4,096 columns are best.
 
     Raises `CoreError` when it has next to none: a blank wall all around; `Cancelled`.
     """

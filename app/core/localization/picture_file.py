@@ -36,13 +36,13 @@ from app.core.base.image_input import (
     upright,
 )
 from app.core.base.progress import Token
-from app.core.hdr.align import levelling
-from app.core.hdr.decoding import decode
-from app.core.hdr.display import WIDTH, display_panorama
-from app.core.hdr.dual_fisheye import check_stitched, find_circles, unstitched
-from app.core.hdr.frame import Bracket, Frame
-from app.core.hdr.metadata import read_header
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
+from app.core.measure.bracket.align import levelling
+from app.core.measure.finish.display import WIDTH, display_panorama
+from app.core.measure.fisheye.dual_fisheye import check_stitched, find_circles, unstitched
+from app.core.measure.read.decoding import decode
+from app.core.measure.read.frame import Bracket, Frame
+from app.core.measure.read.metadata import read_header
 from app.core.text import tr
 
 if TYPE_CHECKING:

@@ -18,16 +18,16 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
 from app.core.painting.canvas import make_canvas, weights_of
 from app.core.painting.user_style import UserStyle, target_picture
+from app.core.portrait.head_views import HeadView, HeadViews
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.head_views import HeadView, HeadViews
 from app.core.solver.lens_search import SEEN, Asked, LensWish, best_answers, seen_from
 from app.core.solver.place_light import main_azimuth
 from app.core.solver.relighting_cache import LightTable, light_table, painted_curves
 from app.core.solver.solve import StyleResult, judge_painted, measure_painted
-from app.core.solver.styles import Style
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective
 from app.core.solver.weights import PaintedWeights, painted
+from app.core.styles.styles import Style
 
 _SMOOTH: Final = 1.5  # pixels
 _SAME_SKIN_M: Final = 0.008  # pixels of the front are so far apart where it is steep

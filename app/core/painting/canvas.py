@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport, to_image
 from app.core.solver.weights import PaintedWeights, painted, target_weights
+from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 

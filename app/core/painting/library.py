@@ -40,10 +40,10 @@ from app.core.painting.user_style import (
     write_layers,
     write_user_style,
 )
-from app.core.solver.style_file import is_painted, read_painted, read_style
-from app.core.solver.styles import NAMES, Side
 from app.core.storage.data_lock import writing
 from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
+from app.core.styles.style_file import is_painted, read_painted, read_style
+from app.core.styles.styles import NAMES, Side
 from app.core.text import tr
 
 EXPORT_ENDING: Final = ".turnstyle"

@@ -14,12 +14,12 @@ from app.core.base.errors import StyleError
 from app.core.faces.light_reading import FaceLight
 from app.core.painting.canvas import Canvas, from_weights, make_canvas, weights_of
 from app.core.painting.user_style import MAX_TITLE, UserStyle, clean_text, light_side
-from app.core.solver.lamps import SIZES_DEG, Studio, studio_lamps, studio_light
-from app.core.solver.style_pack import StylePack, head_words
-from app.core.solver.styles import Style, StyleLamp
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.weights import region_weights
 from app.core.storage.library import one_line
+from app.core.styles.lamps import SIZES_DEG, Studio, studio_lamps, studio_light
+from app.core.styles.style_pack import StylePack, head_words
+from app.core.styles.styles import Style, StyleLamp
 from app.core.text import tr
 from app.core.text.directions import face_direction_words
 

@@ -34,12 +34,12 @@ from app.core.painting.canvas import (
 )
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult, solve_on_table
-from app.core.solver.style_file import PAINTED_FORMAT, read_painted
-from app.core.solver.styles import NAMES, Side, Style
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights
 from app.core.storage.library import one_line
+from app.core.styles.style_file import PAINTED_FORMAT, read_painted
+from app.core.styles.styles import NAMES, Side, Style
 from app.core.text import tr
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage, srgb_encode, to_bytes
 from app.core.base.image_input import picture_bytes
-from app.core.hdr.findings import clip_level
+from app.core.measure.finish.findings import clip_level
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import CaptureFacts
 from app.core.places.store import capture_folders

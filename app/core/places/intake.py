@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
-from app.core.film.movie_header import VIDEO_ENDINGS
-from app.core.hdr.metadata import FRAME_ENDINGS
+from app.core.environment.environment_file import is_linear
+from app.core.measure.film.movie_header import VIDEO_ENDINGS
+from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.places.store import PLACE
-from app.core.solver.environment_file import is_linear
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from app.core.film.film import Film
+    from app.core.measure.film.film import Film
 
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 _MOST_LISTED: Final = 2000

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 from app.core.base.files import open_file
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import Plan, PlannedShot
+from app.core.measure.plan.planner import Plan, PlannedShot
+from app.core.measure.read.frame import Exposure
 from app.core.storage.json_file import (
     Check,
     Unfit,

@@ -24,12 +24,12 @@ from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.image_input import stated_scale
 from app.core.base.images import write_exr, write_half_exr, write_png
 from app.core.base.sphere import bounded
-from app.core.hdr.display import display_panorama
+from app.core.environment.environment import Environment, from_radiance
+from app.core.environment.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
+from app.core.measure.finish.display import display_panorama
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import ENVIRONMENT_NAME, Place, PlaceError
 from app.core.places.store import THUMBNAIL, capture_folders
-from app.core.solver.environment import Environment, from_radiance
-from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.text import tr
 
 _THUMBNAIL_WIDTH: Final = 512
@@ -63,12 +63,12 @@ def store_environment(
     it had.
 
     `radiance`: (H, 2 H, 3) float32, linear Rec. 709 relative radiance as
-    `app.core.solver.environment.Environment` holds it: finite, not negative, not all 0. It is not
+    `environment.environment.Environment` holds it: finite, not negative, not all 0. It is not
     changed.
     `display`: (h, w, 3) uint8, the panorama as sRGB, for the thumbnail; made of the radiance when
     left out.
     `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file, as whether it is `rough`.
-    `shares`: what is clipped and not seen, see `app.core.solver.environment.kept_shares`.
+    `shares`: what is clipped and not seen, see `app.core.environment.environment.kept_shares`.
     Raises PlaceError when the radiance is not such an environment, or the disk refuses or gives
     back something else than was written. Nothing has changed then.
     """

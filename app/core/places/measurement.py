@@ -7,27 +7,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.progress import Report, Token
-from app.core.hdr.doubt import doubt_of
-from app.core.hdr.dual_fisheye import check_stitched
-from app.core.hdr.findings import find
-from app.core.hdr.frame import Exposure
-from app.core.hdr.lights import Light, light_grid
-from app.core.hdr.sun import find_sun, sun_core
+from app.core.environment.environment import Environment, from_radiance, read_environment
+from app.core.measure.finish.doubt import doubt_of
+from app.core.measure.finish.findings import find
+from app.core.measure.finish.lights import Light, light_grid
+from app.core.measure.finish.sun import find_sun, sun_core
+from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.measure.read.frame import Exposure
 from app.core.places.intake import Intake
 from app.core.places.library import list_places
 from app.core.places.light import storable
 from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Place
 from app.core.places.store import read_place
 from app.core.second_light.scale import stated_white
-from app.core.solver.environment import Environment, from_radiance, read_environment
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import Limits
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 from app.core.text.quantities import place_name
 
 if TYPE_CHECKING:
-    from app.core.hdr.pipeline import Probe
+    from app.core.measure.bracket.pipeline import Probe
 
 HEAD: Final = "generic"
 """The head whose styles decide what of a measured light is in doubt."""
@@ -208,10 +208,10 @@ def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> C
 
 def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Probe:
     """Measure photographs in the way that they were taken."""
-    from app.core.hdr.finish import MergeOptions
-    from app.core.hdr.mirror_ball import BallOptions
-    from app.core.hdr.photographs import stitch
-    from app.core.hdr.pipeline import measure, measure_ball
+    from app.core.measure.ball.mirror_ball import BallOptions
+    from app.core.measure.bracket.pipeline import measure, measure_ball
+    from app.core.measure.finish.finish import MergeOptions
+    from app.core.measure.photos.photographs import stitch
 
     pack, wishes = load_named_pack(HEAD), MergeOptions(limits=limits, alone=True)
     if intake.way == "ball":

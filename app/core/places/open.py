@@ -11,16 +11,16 @@ from typing import Final, TypeAlias
 from app.core.base.arrays import Bytes
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Report, Token
-from app.core.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
-from app.core.film.in_place import keep_frames
-from app.core.film.movie_header import read_movie_header
+from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
+from app.core.measure.film.in_place import keep_frames
+from app.core.measure.film.movie_header import read_movie_header
 from app.core.places.intake import Intake, sort_out
 from app.core.places.load import load_place
 from app.core.places.measurement import HEAD, measure_intake
 from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
-from app.core.solver.style_pack import load_named_pack
 from app.core.storage.settings import Settings
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 FilmFrames: TypeAlias = Callable[[Path, int, int], Iterable[tuple[float, float, Bytes]]]

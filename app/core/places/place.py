@@ -18,13 +18,11 @@ from app.core.base.arrays import Float64
 from app.core.base.errors import CoreError
 from app.core.base.visible import STEERING
 from app.core.places.saved_reasons import sentence_of, shortfall_of
-from app.core.solver.head_views import MOST_YAW_DEG
-from app.core.solver.lamps import RATIO_RANGE, SIZES_DEG, Studio
+from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.shortfall import Shortfall
 from app.core.solver.signature import GRADES
 from app.core.solver.solve import Gain, PeakResult, StyleResult
-from app.core.solver.styles import NAMES, RARE
 from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.storage.json_file import (
     Check,
@@ -45,6 +43,8 @@ from app.core.storage.json_file import (
     truth,
     whole,
 )
+from app.core.styles.lamps import RATIO_RANGE, SIZES_DEG, Studio
+from app.core.styles.styles import NAMES, RARE
 from app.core.text import tr
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from app.core.base.progress import Report, Token
-from app.core.hdr.metadata import FRAME_ENDINGS
+from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.places.intake import Intake
 from app.core.places.journal import journal_in
 from app.core.places.library import list_places

@@ -12,9 +12,9 @@ from app.core.portrait.head import Head
 from app.core.solver.lens_search import STRAIGHT, LensWish, ViewTables, solve_lens
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
-from app.core.solver.style_pack import StylePack
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.storage.settings import Settings
+from app.core.styles.style_pack import StylePack
 
 
 def solve_place(

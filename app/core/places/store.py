@@ -33,6 +33,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as
+from app.core.environment.environment import read_environment
 from app.core.places.journal import JOURNAL
 from app.core.places.originals import (
     LITTER,
@@ -59,7 +60,6 @@ from app.core.places.place import (
     unreadable,
     version_of,
 )
-from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json

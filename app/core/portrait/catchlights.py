@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
-from app.core.hdr.findings import Findings, Lamp
+from app.core.measure.finish.findings import Findings, Lamp
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
 from app.core.portrait.portrait_head import PortraitHead

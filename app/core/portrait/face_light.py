@@ -46,8 +46,8 @@ from app.core.base.angles import difference
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import bounded, direction, directions
-from app.core.hdr.findings import Findings
-from app.core.solver.environment import solid_angles
+from app.core.environment.environment import solid_angles
+from app.core.measure.finish.findings import Findings
 from app.core.solver.transport import Transport
 from app.core.text import tr, tr_plural
 from app.core.text.directions import face_direction_words

@@ -15,23 +15,19 @@ from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
-from app.core.hdr.findings import Findings
+from app.core.environment.environment import SHAPE
+from app.core.measure.finish.findings import Findings
 from app.core.painting.aside import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import catchlight_words, catchlights
+from app.core.portrait.head_views import HeadViews, load_views_of
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
+from app.core.portrait.pictures import WELL
 from app.core.portrait.portrait_file import PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
-from app.core.solver.environment import SHAPE
-from app.core.solver.head_shape import load_shape_of
-from app.core.solver.head_views import HeadViews, load_views_of
-from app.core.solver.lamps import AS_PUBLISHED, Studio, studio_lamps
-from app.core.solver.lens_search import ViewTables, tables_of, targets_in, views_of
-from app.core.solver.pictures import WELL
-from app.core.solver.place_light import Facing, PlaceLight, picture_at
-from app.core.solver.portraits import (
+from app.core.portrait.portraits import (
     Framing,
     Lit,
     exposures,
@@ -41,7 +37,12 @@ from app.core.solver.portraits import (
     portraits,
     skin_gains,
 )
-from app.core.solver.style_pack import (
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.lens_search import ViewTables, tables_of, targets_in, views_of
+from app.core.solver.place_light import Facing, PlaceLight, picture_at
+from app.core.solver.transport import Transport, render, to_image
+from app.core.styles.lamps import AS_PUBLISHED, Studio, studio_lamps
+from app.core.styles.style_pack import (
     StylePack,
     head_words,
     load_named_pack,
@@ -49,9 +50,8 @@ from app.core.solver.style_pack import (
     own_heads,
     pack_names,
 )
-from app.core.solver.style_pack_build import StudioPacks
-from app.core.solver.styles import Style, mirror_name
-from app.core.solver.transport import Transport, render, to_image
+from app.core.styles.style_pack_build import StudioPacks
+from app.core.styles.styles import Style, mirror_name
 from app.core.text import tr
 
 Size: TypeAlias = tuple[int, int]

@@ -18,8 +18,8 @@ import numpy as np
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
 from app.core.base.sphere import wrapped
-from app.core.hdr.lights import components
-from app.core.solver.styles import StyleLamp
+from app.core.measure.finish.lights import components
+from app.core.styles.styles import StyleLamp
 
 ROWS: Final = 24
 """Of the soft light's grid; its columns become fewer toward the poles."""

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Float32, Float64, Floats, Int64
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent, span
+from app.core.environment.environment import SHAPE, solid_angles
 from app.core.second_light.captured import PlacedLamp
 from app.core.second_light.contrast import (
     Contrast,
@@ -36,7 +37,6 @@ from app.core.second_light.contrast import (
 )
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
-from app.core.solver.environment import SHAPE, solid_angles
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.transport import Transport
 from app.core.text import tr

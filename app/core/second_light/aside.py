@@ -15,12 +15,12 @@ import numpy as np
 from app.core.base.angles import wrap
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
+from app.core.portrait.head_views import HeadView, HeadViews
 from app.core.second_light.added import AddedLight, near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import placement
 from app.core.second_light.search import Placed
 from app.core.solver.face import region_in_view
-from app.core.solver.head_views import HeadView, HeadViews
 from app.core.solver.lens_search import (
     LIGHTINGS,
     LensWish,
@@ -33,9 +33,9 @@ from app.core.solver.place_light import main_azimuth
 from app.core.solver.shortfall import LensShortfall
 from app.core.solver.signature import GRADES, NO
 from app.core.solver.solve import Lighting
-from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import render
 from app.core.solver.weights import region_weights
+from app.core.styles.style_pack import StylePack
 
 
 def seen_aside(

@@ -39,10 +39,10 @@ from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
-from app.core.hdr.masks import MaskSpec, draw_mask
+from app.core.environment.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
+from app.core.environment.environment_file import repair
+from app.core.measure.finish.masks import MaskSpec, draw_mask
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
-from app.core.solver.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
-from app.core.solver.environment_file import repair
 from app.core.text import tr, tr_plural
 
 LARGEST: Final = (512, 1024)

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Int64
 from app.core.base.errors import CoreError
+from app.core.environment.environment import SHAPE
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
-from app.core.solver.environment import SHAPE
 from app.core.solver.search import find_colours
 from app.core.solver.transport import Transport
 from app.core.text import tr

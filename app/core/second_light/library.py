@@ -33,15 +33,14 @@ from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import bounded, remap_frame
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.pipeline import measure
+from app.core.environment.environment import from_radiance
+from app.core.environment.environment_file import read_panorama
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.finish.finish import MergeOptions
 from app.core.places.light import fingerprint_of
 from app.core.second_light.captured import LARGEST, CapturedLamp, centring, find_mask, make_lamp
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import stated_white, with_lux
-from app.core.solver.environment import from_radiance
-from app.core.solver.environment_file import read_panorama
-from app.core.solver.style_pack import StylePack
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
 from app.core.storage.library import (
@@ -52,6 +51,7 @@ from app.core.storage.library import (
     title_key,
     unreadable_folder,
 )
+from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 _FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter

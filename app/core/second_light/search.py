@@ -32,9 +32,9 @@ from app.core.solver.search import luminance_of
 from app.core.solver.shortfall import Cause, LightShortfall, Shortfall
 from app.core.solver.signature import Grade
 from app.core.solver.solve import Lighting, Picture, StyleResult, judge, picture_of, solve_all
-from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, light_shortfall
+from app.core.styles.style_pack import StylePack
 
 ALL: Final = TURNS * COUNT
 """Combinations of a turn and a placement."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.errors import CoreError, TransportError
+from app.core.environment.environment import SHAPE
 from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import (
     Norms,
@@ -26,15 +27,14 @@ from app.core.second_light.contrast import (
     two_parts,
 )
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
-from app.core.solver.environment import SHAPE
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import TIE, Gate, find_peak
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.signature import Signatures, stops_of
-from app.core.solver.style_pack import StylePack
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
 from app.core.solver.weights import target_weights
+from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 

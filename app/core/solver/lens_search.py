@@ -18,10 +18,9 @@ import numpy as np
 
 from app.core.base.angles import TURNS, direction, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices, Int64
+from app.core.portrait.head_views import HeadView, HeadViews, load_views_of
 from app.core.solver.face import AREAS, AROUND, region_in_view
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.head_views import HeadView, HeadViews, load_views_of
-from app.core.solver.lamps import AS_PUBLISHED, mirror_rows, studio_light
 from app.core.solver.peaks import ARC_SHARE, best_index
 from app.core.solver.place_light import main_azimuth
 from app.core.solver.relighting_cache import normalised
@@ -45,8 +44,6 @@ from app.core.solver.solve import (
     answer,
     asked_for,
 )
-from app.core.solver.style_pack import StylePack
-from app.core.solver.styles import Style
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import (
     LIMITS,
@@ -58,6 +55,9 @@ from app.core.solver.turn_choice import (
     choose,
 )
 from app.core.solver.weights import region_weights
+from app.core.styles.lamps import AS_PUBLISHED, mirror_rows, studio_light
+from app.core.styles.style_pack import StylePack
+from app.core.styles.styles import Style
 
 YawWord: TypeAlias = Literal["auto", "short", "broad"]
 YawAsked: TypeAlias = float | YawWord

@@ -12,14 +12,14 @@ import numpy as np
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Floats
 from app.core.base.colour import FloatImage
-from app.core.hdr.display import display_panorama
-from app.core.solver.environment import (
+from app.core.environment.environment import (
     SHAPE,
     Environment,
     reduce_light,
     reduce_radiance,
     solid_angles,
 )
+from app.core.measure.finish.display import display_panorama
 from app.core.solver.search import luminance_of
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import Objective

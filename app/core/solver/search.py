@@ -19,7 +19,7 @@ import numpy as np
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
-from app.core.solver.environment import solid_angles
+from app.core.environment.environment import solid_angles
 from app.core.solver.transport import Transport
 
 MIXTURES: Final = 10

@@ -46,8 +46,6 @@ from app.core.solver.signature import (
     unrivalled,
     worst_relation,
 )
-from app.core.solver.style_pack import StylePack
-from app.core.solver.styles import RARE, Style
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import (
     LIMITS,
@@ -60,6 +58,8 @@ from app.core.solver.turn_choice import (
     light_shortfall,
 )
 from app.core.solver.weights import PaintedWeights
+from app.core.styles.style_pack import StylePack
+from app.core.styles.styles import RARE, Style
 from app.core.text.turns import whole
 
 _EVEN = 0.7  # of the target's contrast

@@ -14,7 +14,10 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as
-from app.core.solver.lamps import (
+from app.core.solver.turn_choice import LIMITS, Limits
+from app.core.storage.data_lock import writing
+from app.core.storage.json_file import Facts, clean, keep_bad, keep_copy, read_json, write_json
+from app.core.styles.lamps import (
     AS_PUBLISHED,
     RATIO_CHOICES,
     SIZE_CHOICES,
@@ -22,9 +25,6 @@ from app.core.solver.lamps import (
     parse_ratio,
     parse_softness,
 )
-from app.core.solver.turn_choice import LIMITS, Limits
-from app.core.storage.data_lock import writing
-from app.core.storage.json_file import Facts, clean, keep_bad, keep_copy, read_json, write_json
 from app.core.text import tr
 
 Kind: TypeAlias = Literal["choice", "number", "toggle", "text", "folder"]

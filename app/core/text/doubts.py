@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.core.hdr.doubt import Doubt
-from app.core.solver.environment import Environment
+from app.core.environment.environment import Environment
+from app.core.measure.finish.doubt import Doubt
 from app.core.text import tr
 from app.core.text.quantities import percent, small_percent
 

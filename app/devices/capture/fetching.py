@@ -20,10 +20,10 @@ from typing import Final, Protocol, TypeAlias
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import atomic_write_bytes, file_opener, flush_folder
 from app.core.base.progress import Token
-from app.core.hdr.bracket import EQUAL_STOPS
-from app.core.hdr.contradiction import disagreeing
-from app.core.hdr.decoding import Pixels
-from app.core.hdr.metadata import read_header
+from app.core.measure.bracket.bracket import EQUAL_STOPS
+from app.core.measure.bracket.contradiction import disagreeing
+from app.core.measure.read.decoding import Pixels
+from app.core.measure.read.metadata import read_header
 from app.core.places.journal import SessionFrame
 from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed

@@ -1,8 +1,8 @@
 """Whether files have come whole, and are the bracket that was planned, by their own EXIF.
 
 Cameras do not always do what they were told, and say nothing: some take three equal exposures,
-some ignore ISO outside the manual program. What `app.core.hdr` says of a bracket by itself (lenses
-that were exposed differently, copies) is not said here.
+some ignore ISO outside the manual program. `core.measure` reports what a bracket shows by itself
+(lenses with different exposures, copies).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from app.core.base.errors import ProbeError
 from app.core.base.files import open_file, os_errors_as
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
-from app.core.hdr.bracket import mapped_words
-from app.core.hdr.frame import Exposure
-from app.core.hdr.half_size import is_whole
-from app.core.hdr.metadata import ENDINGS, Header, read_header
-from app.core.hdr.planner import Plan
+from app.core.measure.bracket.bracket import mapped_words
+from app.core.measure.bracket.half_size import is_whole
+from app.core.measure.plan.planner import Plan
+from app.core.measure.read.frame import Exposure
+from app.core.measure.read.metadata import ENDINGS, Header, read_header
 from app.core.text import tr
 from app.core.text.quantities import listed, shutter_words
 from app.devices.errors import CaptureFailed

@@ -18,11 +18,11 @@ from typing import Final, Literal
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.images import write_exr
 from app.core.base.progress import Token, span
-from app.core.hdr.arriving import ArrivingFrames
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.pipeline import Probe
-from app.core.hdr.planner import Plan
-from app.core.solver.style_pack import StylePack
+from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.bracket.pipeline import Probe
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.plan.planner import Plan
+from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture import fetching, file_integrity, preparation, shooting, single
 from app.devices.capture.preparation import Job

@@ -17,11 +17,11 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
 from app.core.base.progress import Report, Token
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.pipeline import measure
-from app.core.hdr.planner import PlannedShot
-from app.core.hdr.preview import rough_words
 from app.core.localization.recapture_registration import Registered, register_again
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.plan.planner import PlannedShot
+from app.core.measure.single.preview import rough_words
 from app.core.places.frames import small_picture
 from app.core.places.journal import SessionJournal
 from app.core.places.measurement import place_of_capture
@@ -29,8 +29,8 @@ from app.core.places.place import Place
 from app.core.places.resume import drop_empty_place
 from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.turn_choice import LIMITS, Limits
+from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.core.text.quantities import place_name
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from app.core.base.progress import Token
-from app.core.hdr.arriving import ArrivingFrames
-from app.core.hdr.finish import MergeOptions
-from app.core.hdr.pipeline import Probe
-from app.core.hdr.planner import Plan
+from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.bracket.pipeline import Probe
+from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.plan.planner import Plan
 from app.core.places.journal import keepable
-from app.core.solver.style_pack import StylePack
+from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture.recovery import NOT_NOW, Contact
 from app.devices.capture.session import Debts, Session

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from app.core.base.errors import CoreError
-from app.core.hdr.planner import Plan, PlannedShot
+from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.text import tr
 from app.devices.capture import preparation
 from app.devices.capture.preparation import Job

@@ -15,10 +15,10 @@ from typing import Any, Final
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import file_opener
-from app.core.hdr.bracket import metered_exposure
-from app.core.hdr.frame import Exposure
-from app.core.hdr.metadata import read_header
-from app.core.hdr.planner import CameraLimits, Plan, PlannedShot, plan
+from app.core.measure.bracket.bracket import metered_exposure
+from app.core.measure.plan.planner import CameraLimits, Plan, PlannedShot, plan
+from app.core.measure.read.frame import Exposure
+from app.core.measure.read.metadata import read_header
 from app.core.places.journal import EXPOSURE_LIMITS, SessionFrame, ShotStart
 from app.core.text import tr
 from app.devices.capture import preparation

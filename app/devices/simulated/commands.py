@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
-from app.core.hdr.frame import Exposure
+from app.core.measure.read.frame import Exposure
 from app.devices.simulated.body import CameraBody
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import (

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, TypeAlias
 
-from app.core.hdr.frame import LensExposure, Pose
+from app.core.measure.read.frame import LensExposure, Pose
 
 _ASCII, _SHORT, _LONG, _RATIONAL, _BLOB, _SRATIONAL = 2, 3, 4, 5, 7, 10
 _IFD_HEAD: Final = 8

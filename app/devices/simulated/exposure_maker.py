@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from app.core.base.colour import FloatImage
-from app.core.hdr.align import tilt_rotation
-from app.core.hdr.frame import Exposure, LensExposure, Pose
+from app.core.measure.bracket.align import tilt_rotation
+from app.core.measure.read.frame import Exposure, LensExposure, Pose
 from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
 from app.devices.simulated.optics import (

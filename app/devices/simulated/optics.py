@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from app.core.base import sphere
 from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage, srgb_encode
-from app.core.hdr.frame import Exposure
-from app.core.solver.environment import reduce_radiance, solid_angles
+from app.core.environment.environment import reduce_radiance, solid_angles
+from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.colour import FloatImage
-from app.core.hdr.frame import Exposure
+from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import CameraModel, Personality
 from app.devices.simulated.exchange import JsonValue
 from app.devices.simulated.exif import with_segments

@@ -30,7 +30,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_text, make_folder
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.hdr.camera_table import CAMERAS
+from app.core.measure.plan.camera_table import CAMERAS
 from app.core.text import tr
 from app.devices.clock import Clock, wait
 from app.devices.errors import (

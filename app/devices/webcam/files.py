@@ -17,7 +17,7 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.image_input import read_picture
 from app.core.base.native import native_path
-from app.core.film.movie_header import read_movie_header
+from app.core.measure.film.movie_header import read_movie_header
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url

@@ -21,10 +21,10 @@ import numpy as np
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError
-from app.core.hdr.display import display_panorama
+from app.core.environment.environment import read_environment
 from app.core.localization.heading_conversion import heading_of_turn, turn_of_heading
 from app.core.localization.views import Lens, look
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError, unplugged

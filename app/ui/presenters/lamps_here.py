@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Final
 
-from app.core.hdr.findings import Findings, clip_level, find
+from app.core.measure.finish.findings import Findings, clip_level, find
 from app.core.places.place import CaptureFacts
 from app.core.solver.place_light import PlaceLight
 

@@ -12,11 +12,11 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.places.place import Place
 from app.core.portrait.head import Head, title_of
-from app.core.solver.lamps import Studio
 from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
 from app.core.storage.settings import Settings
+from app.core.styles.lamps import Studio
 from app.core.text import tr
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
-from app.core.film.film import Film
+from app.core.environment.layers import LayerError
+from app.core.measure.film.film import Film
 from app.core.painting.library import list_user_styles
 from app.core.places.intake import Intake
 from app.core.places.load import NotFinished, last_opened, load_place
@@ -22,11 +23,10 @@ from app.core.places.place import OpenPlace
 from app.core.places.resume import UnfinishedPlace, finish_files
 from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, list_heads, load_head, with_lamps
-from app.core.solver.lamps import Studio
-from app.core.solver.layers import LayerError
 from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import StyleResult, proposal
-from app.core.solver.style_pack import pack_names
+from app.core.styles.lamps import Studio
+from app.core.styles.style_pack import pack_names
 from app.core.text import tr
 from app.devices.webcam.files import film_frames
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue

@@ -17,9 +17,9 @@ from app.core.places.load import load_place
 from app.core.places.place import Place
 from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, load_head
+from app.core.portrait.portraits import greyed
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
-from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, proposal
 from app.core.storage.settings import Settings
 from app.core.text import tr

@@ -18,8 +18,8 @@ from app.core.base.files import atomic_write_text
 from app.core.base.paths import resources
 from app.core.base.progress import Token, span
 from app.core.solver.lens_search import views_of
-from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 from app.core.solver.turn_choice import OBJECTIVES
+from app.core.styles.style_pack import load_named_pack, load_transport_of, pack_names
 from benchmarks.answers.evaluation.evaluate import GENERIC, evaluate
 from benchmarks.answers.evaluation.offsets import load_offsets
 from benchmarks.answers.evaluation.report.numbers import (
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import argparse
 
     from app.core.base.progress import Report
-    from app.core.solver.style_pack import StylePack
+    from app.core.styles.style_pack import StylePack
     from benchmarks.answers.evaluation.bake_tables import HeadFiles
     from benchmarks.answers.evaluation.evaluate import Evaluation
     from benchmarks.answers.evaluation.scenes import Scene
@@ -156,7 +156,7 @@ def _tables(args: argparse.Namespace, report: Report, token: Token) -> Tables:
     if not args.bake:
         return load_tables(path)
     from app.core.baking.lanes import select_variant
-    from app.core.solver.styles import load_styles
+    from app.core.styles.styles import load_styles
     from benchmarks.answers.evaluation.bake_tables import HeadFiles, bake_tables
 
     select_variant("llvm")

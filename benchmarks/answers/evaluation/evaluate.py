@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
-from app.core.solver.environment import reduce_radiance
+from app.core.environment.environment import reduce_radiance
 from app.core.solver.turn_choice import OBJECTIVES
 from benchmarks.answers.evaluation.differences import Best, Change, best_turns, change
 from benchmarks.answers.evaluation.heads import Spread, from_best, from_results, solved, spread
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from app.core.base.progress import Report, Token
     from app.core.solver.lens_search import ViewTables
     from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
-    from app.core.solver.styles import Style
     from app.core.solver.turn_choice import Objective
+    from app.core.styles.style_pack import StylePack
+    from app.core.styles.styles import Style
     from benchmarks.answers.evaluation.offsets import Offsets
     from benchmarks.answers.evaluation.scenes import Scene
     from benchmarks.answers.evaluation.tables import Tables

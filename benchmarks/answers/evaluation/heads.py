@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
     from app.core.solver.turn_choice import Objective
+    from app.core.styles.style_pack import StylePack
     from benchmarks.answers.evaluation.differences import Best
 
 Float64: TypeAlias = NDArray[np.float64]

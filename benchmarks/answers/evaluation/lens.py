@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.core.solver.lens_search import ViewTables
-    from app.core.solver.style_pack import StylePack
+    from app.core.styles.style_pack import StylePack
 
 Float64: TypeAlias = NDArray[np.float64]
 Bools: TypeAlias = NDArray[np.bool_]

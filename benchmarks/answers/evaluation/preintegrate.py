@@ -27,9 +27,9 @@ from app.core.baking.scene import HeadMesh, build_scene, frame_head
 from app.core.baking.walk import lean_scale, scene_tables, trace_pixels
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import BakeError
-from app.core.solver.lamps import mirror_index
 from app.core.solver.transport import FACE_COVERAGE
 from app.core.solver.weights import target_weights
+from app.core.styles.lamps import mirror_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from app.core.baking.skin import Skin
     from app.core.baking.walk import SceneTables
     from app.core.base.progress import Report, Token
-    from app.core.solver.styles import Style
+    from app.core.styles.styles import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.paths import resources
 from app.core.base.progress import Report, Token, silent
-from app.core.solver.environment import read_environment, reduce
+from app.core.environment.environment import read_environment, reduce
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

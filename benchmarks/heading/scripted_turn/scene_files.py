@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import CoreError
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.solver.environment import Environment
+    from app.core.environment.environment import Environment
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

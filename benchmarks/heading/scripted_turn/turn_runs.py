@@ -30,15 +30,15 @@ from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.sitter import Sitter
 from app.core.localization.tracking import LOST, SEEING, Seeing, Track, track
 from app.core.localization.views import Lens
+from app.core.portrait.head_views import YAWS
 from app.core.portrait.light import PortraitLight, portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
-from app.core.solver.head_views import YAWS
 from app.core.solver.lens_search import LensWish, solve_lens, views_of
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.style_pack import load_named_pack
 from app.core.solver.turn_choice import LIMITS, Objective
+from app.core.styles.style_pack import load_named_pack
 from benchmarks.heading.scripted_turn.phone import Disturbance, disturbed, random_disturbance, swept
 from benchmarks.heading.scripted_turn.photographer import Habits, Photographer, Poser, random_habits
 from benchmarks.heading.scripted_turn.scene_files import probe_environment

@@ -16,8 +16,8 @@ from app.commands.printing import (
 from app.core.base.errors import CoreError, TransportError
 from app.core.base.files import atomic_write_text
 from app.core.base.progress import Token
-from app.core.solver.head_views import load_views_of
-from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.portrait.head_views import load_views_of
+from app.core.styles.style_pack import load_named_pack, load_transport_of
 from benchmarks.speed.timing.bars import BARS
 from benchmarks.speed.timing.rows import MEMORY
 from benchmarks.speed.timing.run import as_json, run_all
@@ -25,9 +25,9 @@ from benchmarks.speed.timing.run import as_json, run_all
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.solver.head_views import HeadViews
-    from app.core.solver.style_pack import StylePack
+    from app.core.portrait.head_views import HeadViews
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
     from benchmarks.speed.timing.growth import Growth
     from benchmarks.speed.timing.rows import Row
     from benchmarks.speed.timing.run import Bench

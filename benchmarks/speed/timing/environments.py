@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core.base import sphere
 from app.core.base.paths import resources
-from app.core.solver.environment import (
+from app.core.environment.environment import (
     SHAPE,
     energy,
     read_environment,

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from app.core.base.angles import TURNS
-from app.core.hdr.pipeline import measure
-from app.core.solver.environment import SHAPE, from_radiance, reduce_radiance
+from app.core.environment.environment import SHAPE, from_radiance, reduce_radiance
+from app.core.measure.bracket.pipeline import measure
 from app.core.solver.place_light import picture_at, pictures_at, prepare
 from app.core.solver.search import build_tables, curves
 from benchmarks.answers.evaluation.report.svg import Series, growth_plot
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Report, Token
     from app.core.solver.place_light import PlaceLight
-    from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
     from benchmarks.speed.timing.rows import Work
 
 Sizes: TypeAlias = tuple[float, ...]

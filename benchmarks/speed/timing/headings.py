@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.hdr.display import display_panorama
+from app.core.environment.environment import read_environment
 from app.core.localization.features import build_index, describe
 from app.core.localization.heading import SEARCHING, find_heading
-from app.core.solver.environment import read_environment
+from app.core.measure.finish.display import display_panorama
 from benchmarks.speed.timing.rows import Case
 
 if TYPE_CHECKING:

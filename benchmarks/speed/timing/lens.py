@@ -18,9 +18,9 @@ from benchmarks.speed.timing.search import lively, plain_match
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from app.core.solver.head_views import HeadViews
-    from app.core.solver.style_pack import StylePack
+    from app.core.portrait.head_views import HeadViews
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

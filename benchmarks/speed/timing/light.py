@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from app.core.base.progress import Token
-    from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
     from benchmarks.speed.timing.rows import Work
 
 Float32: TypeAlias = NDArray[np.float32]

@@ -11,10 +11,10 @@ import numpy as np
 
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
-from app.core.hdr.camera_table import camera_facts
-from app.core.hdr.pipeline import measure
-from app.core.hdr.planner import plan
-from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.bracket.pipeline import measure
+from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.plan.planner import plan
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.light.brackets import write_bracket
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.core.base.progress import Token
-    from app.core.solver.style_pack import StylePack
+    from app.core.styles.style_pack import StylePack
 
 _SCENE: Final = "interior"
 _EV100: Final = 8.0

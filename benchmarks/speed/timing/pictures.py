@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.environment import from_radiance
+from app.core.environment.environment import from_radiance
+from app.core.portrait.portraits import framing, portraits
 from app.core.solver.place_light import pictures_at, prepare, turned
-from app.core.solver.portraits import framing, portraits
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import render, to_image
 from app.core.solver.weights import paint, painted, target_weights
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from app.core.solver.place_light import PlaceLight
-    from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
     from benchmarks.speed.timing.rows import PeerCase
 
 Float32: TypeAlias = NDArray[np.float32]

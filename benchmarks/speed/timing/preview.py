@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from app.core.base.paths import resources
-from app.core.solver.environment import read_environment
+from app.core.environment.environment import read_environment
 from app.devices.clock import SystemClock
 from app.devices.mjpeg import MjpegParser, decode
 from app.devices.simulated.preview import LivePicture, preview_pieces

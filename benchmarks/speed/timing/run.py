@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from app.core.base.progress import Report
-    from app.core.solver.head_views import HeadViews
-    from app.core.solver.style_pack import StylePack
+    from app.core.portrait.head_views import HeadViews
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
     from benchmarks.speed.timing.rows import Case, PeerCase, Row
 
 PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}

@@ -15,8 +15,8 @@ from benchmarks.speed.timing.rows import Case
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

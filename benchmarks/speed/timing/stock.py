@@ -12,7 +12,7 @@ from app.core.baking.scene import build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources
-from app.core.solver.environment import enlarge, read_environment, reduce
+from app.core.environment.environment import enlarge, read_environment, reduce
 from app.core.solver.transport import render
 from benchmarks.speed.timing.rows import PeerCase
 

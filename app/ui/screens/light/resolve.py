@@ -20,8 +20,8 @@ from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
 from app.core.solver.place_light import main_light
 from app.core.solver.shortfall import Cause, LensShortfall, LightShortfall
-from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
+from app.core.styles.styles import Style
 from app.core.text import tr
 from app.core.text.directions import lens_words, light_words, lit_aside_words, placement_words
 from app.core.text.quantities import contrast_words, metres, upper_first

@@ -36,10 +36,10 @@ from app.core.portrait.head import Head
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
-from app.core.solver.styles import Style
 from app.core.solver.transport import Transport, render, to_image
 from app.core.storage.data_lock import writing
 from app.core.storage.settings import Settings
+from app.core.styles.styles import Style
 from app.core.text import tr
 from app.core.text.turns import arc_words, direction_lines, direction_of, signed, size_words
 from app.devices.clock import wait

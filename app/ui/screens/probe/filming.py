@@ -17,7 +17,7 @@ from typing import Final
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token
-from app.core.film.film import Film, FilmReader, flip
+from app.core.measure.film.film import Film, FilmReader, flip
 from app.core.text import tr
 from app.devices.mailbox import Mailbox
 from app.devices.webcam.files import FilmWriter

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from typing import Final
 
 from app.core.base.progress import Report, Token
-from app.core.hdr.camera_table import camera_facts
-from app.core.hdr.preview import RoughAnswer, preview_light, rough_answers
-from app.core.solver.style_pack import load_named_pack
+from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.single.preview import RoughAnswer, preview_light, rough_answers
+from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.turns import direction_of, direction_words, size_words

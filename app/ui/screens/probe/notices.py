@@ -10,9 +10,9 @@ from typing import Final, Literal
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import is_full
-from app.core.hdr.findings import Findings, Lamp
-from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import Plan, plan
+from app.core.measure.finish.findings import Findings, Lamp
+from app.core.measure.plan.planner import Plan, plan
+from app.core.measure.read.frame import Exposure
 from app.core.places.place import CaptureFacts, Place
 from app.core.places.resume import UnfinishedPlace
 from app.core.text import tr, tr_plural

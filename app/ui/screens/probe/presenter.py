@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.hdr.display import display_panorama
-from app.core.hdr.findings import Findings
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.finish.findings import Findings
 from app.core.places.frames import frame_pictures
 from app.core.places.place import Place
 from app.core.portrait.age import Age, Kind, light_age

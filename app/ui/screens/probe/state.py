@@ -8,7 +8,7 @@ from typing import Final, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.hdr.findings import Findings
+from app.core.measure.finish.findings import Findings
 from app.core.text import tr
 from app.ui.presenters.places_list import PlacesListRow
 

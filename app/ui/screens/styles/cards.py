@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import Final
 
 from app.core.painting.library import CANNOT_READ
-from app.core.solver.lamps import studio_words
 from app.core.solver.solve import StyleResult, proposal
-from app.core.solver.styles import RARE, Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
+from app.core.styles.lamps import studio_words
+from app.core.styles.styles import RARE, Style
 from app.core.text import tr, tr_plural
 from app.core.text.directions import LENS_CHOICES, aside_words, lit_aside_brief, lit_aside_words
 from app.core.text.quantities import contrast_words

@@ -13,16 +13,16 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.progress import Token
-from app.core.hdr.findings import Findings
+from app.core.measure.finish.findings import Findings
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.places.place import CaptureFacts
 from app.core.portrait.head import Head
+from app.core.portrait.portraits import greyed
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
-from app.core.solver.portraits import greyed
 from app.core.solver.solve import StyleResult, proposal, quality_scale
-from app.core.solver.styles import Style
 from app.core.solver.turn_choice import Limits
 from app.core.storage.library import Damaged
+from app.core.styles.styles import Style
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Model, Selection
 from app.ui.screens.styles.state import Size

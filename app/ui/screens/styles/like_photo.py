@@ -20,8 +20,8 @@ from app.core.painting.photo_style import lamp_words, photo_lamps, photo_studio,
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.head import Head
 from app.core.solver.head_shape import HeadShape, load_shape_of
-from app.core.solver.lamps import studio_light
 from app.core.solver.transport import render, to_image
+from app.core.styles.lamps import studio_light
 from app.core.text import tr
 from app.ui.presenters.services import Services
 

@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from app.core.base.angles import wrap
-from app.core.solver.lamps import (
+from app.core.solver.lens_search import STRAIGHT, LensWish, YawAsked, YawWord
+from app.core.solver.solve import StyleResult
+from app.core.styles.lamps import (
     AS_PUBLISHED,
     RATIO_CHOICES,
     SIZE_CHOICES,
@@ -17,8 +19,6 @@ from app.core.solver.lamps import (
     parse_softness,
     studio_words,
 )
-from app.core.solver.lens_search import STRAIGHT, LensWish, YawAsked, YawWord
-from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES, aside_words
 from app.ui.presenters.actions import Action

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 from app.core.base.arrays import Bytes, Float32
-from app.core.solver.lamps import SIZE_CHOICES
+from app.core.styles.lamps import SIZE_CHOICES
 from app.core.text import tr
 
 if TYPE_CHECKING:

@@ -15,15 +15,6 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.faces.finder import find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
-from app.core.film.film import MOST_FRAMES, WIDTH, flipped, read_film
-from app.core.film.in_place import (
-    GLANCES,
-    beside,
-    keep_frames,
-    looks_mirrored,
-    mirror_words,
-)
-from app.core.film.movie_header import VIDEO_ENDINGS
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
@@ -36,6 +27,15 @@ from app.core.localization.photo_check import (
     locate_photo,
     read_photo,
 )
+from app.core.measure.film.film import MOST_FRAMES, WIDTH, flipped, read_film
+from app.core.measure.film.in_place import (
+    GLANCES,
+    beside,
+    keep_frames,
+    looks_mirrored,
+    mirror_words,
+)
+from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.places.shots import (
     Shot,
     add_shot,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
-from app.core.film.movie_header import VIDEO_ENDINGS
 from app.core.guidance.guide import Source
+from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.text import tr
 from app.devices.webcam import LiveSource, WebcamError
 from app.devices.webcam.files import check_video, stills_in

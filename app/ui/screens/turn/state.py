@@ -10,7 +10,7 @@ from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.plan import Plan
-from app.core.solver.portraits import value_at
+from app.core.portrait.portraits import value_at
 from app.core.text import tr
 from app.core.text.directions import SIDE_LINES
 from app.core.text.quantities import lower_first

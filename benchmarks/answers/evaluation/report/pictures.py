@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.environment import reduce_radiance
-from app.core.solver.portraits import framing, greyed, portraits
+from app.core.environment.environment import reduce_radiance
+from app.core.portrait.portraits import framing, greyed, portraits
 from app.core.solver.transport import render, to_image
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Report, Token
     from app.core.solver.solve import StyleResult
-    from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
     from benchmarks.answers.evaluation.scenes import Scene
 
 Bytes: TypeAlias = NDArray[np.uint8]

@@ -10,7 +10,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from app.core.solver.lamps import RATIO_CHOICES
+from app.core.styles.lamps import RATIO_CHOICES
 from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES
 from app.ui.screens.styles.state import CardState, LampsState, LensState, StylesState

@@ -1,0 +1,1 @@
+"""Read, repair and reduce a panorama of light."""

@@ -1,0 +1,370 @@
+"""Environments: linear HDR panoramas of the light at a place, and their exact reduction.
+
+A panorama is equirectangular, row 0 at the zenith, azimuth 0 at the centre column and positive
+to the right (clockwise from above). Texel (i, j) of an H x W environment is the area
+u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
+Reading the file formats is `app.core.environment.environment_file`'s part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Bools, Float32, Float64, Floats
+from app.core.base.colour import FloatImage
+from app.core.base.errors import EnvironmentFileError
+from app.core.base.image_input import CLIPPED, UNSEEN
+from app.core.base.sphere import bounded, row_edges
+from app.core.base.sphere import solid_angles as solid_angles
+from app.core.environment.environment_file import Repairs, read_panorama, repair
+from app.core.environment.holes import canvas, filled
+from app.core.environment.plateau import plateau
+from app.core.text import tr
+from app.core.text.quantities import small_percent
+
+_Mark = TypeVar("_Mark", bound=np.generic)
+SHAPE: Final = (32, 64)
+"""Rows and columns of the environment that the search works on."""
+
+_ROUNDS: Final = 60
+_FINE: Final = 4096  # columns, for sums over a panorama
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """A repaired panorama of the light at one place.
+
+    Attributes:
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
+            negative, not all zero; read-only.
+        rough: Whether its file says that much of the light is a guess.
+        clipped: Float32, (H, 2 H). Share of each texel that was too bright for what measured it:
+            there the light is a lower bound, or, where it is `rough`, a guess. None where nothing
+            was.
+        unseen: (H, 2 H) bool. Where nothing shows the light, and it was filled from around; None
+            where all was seen.
+        layer, layers: The layer of its file that was read and all there are, where these are
+            several.
+    """
+
+    radiance: FloatImage = field(repr=False)
+    name: str
+    repairs: Repairs = field(default_factory=Repairs)
+    rough: bool = False
+    clipped: Float32 | None = field(default=None, repr=False)
+    unseen: Bools | None = field(default=None, repr=False)
+    layer: str = ""
+    layers: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the panorama."""
+        return self.radiance.shape[0], self.radiance.shape[1]
+
+    @property
+    def shares(self) -> dict[str, Float32]:
+        """What a file keeps beside the light, by channel: what is clipped, and not seen."""
+        return kept_shares(self.clipped, self.unseen)
+
+    @property
+    def blind(self) -> float:
+        """Share of the sphere that was not seen, 0 to 1."""
+        if self.unseen is None:
+            return 0.0
+        areas = solid_angles(self.shape) / (4.0 * np.pi)
+        return float((self.unseen.sum(axis=1) * areas).sum())
+
+    @property
+    def clipped_light(self) -> float:
+        """Share of the light that comes from clipped texels, 0 to 1."""
+        if self.clipped is None:
+            return 0.0
+        light = bounded(self.radiance, _FINE).mean(axis=-1)
+        return float(energy(light * bounded(self.clipped, _FINE))) / float(energy(light))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences to show the user: layer, repairs, what is a guess and what was not seen."""
+        name, words = self.name, list(self.repairs.warnings(self.name))
+        if self.layers:
+            others = ", ".join(each for each in self.layers if each != self.layer)
+            words.append(
+                tr(
+                    "{name}: layer {layer} is read; it also holds {others}.",
+                    name=name,
+                    layer=self.layer,
+                    others=others,
+                )
+            )
+        if self.rough:
+            words.append(
+                tr(
+                    "{name} was made from one photograph: where that was clipped, its light is a "
+                    "guess.",
+                    name=name,
+                )
+            )
+        elif self.clipped is not None:
+            words.append(
+                tr(
+                    "{name} is clipped: its brightest areas may be brighter than the file says.",
+                    name=name,
+                )
+            )
+        if self.unseen is not None:
+            words.append(
+                tr(
+                    "{name} does not show {share} of the sphere. It was filled from around.",
+                    name=name,
+                    share=small_percent(self.blind),
+                )
+            )
+        return tuple(words)
+
+
+def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Float32]:
+    """Planes that `app.core.base.images.write_exr` keeps beside the light, (H, W) each."""
+    planes: dict[str, Float32] = {}
+    if clipped is not None and clipped.any():
+        planes[CLIPPED] = clipped
+    if unseen is not None:
+        planes[UNSEEN] = unseen.astype(np.float32)
+    return planes
+
+
+def read_environment(path: Path | str, layer: str = "") -> Environment:
+    """Read a linear panorama, repair it, and fill what it does not show.
+
+    Args:
+        layer: Of several layers the one to read; by default the beauty pass.
+
+    Raises:
+        EnvironmentFileError: When the file is missing, empty, damaged, not an HDR image, not 2:1,
+            too small or too large, or all black: one sentence, and what to do about it.
+    """
+    panorama = read_panorama(path, layer)
+    environment = from_radiance(panorama.radiance, panorama.name)
+    clipped = panorama.clipped
+    if clipped is None:
+        marks = plateau(environment.radiance)
+        clipped = None if marks is None else marks.astype(np.float32)
+    unseen = _either(panorama.unseen, canvas(environment.radiance))
+    return replace(
+        environment,
+        radiance=environment.radiance if unseen is None else filled(environment.radiance, unseen),
+        rough=panorama.rough,
+        clipped=_either(clipped, environment.clipped),
+        unseen=unseen,
+        layer=panorama.layer,
+        layers=panorama.layers,
+    )
+
+
+def _either(one: NDArray[_Mark] | None, other: NDArray[_Mark] | None) -> NDArray[_Mark] | None:
+    """The larger share of two planes, of which one may be missing."""
+    if one is None or other is None:
+        return other if one is None else one
+    return np.asarray(np.maximum(one, other))
+
+
+def from_radiance(radiance: FloatImage, name: str) -> Environment:
+    """Make an environment of radiance values, repairing them.
+
+    Args:
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance. The array is taken
+            over: it is repaired in place and becomes read-only, since panoramas are too large to be
+            copied for tidiness.
+
+    Raises:
+        EnvironmentFileError: When nothing but black, NaN or infinite texels is in it, or the shape
+            is not 2:1.
+    """
+    shape = radiance.shape
+    if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
+        raise EnvironmentFileError(
+            tr(
+                "{name} is not a full panorama: it has the shape {shape}, not (H, 2 H, 3).",
+                name=name,
+                shape=shape,
+            )
+        )
+    repairs, infinite = repair(radiance, name)
+    radiance.flags.writeable = False
+    clipped = None if infinite is None else infinite.astype(np.float32)
+    return Environment(radiance, name, repairs, clipped=clipped)
+
+
+def energy(radiance: Floats) -> Float64:
+    """Integrate radiance over the sphere.
+
+    Args:
+        radiance: Float, (H, W, ...). Radiance per texel.
+
+    Returns:
+        Float64, (...). Sum of radiance times solid angle (sr).
+    """
+    sums = radiance.sum(axis=1, dtype=np.float64)
+    return np.tensordot(solid_angles((radiance.shape[0], radiance.shape[1])), sums, axes=1)
+
+
+def reduce(
+    environment: Environment, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
+) -> FloatImage:
+    """Reduce an environment to the size the transport works on, as seen at a turn.
+
+    Args:
+        shape: Rows and columns wanted; more than the panorama has is allowed.
+        turn_deg: Turn in degrees, clockwise from above.
+
+    Returns:
+        Float32, (rows, columns, 3). See `reduce_light`.
+    """
+    return reduce_light(environment.radiance, shape, turn_deg)
+
+
+def reduce_radiance(
+    radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
+) -> FloatImage:
+    """Average radiance over larger (or smaller) texels, weighted by solid angle.
+
+    Every texel wanted is the mean over its area of the piecewise constant radiance given:
+    overlaps are measured in sine of elevation and in azimuth, so that the integral of radiance
+    over the sphere is kept for any pair of sizes and any turn. At turn t the sitter faces
+    azimuth t, hence column u of the result is column u + t/360 of the panorama. A turn by k
+    whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
+
+    Args:
+        radiance: Float32, (H, W, C). Linear radiance.
+        shape: Rows and columns wanted.
+        turn_deg: Turn in degrees, clockwise from above.
+
+    Returns:
+        Float32, (rows, columns, C). Linear radiance in the same scale.
+    """
+    height, width, _ = radiance.shape
+    rows = _row_weights(height, shape[0])
+    return _mixed(radiance, rows, _column_weights(width, shape[1], turn_deg))
+
+
+def reduce_light(
+    radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
+) -> FloatImage:
+    """Reduce a panorama for the search and for pictures, so that small lamps keep their place.
+
+    Where it is at least twice as fine, each of its texels is shared by the two nearest rows and
+    columns wanted; any other size is averaged as by `reduce_radiance`. Either way energy is kept
+    and even light stays even; arguments and turns are as there.
+    """
+    height, width, _ = radiance.shape
+    rows, columns = shape
+    if height < 2 * rows or width < 2 * columns:
+        return reduce_radiance(radiance, shape, turn_deg)
+    return _mixed(radiance, _shared_rows(height, rows), _shared_columns(width, columns, turn_deg))
+
+
+def _mixed(
+    radiance: FloatImage, rows: tuple[tuple[int, Float64], ...], columns: Float64
+) -> FloatImage:
+    """Mix rows, each of the few it takes from (first, shares), and columns (given, wanted)."""
+    height, width, channels = radiance.shape
+    bands = np.empty((len(rows), width * channels))
+    if len(rows) == height:
+        bands[:] = radiance.reshape(height, -1)
+    else:
+        # Row bands first: one pass over a large panorama, in double precision without a
+        # double-precision copy of all of it.
+        for row, (start, weights) in enumerate(rows):
+            part = radiance[start : start + weights.size].reshape(weights.size, -1)
+            bands[row] = weights @ part
+    grid = bands.reshape(len(rows), width, channels)
+    mixed = np.einsum("rwc,wk->rkc", grid, columns, optimize=True)
+    return np.ascontiguousarray(mixed, dtype=np.float32)
+
+
+def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
+    """Repeat texels, without interpolation, for reference renders of exactly these texels.
+
+    Args:
+        radiance: Float32, (H, W, ...). Environment.
+        shape: Rows and columns wanted, whole multiples of H and W.
+
+    Returns:
+        Float32, (rows, columns, ...). The same light on a finer grid.
+
+    Raises:
+        ValueError: When the sizes are not whole multiples.
+    """
+    down, down_rest = divmod(shape[0], radiance.shape[0])
+    across, across_rest = divmod(shape[1], radiance.shape[1])
+    if down_rest or across_rest or not (down and across):
+        raise ValueError(f"{shape} is not a whole multiple of {radiance.shape[:2]}")
+    return np.repeat(np.repeat(radiance, down, axis=0), across, axis=1)
+
+
+@lru_cache(maxsize=16)
+def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
+    """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
+    given, wanted = row_edges(height), row_edges(rows)
+    result = []
+    for row in range(rows):
+        first = row * height // rows
+        last = -(-(row + 1) * height // rows)
+        upper = np.minimum(given[first:last], wanted[row])
+        lower = np.maximum(given[first + 1 : last + 1], wanted[row + 1])
+        # Edges that coincide in exact arithmetic can differ in the last bit.
+        overlap = np.maximum(upper - lower, 0.0)
+        result.append((first, overlap / overlap.sum()))
+    return tuple(result)
+
+
+@lru_cache(maxsize=16)
+def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
+    """As `_row_weights`, each row given being shared by the two nearest rows wanted."""
+    area, wanted = -np.diff(row_edges(height)), row_edges(rows)
+    place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
+    shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
+    energy = shares * area
+    # Rows are not of one size: what each must hold in even light, and give away, is met in turns.
+    for _ in range(_ROUNDS):
+        energy *= (-np.diff(wanted) / energy.sum(axis=1))[:, None]
+        energy *= area / energy.sum(axis=0)
+    energy = 0.5 * (energy + energy[::-1, ::-1])
+    energy /= energy.sum(axis=1, keepdims=True)
+    firsts = (energy > 0).argmax(axis=1).tolist()
+    return tuple(
+        (first, row[first:][: int((row > 0).sum())])
+        for first, row in zip(firsts, energy, strict=True)
+    )
+
+
+def _shared_columns(width: int, columns: int, turn_deg: float) -> Float64:
+    """As `_column_weights`, each column given being shared by the two nearest ones wanted."""
+    shift = turn_deg * width / 360.0
+    away = (np.arange(width)[:, None] + 0.5 - shift) * columns / width - 0.5 - np.arange(columns)
+    away = np.abs((away + columns / 2) % columns - columns / 2)
+    shares = np.maximum(1.0 - away, 0.0)
+    return np.asarray(shares / shares.sum(axis=0))
+
+
+def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
+    """Shares (width, columns) of the given columns in the wanted ones; each column sums to 1."""
+    # In units of given columns, moved into [0, width): turning is periodic.
+    shift = (turn_deg * width / 360.0) % width
+    nearest = round(shift)
+    if abs(shift - nearest) < 1e-9 * width:
+        shift = float(nearest)
+    step = width / columns
+    matrix = np.zeros((width, columns))
+    column = np.arange(columns)
+    start, stop = shift + column * step, shift + (column + 1) * step
+    first, last = np.floor(start).astype(np.intp), np.ceil(stop).astype(np.intp)
+    for index in (first + k for k in range(int((last - first).max()))):
+        overlap = np.minimum(index + 1.0, stop) - np.maximum(index, start)
+        matrix[index % width, column] += np.maximum(overlap, 0.0)
+    return np.asarray(matrix / matrix.sum(axis=0))

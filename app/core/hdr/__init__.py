@@ -1,1 +1,0 @@
-"""The light probe: a bracket of exposures in, an environment that can be trusted out."""

@@ -1,0 +1,1 @@
+"""Measure the light of a place from what a photographer has."""

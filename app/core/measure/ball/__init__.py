@@ -1,0 +1,1 @@
+"""Measure light with a mirror ball."""

@@ -1,0 +1,275 @@
+"""A mirror ball in a picture: found and measured.
+
+A sphere in perspective is a cone of rays. Its outline is where a smooth background ends: the
+outermost of many edges, since a mirror squeezes what is behind it into rings along its rim. The
+cone with the most such edges is found by trying, coarse to fine (as Daugman finds an iris, "High
+confidence visual recognition of persons", PAMI 1993). That it is a mirror shows in its picture: all
+directions are in it, hence much contrast, squeezed along the radius by 1 - r^2 at r of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, Self
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float32, Float64, Floats
+from app.core.base.colour import luminance, srgb_encode, srgb_light, to_bytes
+from app.core.base.errors import ProbeError
+from app.core.measure.read.resampling import log_light
+from app.core.text import tr
+
+_USUAL_MM: Final = 50.0  # focal length on 24 x 36 to begin with, where none is stated
+_DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
+_ANGLES: Final = 180  # places around the outline
+_TURN: Final = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
+_WAYS: Final = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
+_LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
+_HOUGH: Final = (200.0, 0.6)  # strength of edges, and how round they are
+_LEAST_PX: Final = 14  # of radius, there
+_BLURS: Final = ((1.0, 2.0), (1.5, 3.0))  # of logarithmic light, and of a developed picture
+_MOST_CANDIDATES: Final = 10
+_ALIKE: Final = 0.1  # of the radius: circles that need not be looked at twice
+_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)  # of the radius: how far the outline is sought
+_FINE_LEVELS: Final = (0.02, 0.006, 0.002)
+_STEPS: Final = 10
+_EDGE: Final = 3.0  # times as strong as what is outside of it: half an edge
+_OUTSIDE: Final = 0.12  # of the radius, where that is looked at
+_OUTSIDE_PX: Final = 7.0  # there, to measure a ball that was found
+_LEAST_EDGES: Final = 0.42  # before the outline is sought finely
+_LEAST_RADIUS_PX: Final = 30.0
+_LEAST_STOPS: Final = 0.65
+_LEAST_RISE: Final = 1.4  # stops of squeeze, of the rim over the middle
+_LEAST_BALL: Final = 1.3  # of what shows of the outline, with half the squeeze of the worst sectors
+_CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no squeeze
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A ball as a camera sees it: a cone of rays.
+
+    `axis`, (3,) float64, is the unit vector to its centre in the camera's axes: right, up, ahead.
+    `angle` is half of what it spans, radians; `focal` in pixels of a picture of `shape`, whose
+    middle the camera looks at. `edges` is how much of the outline shows, 0 to 1.
+    """
+
+    axis: Float64 = field(repr=False)
+    angle: float
+    focal: float
+    shape: tuple[int, int]
+    edges: float = 0.0
+
+    @classmethod
+    def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
+        """Make a ball of a round outline: column, row and radius, pixels."""
+        axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
+        far = float(np.linalg.norm(axis))
+        return cls(axis / far, math.atan(radius / focal / far), focal, shape)
+
+    @property
+    def radius_px(self) -> float:
+        """About how many pixels its radius has."""
+        return self.focal * math.tan(self.angle) / float(self.axis[2])
+
+    @property
+    def across(self) -> Float64:
+        """(2, 3): unit vectors to the right of the axis and up from it, as the camera sees them."""
+        right = np.cross((0.0, 1.0, 0.0), self.axis)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(self.axis, right)])
+
+    def seen_by(self, mm: float) -> Self:
+        """The same outline, seen by a lens of another focal length on 24 x 36."""
+        (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
+        focal = focal_px(mm, self.shape)
+        return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
+
+    def resized(self, shape: tuple[int, int]) -> Ball:
+        """The same ball in the same picture at another size."""
+        return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
+
+    def moved(self, right: float, up: float, larger: float) -> Ball:
+        """The ball moved, and larger, by shares of its radius."""
+        spread = math.tan(self.angle)
+        axis = self.axis + spread * (np.array([right, up]) @ self.across)
+        angle = math.atan(spread * (1.0 + larger))
+        return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
+
+    def project(self, rays: Float64) -> tuple[Float32, Float32]:
+        """Columns and rows, whole at middles of pixels, of rays (..., 3) in the camera's axes."""
+        scale = self.focal / np.maximum(rays[..., 2], 1e-6)
+        x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
+        y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale
+        return x.astype(np.float32), y.astype(np.float32)
+
+    def around(self, picture: Float32, shares: Floats) -> Float32:
+        """Sample a picture all around the ball at shares of its radius, (angles, shares)."""
+        out = math.tan(self.angle) * (_WAYS @ self.across)
+        x, y = self.project(self.axis + shares[:, None] * out[:, None])
+        border = cv2.BORDER_REPLICATE
+        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=border), np.float32)
+
+
+def focal_px(mm: float, shape: tuple[int, int]) -> float:
+    """Focal length in pixels of a picture, by its diagonal, of one in millimetres on 24 x 36."""
+    return mm * math.hypot(*shape) / _DIAGONAL_MM
+
+
+def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
+    """Luminance, (h, w), of small coded frames, good enough to look for things in."""
+    total = weights = np.float32(0.0)
+    for picture, stop in zip(pictures, stops, strict=True):
+        # Only the darkest frame tells what all others clip.
+        trust = np.clip(250.0 - picture.max(axis=-1), 1e-4, 60.0).astype(np.float32)
+        total = total + trust * luminance(srgb_light(picture))
+        weights = weights + trust * np.float32(2.0 ** (stop - stops[0]))
+    return np.asarray(total / weights, np.float32)
+
+
+def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
+    """Find the one mirror ball in a picture's luminance, (h, w).
+
+    `focal_mm` is the lens's on 24 x 36, None where unknown. ProbeError where there is no ball, or
+    more than one.
+    """
+    focal = focal_px(focal_mm or _USUAL_MM, light.shape)
+    root, tones = np.sqrt(light), log_light(light)
+    noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
+    found: list[Ball] = []
+    for x, y, radius in _circles(light):
+        ball = _settled(Ball.at(x, y, radius, focal, light.shape), root, _LEVELS, _OUTSIDE)
+        if _mirrors(ball, tones, noise):
+            found.append(ball)
+    found.sort(key=lambda each: -each.angle)
+    apart = [
+        ball
+        for number, ball in enumerate(found)
+        if all(ball.axis @ larger.axis <= math.cos(larger.angle) for larger in found[:number])
+    ]
+    if not apart:
+        raise ProbeError(
+            tr("There is no mirror ball in these pictures, or too little of it to measure."),
+            tr(
+                "Photograph it whole and sharp, as large as a tenth of the picture or more, "
+                "before a background that is far behind it."
+            ),
+        )
+    if len(apart) > 1:
+        raise ProbeError(
+            tr("There are {count} mirror balls in these pictures.", count=len(apart)),
+            tr("Leave one where the sitter's head will be, and photograph it alone."),
+        )
+    return apart[0]
+
+
+def refined(ball: Ball, radiance: Float32) -> Ball:
+    """Fit a ball that was found in a small picture in merged light, (H, W, 3)."""
+    ball = ball.resized((radiance.shape[0], radiance.shape[1]))
+    outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
+    return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)
+
+
+def _circles(light: Float32) -> list[tuple[float, float, float]]:
+    """Round outlines, roughly: column, row and radius, pixels."""
+    share = min(1.0, _LOOKED_AT / max(light.shape))
+    size = (round(light.shape[1] * share), round(light.shape[0] * share))
+    small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
+    tones = log_light(small)
+    low, high = np.percentile(tones, (1.0, 99.0))
+    looks = (
+        (tones - low) / max(high - low, 1e-3),
+        srgb_encode(small / max(float(np.percentile(small, 90.0)), 1e-9)),
+    )
+    circles: list[tuple[float, float, float]] = []
+    for look, blur in [(a, b) for a, some in zip(looks, _BLURS, strict=True) for b in some]:
+        found = cv2.HoughCircles(
+            cv2.GaussianBlur(to_bytes(look), (0, 0), blur),
+            cv2.HOUGH_GRADIENT_ALT,
+            1.5,
+            _LEAST_PX,
+            param1=_HOUGH[0],
+            param2=_HOUGH[1],
+            minRadius=_LEAST_PX,
+            maxRadius=min(size) // 2,
+        )
+        for x, y, r in [] if found is None else found[0, :_MOST_CANDIDATES, :3].tolist():
+            if all(max(math.hypot(x - a, y - b), abs(r - c)) > _ALIKE * r for a, b, c in circles):
+                circles.append((x, y, r))
+    scale = max(light.shape) / max(size)
+    return [((x + 0.5) * scale, (y + 0.5) * scale, r * scale) for x, y, r in circles]
+
+
+def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
+    """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
+    grid = np.arange(-_STEPS, _STEPS + 1)
+    moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
+    shift = np.rint(2.0 * (moves @ _WAYS.T)).astype(int)
+    middle = 2 * (3 * _STEPS + 2)
+    places = shift + np.arange(_ANGLES) * (2 * middle + 1) + middle
+    for reach in levels:
+        step = reach / _STEPS
+        edges, ridges = _outermost(ball, root, step, middle, outside)
+        scores = np.stack([ridges.take(places + 2 * size).mean(axis=1) for size in grid])
+        size, place = np.unravel_index(int(scores.argmax()), scores.shape)
+        shown = float(edges.take(places[place] + 2 * grid[size]).mean())
+        right, up = moves[place] * step
+        ball = replace(ball.moved(right, up, grid[size] * step), edges=shown)
+        if shown < _LEAST_EDGES:
+            break
+    return ball
+
+
+def _outermost(
+    ball: Ball, root: Float32, step: float, middle: int, outside: float
+) -> tuple[Float32, Float32]:
+    """How far each place is an edge with nothing as strong outside: (angles, 2 middle + 1), 0 to 1.
+
+    Places are half a step apart, in shares of the radius; the outline is in the middle. The second
+    result is large on the ridges only: before a flat background the foot of an edge has nothing
+    outside either.
+    """
+    blur = max(0.6 * step * ball.radius_px, 0.5)
+    gap = max(round(4.0 * blur / ball.radius_px / step), 1)
+    wide = round(2.0 * max(outside / step, 6.0))
+    shares = 1.0 + (np.arange(2 * middle + 1 + gap + wide) - middle) * (0.5 * step)
+    x, y = (int(each) for each in ball.project(ball.axis))
+    far = int(1.2 * shares[-1] * ball.radius_px + 4.0 * blur) + 2
+    box = slice(max(y - far, 0), y + far), slice(max(x - far, 0), x + far)
+    soft = np.empty_like(root)  # no more is looked at than the box
+    soft[box] = cv2.GaussianBlur(root[box], (0, 0), blur)
+    slopes = np.abs(np.gradient(ball.around(soft, shares), axis=1))
+    sums = np.cumsum(slopes, axis=1)
+    count = 2 * middle + 1
+    beyond = (sums[:, gap + wide :][:, :count] - sums[:, gap:][:, :count]) / wide
+    peaks = np.asarray(cv2.dilate(slopes, np.ones((1, gap | 1), np.uint8)))[:, :count]
+    slopes = slopes[:, :count]
+    edges = slopes / (slopes + _EDGE * beyond + np.float32(1e-9))
+    return edges, edges * slopes / (peaks + np.float32(1e-9))
+
+
+def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
+    """Whether a ball's outline shows, and all directions in it, squeezed toward its rim."""
+    radius = ball.radius_px
+    if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
+        return False
+    shares = np.arange(int(0.2 * radius), int(1.94 * radius)) / (2.0 * radius)
+    seen = ball.around(tones, shares)
+    if float(seen.std()) < _LEAST_STOPS:
+        return False
+    along = 2.0 * np.abs(np.gradient(seen, axis=1))
+    step = 2.0 * (2.0 * math.pi / _ANGLES) * shares * radius
+    around = np.abs(np.roll(seen, -1, axis=0) - np.roll(seen, 1, axis=0)) / step
+
+    def squeezed(part: Bools) -> Float64:
+        """Stops by which light changes faster along the radius than around, in twelve sectors."""
+        one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
+        return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
+
+    rim = float(np.percentile(squeezed(shares >= 0.85), 10.0))
+    rise = float(squeezed(shares >= 0.9).mean() - squeezed(shares < 0.6).mean())
+    clear = ball.edges > _CLEAR[0] and rise > _CLEAR[1]
+    return clear or (ball.edges + 0.5 * rim > _LEAST_BALL and rise > _LEAST_RISE)

@@ -1,0 +1,433 @@
+"""What a mirror ball reflects, as a panorama.
+
+A direction is looked up where the ball reflects it: the normal there halves the angle to the
+camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
+pixels hold the same solid angle, but toward the rim they become needles: the last ones and the
+photographer count as blind. What is behind the ball the picture shows past it; where its rim shows
+that as well, the colour of a tinted mirror is found.
+
+Dirt is matt: wherever it is on the ball, it shows its own colour times the light of half the
+sphere. The place's own details do not, so that the commonest colour of specks is the dirt's. By how
+much a sun is brighter than what clips, they tell besides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.colour import luminance
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Token
+from app.core.base.sphere import direction, directions, rotation
+from app.core.environment.environment import reduce_radiance, solid_angles
+from app.core.measure.ball.ball_finder import Ball
+from app.core.measure.finish.masks import box_mask
+from app.core.measure.read.frame import Merged
+from app.core.measure.read.resampling import light_in_bands, likeness, log_light
+from app.core.text import tr
+
+REFLECTANCE: Final = 0.66
+"""Share of light that chromium reflects head on (Palik)."""
+
+BALL_M: Final = 0.12
+"""Diameter in metres that is assumed: it says how far away, hence how wide, the photographer is."""
+
+_RIM_PX: Final = 1.5  # of the rim that is not used
+_FINEST: Final = 1024  # rows of a panorama
+_SUPERSAMPLED: Final = 2
+# Head and body: half the width, and from where to where it reaches from the lens, metres.
+_PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
+_BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
+_LEAST_BOTH: Final = 16  # texels of a coarse panorama, to compare picture and rim
+_LENSES: Final = (28.0, 35.0, 50.0, 70.0, 85.0, 105.0, 135.0)  # mm on 24 x 36
+_NEARLY: Final = 0.9  # of the greatest likeness
+_COARSE: Final = 128  # rows, to look how far behind
+_PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
+_UNSURE: Final = 10.0  # stops between quartiles of the mirror's colour, by the root of their share
+_LEAST_SHARE: Final = 3e-4  # of the panorama, to tell a colour
+_COLOURED: Final = 0.25  # by which channels differ, that chrome's do not even at its rim
+_MATT: Final = (32, 64)  # rows and columns of a matt ball's picture
+# In natural logarithms: how even a speck is; and how near one colour dirt is, and how far from what
+# is around it.
+_FLAT: Final = 0.15
+_SAME: Final = 0.15
+_COOL: Final = 0.1  # dirt is hardly bluer than white
+_WARM: Final = 1.1
+_COLOURS: Final = (math.log(0.05), 0.0)  # the mirror's own share is 0
+_SUNS: Final = tuple(2.0 ** (k / 4) for k in range(40))  # times as bright as what clips
+_LEAST_SPECKS: Final = 6
+_LEAST_SAME: Final = 0.2  # of all specks
+_LEAST_PERSON_DEG: Final = 5.0
+_MOST_PERSON_DEG: Final = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class BallOptions:
+    """What is known of a ball and its pictures.
+
+    `second` are the exposures from another side, taken at about azimuth `from_deg` (None: found);
+    none if empty. `reflectance` is the mirror's, head on; `pitch_deg` how far the camera looked up.
+    """
+
+    second: tuple[Path, ...] = ()
+    from_deg: float | None = None
+    reflectance: float = REFLECTANCE
+    pitch_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """What a ball reflects to one photographer, whose place is azimuth 0 of the panorama.
+
+    `texels`, (H, W, 5) float32, are radiance, and the shares clipped and dark; `weight`, (H, W)
+    float32, is how well each is resolved, 0 to 1; 0 where it is blind. `notes` are sentences.
+    """
+
+    texels: Float32 = field(repr=False)
+    weight: Float32 = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def blind(self) -> Float32:
+        """1 where nothing was seen, (H, W)."""
+        return (self.weight <= 0.0).astype(np.float32)
+
+
+def panorama_rows(radius_px: float) -> int:
+    """Rows of a panorama as fine as the middle of a ball, and a little finer: a multiple of 8."""
+    return min(max(8 * round(radius_px * 0.625 * math.pi / 8.0), 64), _FINEST)
+
+
+def unwrap(
+    merged: Merged, ball: Ball, rows: int, options: BallOptions, token: Token | None = None
+) -> Side:
+    """Resample merged light, (H, W, 3), to the panorama, (rows, 2 rows), that a ball reflects.
+
+    Fields that are shares of area stay such; clipped light stays clipped. What is behind the ball
+    is what the picture shows past it.
+    """
+    axes = _upright_axes(ball, options.pitch_deg)
+    side = _reflection(merged, ball, rows, options, token or Token())
+    side = _without_dirt(side, _camera(ball, axes))
+    picture, ball, far, _ = _behind(side, merged, ball, axes)
+    shown, seen = _past(picture, ball, axes, side.weight.shape, far)
+    return _mixed(_without_tint(side, shown, seen), Side(shown, _PAST * seen))
+
+
+def find_lens(merged: Merged, ball: Ball, options: BallOptions, token: Token) -> Ball:
+    """Find the focal length that no file states.
+
+    Of those by which the picture past the ball is nearly as much like what the rim reflects as by
+    any, the shortest: a longer one leaves too little to compare.
+    """
+    tried = []
+    for mm in _LENSES:
+        seen = ball.seen_by(mm)
+        side = _reflection(merged, seen, _COARSE, options, token)
+        axes = _upright_axes(seen, options.pitch_deg)
+        tried.append((seen, _behind(side, merged, seen, axes, _LEAST_BOTH)[-1]))
+    most = max(alike for _, alike in tried)
+    return next((seen for seen, alike in tried if 0.0 < alike >= _NEARLY * most), ball)
+
+
+def _reflection(merged: Merged, ball: Ball, rows: int, options: BallOptions, token: Token) -> Side:
+    """What the ball itself shows."""
+    axes = _upright_axes(ball, options.pitch_deg)
+    size, planes = (rows, 2 * rows), (merged.radiance, merged.shares)
+    every = directions((_SUPERSAMPLED * rows, 2 * _SUPERSAMPLED * rows))
+
+    def band(start: int, stop: int) -> tuple[Float32, Float32]:
+        x, y, cosine, _ = _reflected(ball, axes, every[start:stop])
+        light, lost = (
+            cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            for plane in planes
+        )
+        return light / metal(cosine, options.reflectance)[..., None], np.asarray(lost, np.float32)
+
+    made = light_in_bands(size, _SUPERSAMPLED, _SUPERSAMPLED, band, token)
+    _, _, cosine, share = _reflected(ball, axes, directions(size))
+    weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
+    weight *= 1.0 - _photographer(ball, axes, size)
+    return Side(np.dstack(made), weight.astype(np.float32))
+
+
+def _without_dirt(side: Side, camera: Float32) -> Side:
+    """Fill what specks of dirt hide from around them, and give it hardly any weight.
+
+    `camera`, (3,), is where the lens is. Nothing is filled where specks are too few to be told from
+    small things of the place.
+    """
+    light, rows = side.texels[..., :3], side.weight.shape[0]
+    tones, square = np.log(np.maximum(light, np.float32(1e-6) * light.mean())), np.ones((3, 3))
+    flat = (cv2.dilate(tones, square) - cv2.erode(tones, square)).max(axis=-1) < _FLAT
+    grey = np.clip(20.0 * (tones.mean(axis=-1) - tones.max()) + 255.0, 0.0, 255.0).astype(np.uint8)
+    apart = cv2.absdiff(grey, cv2.medianBlur(grey, rows // 20 | 1)) > 20.0 * _SAME
+    specks = flat & apart & (side.weight > 0.1)
+    specks[: rows // 7] = specks[-(rows // 7) :] = False  # stretched at the poles
+    clipped = side.texels[..., 3:4]
+    held, burnt = (_matt(light * share, camera) for share in (1.0 - clipped, clipped))
+    found = [
+        _commonest(tones[specks] - np.log(held[specks] + sun * burnt[specks]))
+        for sun in (_SUNS if burnt.any() else _SUNS[:1])
+    ]
+    best = int(np.argmax([same.sum() for _, same in found]))
+    colour, specks[specks] = found[best]
+    count, _ = cv2.connectedComponents(cv2.dilate(specks.astype(np.uint8), square))
+    if count <= _LEAST_SPECKS:
+        return side
+    colours = tones - np.log(held + _SUNS[best] * burnt)
+    dirty = (np.abs(colours - colour).max(axis=-1) < _SAME).astype(np.uint8)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (rows // 32 | 1, rows // 32 | 1))
+    large = cv2.dilate(cv2.morphologyEx(dirty, cv2.MORPH_OPEN, disc), np.ones((5, 5), np.uint8))
+    dirty = cv2.dilate(np.where(large > 0, 0, dirty).astype(np.uint8), square)
+    filled = [cv2.inpaint(plane, dirty, 3, cv2.INPAINT_NS) for plane in cv2.split(tones)]
+    texels = side.texels.copy()
+    texels[dirty > 0, :3] = np.exp(np.dstack(filled)[dirty > 0])
+    areas = solid_angles((rows, 2 * rows))[:, None] * (side.weight > 0.0)
+    note = tr(
+        "About {share:.1f} % of what the ball shows looks like dirt, and was filled from around.",
+        share=100.0 * float((areas * dirty).sum() / areas.sum()),
+    )
+    return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty), (note,))
+
+
+def _matt(light: Float32, camera: Float32) -> Float32:
+    """What a white matt ball shows where it reflects a panorama's texels, (H, W, 3)."""
+    ways = directions(_MATT).reshape(-1, 3)
+    normals = ways + camera / np.linalg.norm(camera)
+    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
+    areas = np.repeat(solid_angles(_MATT), _MATT[1])[:, None].astype(np.float32)
+    small = areas * reduce_radiance(np.ascontiguousarray(light), _MATT).reshape(-1, 3)
+    lit = (np.maximum(normals @ ways.T, 0.0) @ small / np.float32(math.pi)).reshape(*_MATT, 3)
+    return np.asarray(cv2.resize(lit, light.shape[1::-1]), np.float32)
+
+
+def _commonest(colours: Float32) -> tuple[Float64, Bools]:
+    """The colour of dirt that most of some, (N, 3), have; and which, none if they are too few."""
+    warmth = -np.diff(colours)
+    fit = (warmth > -_COOL).all(axis=-1) & (warmth.sum(axis=-1) < _WARM)
+    counts, edges = np.histogramdd(colours[fit], bins=30, range=[_COLOURS] * 3)
+    place = np.unravel_index(int(counts.argmax()), counts.shape)
+    colour = np.array([bins[k : k + 2].mean() for bins, k in zip(edges, place, strict=True)])
+    same = fit
+    for _ in range(4):
+        same = fit & (np.abs(colours - colour).max(axis=-1) < _SAME)
+        if same.sum() < max(_LEAST_SAME * fit.sum(), 1):
+            return colour, np.zeros_like(fit)
+        colour = np.median(colours[same], axis=0)
+    return colour, same
+
+
+def _behind(
+    side: Side, merged: Merged, ball: Ball, axes: Float64, least: int = 0
+) -> tuple[Float32, Ball, float, float]:
+    """How far behind a ball the background is, radii: where it is most like what the rim reflects.
+
+    First the picture, (h, w, 5), as fine as the panorama, and the ball in it; last how alike they
+    are, a correlation, less 1 where fewer than so many texels are in both.
+    """
+    share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
+    resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    picture = np.dstack([resize(merged.radiance), resize(merged.shares)]).astype(np.float32)
+    ball, coarse = ball.resized((picture.shape[0], picture.shape[1])), (_COARSE, 2 * _COARSE)
+    tones, weight = _small(side, coarse)
+
+    def alike(far: float) -> float:
+        shown, seen = _past(picture, ball, axes, coarse, far)
+        few = float(np.count_nonzero(weight * seen) < least)
+        return likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0) - few
+
+    far = max(_BEHIND, key=alike)
+    return picture, ball, far, alike(far)
+
+
+def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
+    """Take out the colour of a ball that is not chrome: its rim and the picture see the same.
+
+    Coloured glass has nearly one colour from the middle to the rim. Chrome, which has not, is left.
+    """
+    both = (np.minimum(side.weight, seen) > 0.0) & (shown[..., :3].min(axis=-1) > 0.0)
+    both &= (side.texels[..., 3] + shown[..., 3]) == 0.0
+    if both.mean() < _LEAST_SHARE:
+        return side
+    stops = np.log2(np.maximum(side.texels[both, :3], np.float32(1e-9)) / shown[both, :3])
+    stops -= stops.mean(axis=-1, keepdims=True)
+    low, middle, high = np.percentile(stops, (25, 50, 75), axis=0)
+    tint = np.exp2(middle).astype(np.float32)
+    tint /= luminance(tint)
+    if (high - low).max() > _UNSURE * math.sqrt(both.mean()) or np.ptp(tint) < _COLOURED:
+        return side
+    texels = side.texels.copy()
+    texels[..., :3] /= tint
+    note = tr(
+        "The ball is coloured: it reflects red, green and blue like {red:.2f} : {green:.2f} : "
+        "{blue:.2f}. That was taken out.",
+        red=tint[0],
+        green=tint[1],
+        blue=tint[2],
+    )
+    return replace(side, texels=texels, notes=(*side.notes, note))
+
+
+def _past(
+    picture: Float32, ball: Ball, axes: Float64, shape: tuple[int, int], far: float
+) -> tuple[Float32, Float32]:
+    """What a picture shows `far` radii from the ball, as a panorama, and 1 where it does."""
+    rays = np.float32(far) * directions(shape) - _camera(ball, axes)
+    rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
+    x, y = ball.project(rays)
+    rows, columns = picture.shape[:2]
+    seen = (np.minimum(x, y) >= 0.0) & (x < columns - 1) & (y < rows - 1) & (rays[..., 2] > 0.0)
+    seen &= rays @ ball.axis.astype(np.float32) < math.cos(1.1 * ball.angle)
+    shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR)
+    return np.asarray(shown, np.float32), seen.astype(np.float32)
+
+
+def _camera(ball: Ball, axes: Float64) -> Float32:
+    """The lens in the panorama's axes, radii of the ball from its middle."""
+    return np.asarray(-(ball.axis @ axes) / math.sin(ball.angle), np.float32)
+
+
+def metal(cosine: Float32, reflectance: float) -> Float32:
+    """Share of light that a metal reflects, by the cosine of its angle to the normal.
+
+    Fresnel's equations for a conductor (Pharr, Jakob and Humphreys, Physically Based Rendering,
+    9.3), unpolarised, with n = k, as it nearly is of chrome, so that one number says it all.
+    """
+    rest = 1.0 - reflectance
+    n = (2.0 - rest + math.sqrt((2.0 - rest) ** 2 - 2.0 * rest**2)) / (2.0 * rest)
+    both, twice = np.float32(2.0 * n * n), np.float32(2.0 * n) * cosine
+    square = cosine * cosine
+    across = (both - twice + square) / (both + twice + square)
+    along = (both * square - twice + 1.0) / (both * square + twice + 1.0)
+    return np.asarray(0.5 * (across + along), np.float32)
+
+
+def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
+    """Camera's axes right, up and ahead as rows, in those of the panorama: the ball is at -Z."""
+    right, ahead = np.array([1.0, 0.0, 0.0]), direction(180.0, pitch_deg)
+    level = np.stack([right, np.cross(right, ahead), ahead])
+    toward = ball.axis @ level
+    return level @ rotation(math.degrees(math.atan2(-toward[0], -toward[2]))).T
+
+
+def _reflected(
+    ball: Ball, axes: Float64, vectors: Float32
+) -> tuple[Float32, Float32, Float32, Float32]:
+    """Where a ball shows directions, (..., 3): columns, rows, cosine of incidence, share of radius.
+
+    In radii of the ball, with its middle as the origin; three rounds leave less than 0.001 degrees
+    but for what is hidden.
+    """
+    camera = _camera(ball, axes)
+    view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
+    for _ in range(4):
+        normal = vectors + view
+        normal = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-6)
+        view = camera - normal
+        view = view / np.linalg.norm(view, axis=-1, keepdims=True)
+    cosine = np.clip((normal * view).sum(axis=-1), 0.0, 1.0).astype(np.float32)
+    rays = -(view @ axes.T.astype(np.float32))
+    x, y = ball.project(rays)
+    ahead = np.minimum(rays @ ball.axis.astype(np.float32), 1.0)
+    share = np.sqrt(np.maximum(1.0 / ahead**2 - 1.0, 0.0)) / math.tan(ball.angle)
+    return x, y, cosine, np.asarray(share, np.float32)
+
+
+def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
+    """Mask somebody who holds the camera, (H, W): head and body."""
+    away = 0.5 * BALL_M / math.sin(ball.angle)
+    lens = math.degrees(math.asin(-float(ball.axis @ axes[:, 1])))
+    mask = np.zeros(shape, np.float32)
+    for part in _PERSON_M:
+        half, low, high = (math.degrees(math.atan(each / away)) for each in part)
+        half = min(max(half, _LEAST_PERSON_DEG), _MOST_PERSON_DEG)
+        low, high = max(lens + low, -90.0), min(lens + high, 90.0)
+        mask = np.maximum(mask, box_mask(-half, half, low, high, shape))
+    return mask
+
+
+_APART_DEG: Final = 15.0  # by which the place of the second photographer may be off
+_LEAST_ALIKE: Final = (0.4, 0.8)  # where somebody said from where, and where nobody did
+
+
+def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
+    """Merge two sides of a ball, each where it resolves well, in the first one's panorama.
+
+    `from_deg` is about the azimuth at which the second photographer stood, None where nobody said;
+    the panoramas themselves tell. ProbeError where they show nothing alike, or the same side.
+    """
+    found, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
+    # What is seen past the ball is not where it is from there.
+    sides = [replace(side, weight=np.maximum(side.weight - _PAST, 0.0)) for side in (first, second)]
+    for rows in (_COARSE, 4 * _COARSE):
+        tones, weights = zip(*(_small(side, (rows, 2 * rows)) for side in sides), strict=True)
+        step = 180.0 / rows
+        turns = np.arange(found - most, found + most + step / 2, step)
+        alike = [likeness(tones, weights, round(turn / step)) for turn in turns]
+        found, most = float(turns[int(np.argmax(alike))]), 2.0 * step
+    if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(found)) < _APART_DEG:
+        raise ProbeError(
+            tr("The second pictures of the ball do not show the same place from another side."),
+            tr(
+                "Walk about a quarter of a circle around the ball for them. --from says how far, "
+                "clockwise seen from above, where the place looks alike all around."
+            ),
+        )
+    shift = round(found / 360.0 * first.weight.shape[1])
+    other, weight = (np.roll(each, shift, axis=1) for each in (second.texels, second.weight))
+    both = (first.weight > 0.0) & (weight > 0.0)
+    one, two = (luminance(each[both][:, :3]) + 1e-12 for each in (first.texels, other))
+    other[..., :3] *= np.float32(np.exp(np.median(np.log(one / two))))
+    notes = tuple(dict.fromkeys((*first.notes, *second.notes)))
+    return replace(_mixed(first, Side(other, weight)), notes=notes)
+
+
+def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+    """Logarithmic light and weight of a side at another size."""
+    planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
+    small = cv2.resize(planes, shape[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
+    return log_light(small[..., 0]), small[..., 1]
+
+
+def _mixed(first: Side, second: Side) -> Side:
+    share = second.weight / np.maximum(first.weight + second.weight, np.float32(1e-9))
+    mixed = first.texels + share[..., None] * (second.texels - first.texels)
+    return replace(first, texels=mixed, weight=np.maximum(first.weight, second.weight))
+
+
+_COARSE_DEG: Final = 1.2
+
+
+def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[str, ...]:
+    """Say how fine a ball's panorama is, and how much of it was filled."""
+    fine = max(math.degrees(2.0 / ball.radius_px) for ball in balls)
+    width = min(round(2.0 * ball.radius_px) for ball in balls)
+    notes = [
+        tr(
+            "The ball is {width} pixels wide: it resolves {fine:.1f}°, and less toward its rim.",
+            width=width,
+            fine=fine,
+        )
+    ]
+    if fine > _COARSE_DEG:
+        notes.append(tr("Go nearer or use a longer lens, so that the ball is larger."))
+    seen = (
+        tr("{share:.1f} % of the sphere, behind the ball, was not seen and is filled from around.")
+        if len(balls) > 1
+        else tr(
+            "{share:.1f} % of the sphere, behind the ball and the photographer, was not seen and "
+            "is filled from around. Pictures from a second side show it."
+        )
+    )
+    return (*notes, seen.format(share=100.0 * blind))

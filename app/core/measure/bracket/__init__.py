@@ -1,0 +1,1 @@
+"""Merge a bracket of exposures into one HDR panorama."""

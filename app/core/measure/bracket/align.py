@@ -1,0 +1,647 @@
+"""Laying a bracket's panoramas on each other, and levelling them by the tilt the camera recorded.
+
+Each frame is compared with a reference frame, or with its neighbour where the two share too little.
+Frames that lie on each other are left exactly as they are; so are frames that cannot be compared:
+no correction is better than a wrong one.
+
+GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll in
+this order: pitch is the elevation of the picture's centre, and the horizon in the picture turns
+counter-clockwise as roll grows. That is `app.core.base.sphere.rotation` word for word. A Ricoh
+Theta writes something else under the same names: what its accelerometer says about two axes on
+their own, tan pitch = front / up and tan roll = left / up of the zenith in the camera's axes. About
+one axis the two are the same; with pitch -29.0 and roll -35.8 deg they are 4.7 deg apart, and the
+edges in a Theta S picture tilted like that (R0010298) agree with the second within 0.5 deg. Since
+other makers and programs read the standard differently, the picture itself may decide where the
+readings differ: its vertical edges, where it has any, are upright under one of them only.
+
+Heading is never applied: the front lens stays at azimuth 0, where the photographer stands. What a
+Ricoh camera has levelled itself (maker note 0x0007) is left alone whatever its pose says: some
+firmware writes a tilt that it has corrected already. The tilt recorded on a still tripod differs a
+little from shot to shot, hence one rotation for all frames, that of the first shot.
+
+A pair of frames is compared on the sphere: sharp places of the brighter frame (local maxima of its
+gradient) are looked up in the darker one; three rotation parameters are fitted by inverse
+compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
+fine, with Tukey's weights. How a code value of one frame turns into one of the other is not taken
+from the exposure tags or an assumed curve but measured in the same places: the median of one for
+each value of the other (the comparagram of Mann and Picard 1995). So wrong tags, tone curves and
+clipping do not look like motion, and what moved in the scene is outvoted.
+
+The uncertainty is the jackknife over 24 equal parts of the sphere: a rotation on which the parts do
+not agree is not trusted.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
+from app.core.base.sphere import angle_of, angles_of, from_vector, positions, rotation
+from app.core.measure.read.frame import Bracket, Frame, Pose
+from app.core.text import tr
+
+_CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
+_BLACK: Final = 4
+_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
+_COARSE: Final = 84  # columns of the coarsest size
+_BINS: Final = 32
+_STEPS: Final = 8
+_CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # a step that ends the search, by size, coarse to fine
+_NEAR_DEG: Final = 0.3  # found by the coarsest size: the finest can start from there
+_NUDGE_RAD: Final = math.radians(1.0)
+_STARTS_RAD: Final = math.radians(5.0)
+_LEAST_POINTS: Final = 150
+_MOST_DEG: Final = 20.0
+_TRUSTED_DEG: Final = 0.08
+_FLOOR_DEG: Final = 0.8  # over root of points: in nearly black frames errors are not independent
+_TRUSTED_CONTRAST: Final = 1.15
+_PARTS: Final = 8
+_LEAST_SEEN: Final = 40
+_MOST_SEEN: Final = 12_000
+_FEW_BAD: Final = 25  # of 255, of the pixels that a coarse one stands for
+_POLAR: Final = 0.25  # cosine of elevation
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One frame at one size: smoothed codes, (h, w) float32; `valid`, (h, w) uint8, 255 or 0.
+
+    Codes are valid where neither clipped nor black nor filled in.
+    """
+
+    codes: Float32
+    valid: Bytes
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Sharp places of a frame: direction, code value, and how it changes with a rotation."""
+
+    vectors: Float32
+    codes: Float32
+    slopes: Float32
+    weights: Float32
+
+
+@dataclass(frozen=True, slots=True)
+class _Match:
+    """The places of one frame that are seen in another one, and how far the codes are off."""
+
+    use: Indices
+    error: Float32
+    gain: Float32
+    misfit: float
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A rotation, (3, 3), that takes directions of one frame to another, with what speaks for it.
+
+    `error_deg` is its standard error (jackknife, and a share that falls with the number of
+    points), infinite where nothing could be compared; `contrast` how many times worse the
+    frames fit one degree away.
+    """
+
+    rotation: Float64
+    error_deg: float = math.inf
+    points: int = 0
+    contrast: float = 0.0
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the frames share enough, and their parts agree."""
+        return (
+            self.points >= _LEAST_POINTS
+            and self.error_deg < _TRUSTED_DEG
+            and self.contrast > _TRUSTED_CONTRAST
+            and angle_of(self.rotation) < _MOST_DEG
+        )
+
+    @property
+    def turned(self) -> Fit:
+        """The same with the frames exchanged."""
+        return replace(self, rotation=np.ascontiguousarray(self.rotation.T))
+
+
+def register(bright: list[Level], dark: list[Level]) -> Fit:
+    """Find the small rotation from the frame with the longer exposure to the other.
+
+    From no motion first, then all round about. Both are from `pyramid`.
+    """
+    coarse = _places(bright[0])
+    start, _ = _search(coarse, dark[0], np.eye(3), _CLOSE_RAD[0])
+    fit = _refine(bright, dark, start)
+    if fit.trusted or fit.points < _LEAST_POINTS:
+        return fit
+    found = [
+        _search(coarse, dark[0], from_vector(_STARTS_RAD * np.array(axis)), _CLOSE_RAD[0])
+        for axis in itertools.product((-1.0, 0.0, 1.0), repeat=3)
+        if any(axis)
+    ]
+    start, _ = min(found, key=lambda item: item[1])
+    again = _refine(bright, dark, start)
+    return again if again.trusted else fit
+
+
+def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
+    """Follow a rotation up to the finest size and judge it there."""
+    if angle_of(rotation) > _NEAR_DEG:
+        rotation, _ = _search(_places(bright[1]), dark[1], rotation, _CLOSE_RAD[1])
+    places = _places(bright[2])
+    rotation, misfit = _search(places, dark[2], rotation, _CLOSE_RAD[2])
+    match = _match(places, dark[2], rotation)
+    if match is None:
+        return Fit(rotation)
+    points = int((_weights(match) > 0.25).sum())
+    contrast = _contrast(places, dark[2], rotation, misfit)
+    error = math.hypot(_error_deg(places, match), _FLOOR_DEG / math.sqrt(max(points, 1)))
+    return Fit(rotation, error, points, contrast)
+
+
+def _search(
+    places: _Places, level: Level, rotation: Float64, close: float
+) -> tuple[Float64, float]:
+    """Gauss-Newton from a rotation at one size: the rotation, and the misfit that is left."""
+    misfit = math.inf
+    for _ in range(_STEPS):
+        match = _match(places, level, rotation)
+        if match is None:
+            return rotation, math.inf
+        misfit = match.misfit
+        slopes = places.slopes[match.use] * match.gain[:, None]
+        weighted = slopes * (_weights(match) * places.weights[match.use])[:, None]
+        step = _solve(weighted.T @ slopes, weighted.T @ match.error)
+        rotation = rotation @ from_vector(step)
+        if np.linalg.norm(step) < close:
+            break
+    return rotation, misfit
+
+
+def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
+    """Look sharp places up in another frame; None where too few are to be seen."""
+    shape = level.codes.shape
+    if places.codes.size < _LEAST_SEEN:
+        return None
+    columns, rows = positions(places.vectors @ rotation.T.astype(np.float32), shape)
+    rows = np.clip(rows, 0, shape[0] - 1)
+    wrap = cv2.BORDER_WRAP
+    good = cv2.remap(level.valid, columns, rows, cv2.INTER_NEAREST, borderMode=wrap)
+    use = np.nonzero(good.ravel() > 0)[0]
+    if use.size < _LEAST_SEEN:
+        return None
+    seen = cv2.remap(level.codes, columns, rows, cv2.INTER_LINEAR, borderMode=wrap).ravel()[use]
+    expected, gain = _transfer(places.codes[use], seen)
+    error = seen - expected
+    return _Match(use, error, gain, 1.4826 * float(np.median(np.abs(error))))
+
+
+def _weights(match: _Match) -> Float32:
+    """Tukey's biweight of the errors; the scale is at least half a code value."""
+    scale = 4.685 * max(match.misfit, 0.5)
+    return np.asarray(np.clip(1.0 - (match.error / scale) ** 2, 0.0, 1.0) ** 2, np.float32)
+
+
+def _transfer(codes: Float32, seen: Numbers) -> tuple[Float32, Float32]:
+    """Measure how code values of one frame appear in another: value and slope for each place."""
+    bins = (codes * (_BINS / 256.0)).astype(np.int64)
+    order = np.argsort(bins * 256.0 + seen)
+    counts = np.bincount(bins, minlength=_BINS)
+    starts = np.cumsum(counts) - counts
+    filled = np.nonzero(counts >= 8)[0]
+    if filled.size < 2:
+        return np.full_like(codes, np.median(seen)), np.ones_like(codes)
+    centre = np.bincount(bins, codes, _BINS)[filled] / counts[filled]
+    middle = seen[order[starts[filled] + counts[filled] // 2]].astype(np.float64)
+    middle = np.maximum.accumulate(middle)
+    value = np.interp(codes, centre, middle)
+    steps = np.diff(middle) / np.diff(centre)
+    gain = np.interp(codes, (centre[1:] + centre[:-1]) / 2.0, steps)
+    return value.astype(np.float32), gain.astype(np.float32)
+
+
+def _solve(normal: Floats, right: Floats) -> Float64:
+    """Return the Gauss-Newton step, slightly damped where the sums do not determine it."""
+    damping = 1e-6 * float(np.trace(normal)) + 1e-9
+    return np.asarray(-np.linalg.solve(normal + damping * np.eye(3), right), np.float64)
+
+
+def _error_deg(places: _Places, match: _Match) -> float:
+    """Return the standard error of a rotation: jackknife over 3 x 8 equal parts of the sphere."""
+    slopes = places.slopes[match.use] * match.gain[:, None]
+    weighted = slopes * (_weights(match) * places.weights[match.use])[:, None]
+    vectors = places.vectors[match.use]
+    around = (np.arctan2(vectors[:, 0], vectors[:, 2]) / (2.0 * np.pi) + 0.5) * _PARTS
+    part = np.clip((vectors[:, 1] + 1.0) * 1.5, 0, 2).astype(np.int64) * _PARTS
+    part += np.clip(around, 0, _PARTS - 1).astype(np.int64)
+    own = [part == k for k in range(3 * _PARTS)]
+    normals = np.stack([weighted[k].T @ slopes[k] for k in own]).astype(np.float64)
+    rights = np.stack([weighted[k].T @ match.error[k] for k in own]).astype(np.float64)
+    filled = np.nonzero(np.trace(normals, axis1=1, axis2=2) > 0)[0]
+    if filled.size < 4:
+        return math.inf
+    without = np.stack(
+        [_solve(normals.sum(0) - normals[k], rights.sum(0) - rights[k]) for k in filled]
+    )
+    spread = without - without.mean(axis=0)
+    variance = (filled.size - 1) / filled.size * float((spread**2).sum())
+    return math.degrees(math.sqrt(variance))
+
+
+def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -> float:
+    """Return how much worse the frames fit when moved by one degree, about any axis."""
+    some = slice(None, None, max(places.codes.size // 1500, 1))
+    few = _Places(
+        places.vectors[some], places.codes[some], places.slopes[some], places.weights[some]
+    )
+    worse = math.inf
+    for axis, sign in itertools.product(range(3), (-1.0, 1.0)):
+        moved = _match(few, level, rotation @ from_vector(sign * _NUDGE_RAD * np.eye(3)[axis]))
+        if moved is not None:
+            worse = min(worse, moved.misfit / max(misfit, 1e-3))
+    return worse
+
+
+def pyramid(frame: Bytes) -> list[Level]:
+    """Prepare a frame at three sizes, about 84, w / 2 and w columns wide.
+
+    `frame`, (h, w, 3) uint8, is a small copy (area means), coded RGB, equirectangular.
+    """
+    codes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
+    red, green, blue = cv2.split(frame)
+    top = np.asarray(cv2.max(cv2.max(red, green), blue))
+    # Neighbours of a clipped pixel are averages over some of it.
+    bad = cv2.dilate((top >= _CLIPPED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    bad |= codes <= _BLACK
+    # No picture is quite even over 5 x 5 area means: a part of the file is missing.
+    block = np.ones((5, 5), np.uint8)
+    bad |= np.asarray(cv2.dilate(codes, block)) == np.asarray(cv2.erode(codes, block))
+    flags = np.where(bad, np.uint8(255), np.uint8(0))
+    height, width = codes.shape
+    levels = []
+    for factor in (max(width // _COARSE, 1), 2, 1):
+        size = (width // factor, height // factor)
+        small = cv2.resize(codes, size, interpolation=cv2.INTER_AREA)
+        share = np.asarray(cv2.resize(flags, size, interpolation=cv2.INTER_AREA))
+        valid = np.where(share <= _FEW_BAD, np.uint8(255), np.uint8(0))
+        levels.append(Level(_smooth(small.astype(np.float32)), valid))
+    return levels
+
+
+def _smooth(codes: Float32) -> Float32:
+    """Blur a little, over the edge, so that the gradients hold for a whole pixel."""
+    wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
+    return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
+
+
+def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
+    """Find the edges of a coded RGB panorama, (h, w, 3) uint8, as parts of great circles.
+
+    Returns directions of places on edges away from the poles, (N, 3); unit normals of the great
+    circles that the edges follow there, (N, 3); and weights, (N,): strong edges count more,
+    those near the poles, where pixels crowd, less. All float32.
+    """
+    places = _places(pyramid(picture)[2])
+    # A rotation about an axis that lies on the edge's great circle moves the picture across the
+    # edge; the gradient itself is the normal.
+    gradients = np.cross(places.slopes, places.vectors)
+    sizes = np.linalg.norm(gradients, axis=1)
+    # Codes per pixel at the equator: above some twenty, an edge is as good as any.
+    strengths = np.minimum(sizes * np.float32(2.0 * np.pi / picture.shape[1]), 20.0)
+    normals = gradients / np.maximum(sizes, np.float32(1e-9))[:, None]
+    return places.vectors, normals, np.asarray(strengths * places.weights, np.float32)
+
+
+def _places(level: Level) -> _Places:
+    """Choose the sharp places of a frame, away from the poles."""
+    height, width = level.codes.shape
+    wide = cv2.copyMakeBorder(level.codes, 0, 0, 1, 1, cv2.BORDER_WRAP)
+    across = np.ascontiguousarray(cv2.Scharr(wide, cv2.CV_32F, 1, 0, scale=1 / 32)[:, 1:-1])
+    down = np.ascontiguousarray(cv2.Scharr(wide, cv2.CV_32F, 0, 1, scale=1 / 32)[:, 1:-1])
+    elevation = np.pi * (0.5 - (np.arange(height, dtype=np.float32) + 0.5) / height)
+    narrow = np.cos(elevation)[:, None]
+    size = cv2.magnitude(across / narrow, down)
+    sharp = (size > 1.0) & (level.valid > 0) & (narrow > _POLAR)
+    if width > 2 * _COARSE:
+        sharp &= size >= cv2.dilate(size, np.ones((3, 3), np.uint8))
+    row, column = np.nonzero(sharp)
+    some = slice(None, None, row.size // _MOST_SEEN + 1)
+    row, column = row[some], column[some]
+    angle = 2.0 * np.pi * ((column + 0.5) / width - 0.5)
+    cosine, sine = np.cos(elevation)[row], np.sin(elevation)[row]
+    vectors = np.stack([-np.sin(angle) * cosine, sine, np.cos(angle) * cosine], axis=1)
+    slopes = _slopes(vectors, across[row, column], down[row, column], (height, width))
+    return _Places(
+        vectors.astype(np.float32), level.codes[row, column], slopes, cosine.astype(np.float32)
+    )
+
+
+def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, int]) -> Float32:
+    """Change of the code value per radian of rotation about each axis, (N, 3)."""
+    x, y, z = vectors.T
+    level = np.hypot(x, z)
+    per_east = across * (shape[1] / (2.0 * np.pi)) / level
+    per_north = down * (-shape[0] / np.pi)
+    # Direction x gradient, with east (-z, 0, x) / level and north (-x y, level^2, -z y) / level.
+    gx = (-z * per_east - x * y * per_north) / level
+    gy = level * per_north
+    gz = (x * per_east - z * y * per_north) / level
+    return np.stack([y * gz - z * gy, z * gx - x * gz, x * gy - y * gx], axis=1).astype(np.float32)
+
+
+def middle_frame(shares: Sequence[float]) -> int:
+    """Choose the frame nearest to the middle among those that show nearly as much as the best."""
+    middle = (len(shares) - 1) / 2.0
+    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
+    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
+
+
+def usable_share(levels: list[Level]) -> float:
+    """Share of the sphere that a frame shows neither clipped nor black."""
+    valid = levels[0].valid > 0
+    elevation = np.pi * (0.5 - (np.arange(valid.shape[0]) + 0.5) / valid.shape[0])
+    return float(np.average(valid.mean(axis=1), weights=np.cos(elevation)))
+
+
+_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
+_FAR_STOPS: Final = 7.0  # frames further apart share next to nothing
+_MANY_POINTS: Final = 500
+_STRANGE_DEG: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """How one frame has to be rotated to lie on the reference frame.
+
+    `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
+    is: `angle_deg` is too small, or `trusted` is False because the frames could not be
+    compared. `residual_deg` is the standard error, infinite where nothing could be compared.
+    """
+
+    rotation: Float64 | None
+    angle_deg: float
+    residual_deg: float
+    points: int
+    trusted: bool
+
+
+_ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
+
+
+def reference_of(frames: Sequence[Bytes]) -> int:
+    """Choose the frame that the others are laid on: the middle one if it is well exposed.
+
+    Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
+    has at least 60 % as many usable pixels, by solid angle, as the best one.
+    """
+    return middle_frame([usable_share(pyramid(frame)) for frame in frames])
+
+
+def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
+    """Find the small rotations that lay a bracket's panoramas on the reference frame.
+
+    `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
+    proportions are left alone: their angle of view is not known. So are frames that lie on the
+    reference already, or cannot be compared.
+    """
+    count = len(frames)
+    if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
+        return (_ALONE,) * count
+    # One after another: threads of such small pictures wait for each other longer than they save.
+    pyramids = [pyramid(frame) for frame in frames]
+    middle = middle_frame([usable_share(levels) for levels in pyramids])
+    others = [index for index in range(count) if index != middle]
+    near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
+    direct = {k: _between(middle, k, pyramids, stops) for k in near}
+    fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
+    for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
+        fit = direct.get(index, Fit(np.eye(3)))
+        fits[index] = fit if fit.trusted else _through(index, middle, fit, fits, pyramids, stops)
+    return tuple(_alignment(fits[index], index == middle) for index in range(count))
+
+
+def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[str, ...]:
+    """Say what was done about frames that do not lie on each other.
+
+    Nothing where every frame that can be compared lies where it should: frames too dark to be
+    compared are no reason to worry then.
+    """
+    moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
+    blind = [k for k, a in enumerate(alignments) if not a.trusted]
+    strange = [
+        k
+        for k in blind
+        if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
+    ]
+    dark = [k for k in blind if k not in strange] if moved else []
+    notes = (
+        (
+            tr("Rotated to lie on the other frames: {listed}."),
+            [f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved],
+        ),
+        (
+            tr("No small rotation lays this on the other frames, left as shot: {listed}."),
+            [names[k] for k in strange],
+        ),
+        (
+            tr("Shares too little with the other frames to be aligned, left as shot: {listed}."),
+            [names[k] for k in dark],
+        ),
+    )
+    return tuple(words.format(listed=", ".join(frames)) for words, frames in notes if frames)
+
+
+def _alignment(fit: Fit, reference: bool) -> Alignment:
+    """Decide whether a rotation is applied."""
+    if reference:
+        return Alignment(None, 0.0, 0.0, fit.points, trusted=True)
+    angle = angle_of(fit.rotation)
+    idle = not fit.trusted or angle < max(_LEAST_DEG, 3.0 * fit.error_deg)
+    rotation = None if idle else np.ascontiguousarray(fit.rotation.T)
+    return Alignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
+
+
+def _through(
+    index: int,
+    middle: int,
+    fit: Fit,
+    fits: dict[int, Fit],
+    pyramids: Sequence[list[Level]],
+    stops: Sequence[float],
+) -> Fit:
+    """Fit a frame by way of the nearest frame that is fitted, where its direct fit is no good."""
+    apart = abs(stops[index] - stops[middle])
+    others = [k for k in fits if k != middle and fits[k].trusted]
+    if not others:
+        return fit
+    near = min(others, key=lambda k: abs(stops[k] - stops[index]))
+    if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
+        return fit
+    link, first = _between(near, index, pyramids, stops), fits[near]
+    # An aligned frame on the way hands on exactly that.
+    way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
+    error = math.hypot(link.error_deg, first.error_deg)
+    return replace(link, rotation=link.rotation @ way, error_deg=error)
+
+
+def _between(
+    first: int, second: int, pyramids: Sequence[list[Level]], stops: Sequence[float]
+) -> Fit:
+    """Fit the rotation from one frame to another, looking from the brighter one."""
+    if stops[first] >= stops[second]:
+        return register(pyramids[first], pyramids[second])
+    return register(pyramids[second], pyramids[first]).turned
+
+
+_LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
+_DIFFERENT_DEG: Final = 0.5
+_LEAN_DEG: Final = 3.0
+_STEEP: Final = 0.9  # nearer to the zenith every edge is nearly upright
+_SECTORS: Final = 12
+_MOST_SECTORS: Final = 6
+_CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
+
+
+@dataclass(frozen=True, slots=True)
+class Levelling:
+    """What has to be done to a bracket so that up is up.
+
+    `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None if the
+    bracket is level or its tilt unknown.
+    """
+
+    rotation: Float64 | None = None
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
+    note: str = ""
+
+
+def levelling(
+    bracket: Bracket,
+    first_rotation: Float64 | None = None,
+    picture: Bytes | None = None,
+) -> Levelling:
+    """Decide how a bracket is levelled, by its frames' poses and maker notes.
+
+    `first_rotation`, (3, 3), is what `align` does to the frame at `first_shot`: the pose is
+    that frame's, while the levelling acts on the reference frame. `picture`, (h, w, 3) uint8,
+    is a small copy of the reference frame, coded RGB: it decides what the angles mean where
+    that makes a difference and its upright edges are clear. Otherwise the camera's maker does.
+    No rotation for pictures that are not panoramas, state no pose or none but 0, or that the
+    camera has levelled.
+    """
+    if not bracket.panorama:
+        return Levelling()
+    shot = bracket.frames[first_shot(bracket)]
+    pose = shot.pose
+    if pose is None or max(abs(pose.pitch_deg), abs(wrap(pose.roll_deg))) < _LEVEL_DEG:
+        return Levelling()
+    if _corrected(shot, bracket.frames):
+        return Levelling(
+            note=tr(
+                "{name} states a tilt ({tilt}), but the camera has levelled the picture "
+                "itself; it is left as it is.",
+                name=shot.path.name,
+                tilt=_tilt(pose),
+            )
+        )
+    readings = _readings(pose, shot.camera)
+    if first_rotation is not None:
+        # Their heading would be that of a small movement between two shots.
+        readings = [_ahead(reading @ first_rotation.T) for reading in readings]
+    matrix = readings[0] if picture is None else _most_upright(readings, picture)
+    note = tr("Levelled: the camera was tilted ({tilt}).", tilt=_tilt(pose))
+    return Levelling(matrix, pose.pitch_deg, pose.roll_deg, note)
+
+
+def first_shot(bracket: Bracket) -> int:
+    """Return which frame was shot first, of those that state a pose where any does.
+
+    By file name, numbers by value: cameras number their shots, and their clocks tick in seconds.
+    """
+    frames = bracket.frames
+    return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))
+
+
+def tilt_rotation(pose: Pose, *, gravity: bool = True) -> Float64:
+    """Return the rotation, (3, 3), that levels a tilted panorama, front lens at azimuth 0.
+
+    It takes directions in the tilted panorama to directions in the level one. `gravity` says
+    that the angles are those of the accelerometer on each axis alone, as a Theta writes them;
+    otherwise they are those of the GPano standard. Heading is not used.
+
+    >>> from app.core.measure.read.frame import Pose
+    >>> level = tilt_rotation(Pose(pitch_deg=-29.0, roll_deg=-35.8))
+    >>> [round(float(part), 4) for part in level[1]]
+    [-0.5335, 0.7397, -0.41]
+    """
+    pitch = pose.pitch_deg
+    if gravity and abs(pitch) < 90.0:
+        pitch, roll = math.radians(pitch), math.radians(pose.roll_deg)
+        pitch = math.degrees(math.atan(math.tan(pitch) * abs(math.cos(roll))))
+    return rotation(0.0, pitch, pose.roll_deg)
+
+
+def _readings(pose: Pose, camera: str) -> list[Float64]:
+    """List what the angles can mean, the likeliest first."""
+    standard, gravity = tilt_rotation(pose, gravity=False), tilt_rotation(pose)
+    swapped = _ahead(rotation(0.0, 0.0, pose.roll_deg) @ rotation(0.0, pose.pitch_deg))
+    if "THETA" in camera.upper():
+        return [gravity, standard, swapped]
+    return [standard, gravity, swapped]
+
+
+def _ahead(matrix: Float64) -> Float64:
+    """Take the heading out of a rotation: the centre column stays at azimuth 0."""
+    return rotation(-angles_of(matrix)[0]) @ matrix
+
+
+def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
+    """Choose the reading under which the picture's edges stand upright; the first where none does.
+
+    An edge lies on a great circle, whose normal is the direction of its gradient on the sphere.
+    """
+    if max(angle_of(reading @ readings[0].T) for reading in readings) < _DIFFERENT_DEG:
+        return readings[0]
+    vectors, normals, strengths = edges(picture)
+    sector = (np.arctan2(vectors[:, 0], vectors[:, 2]) / (2.0 * np.pi) + 0.5) * _SECTORS
+    place = np.clip(sector.astype(np.int64), 0, _SECTORS - 1)
+    scores = []
+    for reading in readings:
+        up = reading[1]
+        off = normals @ up / math.sin(math.radians(_LEAN_DEG))
+        upright = np.clip(1.0 - off**2, 0.0, 1.0) * (np.abs(vectors @ up) < _STEEP)
+        scores.append(np.bincount(place, upright * strengths, _SECTORS))
+    totals = [float(score.sum()) for score in scores]
+    best = int(np.argmax(totals))
+    # Edges all around must agree: those of a single thing may lean as they like.
+    wins = int((scores[best] > scores[0]).sum())
+    return readings[best if totals[best] > _CLEARLY * totals[0] and wins >= _MOST_SECTORS else 0]
+
+
+def _order(frame: Frame) -> tuple[tuple[int, str], ...]:
+    parts = re.findall(r"\d+|\D+", frame.path.name.casefold())
+    return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in parts)
+
+
+def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
+    """Whether the camera levelled a frame, or says so of another one where it is silent here."""
+    if shot.zenith_corrected is not None:
+        return shot.zenith_corrected
+    return any(frame.zenith_corrected for frame in frames)
+
+
+def _tilt(pose: Pose) -> str:
+    return tr(
+        "pitch {pitch_deg:+.1f}°, roll {roll_deg:+.1f}°",
+        pitch_deg=pose.pitch_deg,
+        roll_deg=pose.roll_deg,
+    )

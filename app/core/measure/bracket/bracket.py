@@ -1,0 +1,713 @@
+"""From files in any order to a bracket: which frames, in which order, at which exposures.
+
+Nothing here looks at pixels. What makes a merge impossible is a `ProbeError` that names the file;
+what makes it doubtful is a warning that travels with the bracket.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, TypeAlias, TypeVar
+
+from app.core.base.errors import ProbeError
+from app.core.base.files import open_file, os_errors_as
+from app.core.measure.fisheye.dual_fisheye import may_be_circles
+from app.core.measure.read.frame import Bracket, Exposure, Frame
+from app.core.measure.read.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import listed
+
+CONTRADICTION_STOPS: Final = 1.0 / 6.0
+"""Two statements of one exposure contradict each other when further apart; half of a third."""
+
+LENS_STOPS: Final = 0.05
+"""The two lenses of a camera count as differently exposed when further apart, in stops."""
+
+_SAME: Final = 1e-3
+_GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one for each file.")
+
+
+def settle_exposures(
+    headers: Sequence[Header], times: Sequence[float] | None = None
+) -> tuple[list[Exposure], list[str]]:
+    """Decide the exposure of every frame.
+
+    Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
+    EXIF; where no frame states one, it is taken to be the same in all and nothing is known
+    absolutely; where some frames do not state it, the value that all others share is assumed.
+    Where the others differ, given times alone count; without them it is a ProbeError, as is a
+    frame without an exposure time.
+    """
+    shutters = _shutters(headers) if times is None else [float(time) for time in times]
+    given = times is not None
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "iso", given)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "aperture", given)
+    exposures = [
+        Exposure(
+            shutter,
+            100.0 if iso is None else iso,
+            1.0 if aperture is None else aperture,
+            known=iso is not None and aperture is not None,
+        )
+        for shutter, iso, aperture in zip(shutters, isos, apertures, strict=True)
+    ]
+    doubts = [
+        *_unstated(headers),
+        *iso_doubts,
+        *doubts,
+        *(_times_doubts(headers, shutters) if given else ()),
+        *_lens_doubts(headers),
+        *_note_doubts(headers),
+        *(f"{h.frame.path.name} {doubt}." for h in headers for doubt in h.doubts),
+    ]
+    return exposures, doubts
+
+
+def metered_exposure(header: Header) -> Exposure | None:
+    """Exposure of a picture that the camera metered by itself; None where no time is stated.
+
+    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either
+    one of them or a mean. The geometric mean lies in the middle of both halves.
+    """
+    exposure, lenses = header.frame.exposure, header.frame.lenses
+    if exposure is None or len(lenses) < 2:
+        return exposure
+    return replace(exposure, iso=math.exp(sum(math.log(lens.iso) for lens in lenses) / len(lenses)))
+
+
+def _shutters(headers: Sequence[Header]) -> list[float]:
+    missing = [header.frame.path.name for header in headers if header.shutter_s is None]
+    if len(missing) == len(headers):
+        raise ProbeError(tr("None of the pictures states its exposure time."), _GIVE_TIMES)
+    if missing:
+        raise ProbeError(
+            tr_plural(
+                "{names} states no exposure time.",
+                "{names} state no exposure time.",
+                len(missing),
+                names=listed(missing),
+            ),
+            _GIVE_TIMES,
+        )
+    return [header.shutter_s or 0.0 for header in headers]
+
+
+def _fill(
+    headers: Sequence[Header], values: list[float | None], tag: str, given: bool
+) -> tuple[list[float | None], list[str]]:
+    """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
+    stated = [value for value in values if value is not None]
+    if len(stated) == len(values) or not stated:
+        return values, []
+    silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
+    start = (
+        tr_plural(
+            "{names} states no ISO value",
+            "{names} state no ISO value",
+            len(silent),
+            names=listed(silent),
+        )
+        if tag == "iso"
+        else tr_plural(
+            "{names} states no f-number",
+            "{names} state no f-number",
+            len(silent),
+            names=listed(silent),
+        )
+    )
+    sign = "f/" if tag == "aperture" else "ISO "
+    if max(stated) > min(stated) * (1.0 + _SAME):
+        if given:
+            doubt = tr(
+                "{start} and the others differ in theirs: only the given exposure times count.",
+                start=start,
+            )
+            return [None] * len(values), [doubt]
+        low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
+        raise ProbeError(
+            tr(
+                "{start}, and the other frames differ in theirs ({low} to {high}).",
+                start=start,
+                low=low,
+                high=high,
+            ),
+            tr("Leave it out, or shoot with fixed ISO and aperture."),
+        )
+    doubt = tr(
+        "{start}; {sign}{stated:g} is assumed, as in the other frames.",
+        start=start,
+        sign=sign,
+        stated=stated[0],
+    )
+    return [stated[0]] * len(values), [doubt]
+
+
+def _unstated(headers: Sequence[Header]) -> list[str]:
+    no_iso = all(header.iso is None for header in headers)
+    no_aperture = all(header.aperture is None for header in headers)
+    if no_iso and no_aperture:
+        start = tr("No frame states its ISO value or f-number: the same ones are assumed for all")
+    elif no_iso:
+        start = tr("No frame states its ISO value: the same one is assumed for all")
+    elif no_aperture:
+        start = tr("No frame states its f-number: the same one is assumed for all")
+    else:
+        return []
+    return [tr("{start}, and the brightness of the place in cd/m2 stays unknown.", start=start)]
+
+
+def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[str]:
+    doubts = []
+    for header, time in zip(headers, times, strict=True):
+        stated = header.shutter_s
+        if stated and abs(math.log2(time / stated)) > CONTRADICTION_STOPS:
+            doubts.append(
+                tr(
+                    "{name} ({time:.4g} s, not {stated:.4g} s)",
+                    name=header.frame.path.name,
+                    time=time,
+                    stated=stated,
+                )
+            )
+    if not doubts:
+        return []
+    return [tr("The given exposure times are used against EXIF: {listed}.", listed=listed(doubts))]
+
+
+def _lens_doubts(headers: Sequence[Header]) -> list[str]:
+    """Name the frame whose two halves lie furthest apart (theta-api: auto exposure per lens)."""
+    worst, gap = None, LENS_STOPS
+    for header in headers:
+        lenses = header.frame.lenses
+        if len(lenses) != 2:
+            continue
+        first, second = (lens.shutter_s * lens.iso for lens in lenses)
+        if abs(math.log2(first / second)) > gap:
+            worst, gap = header, abs(math.log2(first / second))
+    if worst is None:
+        return []
+    one, two = worst.frame.lenses
+    both = tr("ISO {first:g} and {second:g}", first=one.iso, second=two.iso)
+    if one.shutter_s != two.shutter_s:
+        both = tr(
+            "{isos}, {first:.4g} s and {second:.4g} s",
+            isos=both,
+            first=one.shutter_s,
+            second=two.shutter_s,
+        )
+    return [
+        tr(
+            "{name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so "
+            "that the halves of the panorama do not agree. Shoot the bracket in "
+            "manual mode.",
+            name=worst.frame.path.name,
+            gap=gap,
+            both=both,
+        )
+    ]
+
+
+def _note_doubts(headers: Sequence[Header]) -> list[str]:
+    """Compare EXIF with the maker note where both lenses agree with each other."""
+    shutters, isos = [], []
+    for header in headers:
+        name, note = header.frame.path.name, header.note
+        if note is None:
+            continue
+        time = _agreed(note.lens_shutters_s)
+        if _contradict(header.shutter_s, time):
+            shutters.append(
+                tr(
+                    "{name} ({stated:.4g} s in EXIF, {noted:.4g} s)",
+                    name=name,
+                    stated=header.shutter_s,
+                    noted=time,
+                )
+            )
+        iso = _agreed(note.lens_isos)
+        if _contradict(header.iso, iso):
+            isos.append(
+                tr(
+                    "{name} (ISO {stated:g} in EXIF, {noted:g})",
+                    name=name,
+                    stated=header.iso,
+                    noted=iso,
+                )
+            )
+    doubts = []
+    if shutters:
+        doubts.append(
+            tr(
+                "EXIF and maker note differ in the exposure time: {listed}.",
+                listed=listed(shutters),
+            )
+        )
+    if isos:
+        doubts.append(tr("EXIF and maker note differ in ISO: {listed}.", listed=listed(isos)))
+    return doubts
+
+
+def _agreed(pair: Sequence[float]) -> float | None:
+    if not pair or abs(math.log2(max(pair) / min(pair))) > LENS_STOPS:
+        return None
+    return pair[0]
+
+
+def _contradict(first: float | None, second: float | None) -> bool:
+    if not first or not second:
+        return False
+    return abs(math.log2(first / second)) > CONTRADICTION_STOPS
+
+
+MAX_FRAMES: Final = 40
+"""Most files of a bracket; cameras bracket up to 19 frames."""
+
+EQUAL_STOPS: Final = 0.05
+"""Exposures that differ by less than this, in stops, count as equal."""
+
+_MOST_LISTED: Final = 500
+_MOST_PIXELS: Final = 1_000_000_000
+_START: Final = 1 << 16
+_KIND_WORDS: Final = {
+    "uint8": tr("8 bits"),
+    "uint16": tr("16 bits"),
+    "half": tr("16-bit floating point"),
+    "float": tr("floating point"),
+}
+
+_Value = TypeVar("_Value", bound="Hashable")
+_Listed: TypeAlias = tuple[Header, float | None]
+"""A file of the bracket with the exposure time in seconds that the user gave for it."""
+
+
+def read_bracket(
+    paths: Sequence[Path],
+    times: Sequence[float] | None = None,
+    *,
+    alone: bool = False,
+    sort_out: bool = False,
+) -> Bracket:
+    """Read the headers of a bracket's files and put its frames in order.
+
+    `paths` are the files in any order, or one folder: then of the pictures in it
+    (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
+    bracket. What is left out is said. `times` in seconds, one a file in that order, win over
+    EXIF; ISO and f-number are still EXIF's. `sort_out`: files are treated as those of a folder.
+    `alone`: one photograph of all directions will do, and
+    need not state its exposure.
+
+    Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
+    that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
+    orientation or camera; when all exposures are equal, or `times` do not fit.
+    """
+    named = [Path(path) for path in paths]
+    sort_out = sort_out or (len(named) == 1 and _is_folder(named[0]))
+    headers, left_out = _read_all(named, times, sort_out=sort_out)
+    if sort_out and times is None:
+        headers, mapped_out = _without_mapped(headers)
+        left_out += mapped_out
+    files = [header.frame.path for header in headers]
+    given = _check_times(times, len(files))
+    _check_pixels(headers)
+    listed_files, warnings = _without_copies(list(zip(headers, given, strict=True)))
+    headers = [header for header, _ in listed_files]
+    if alone and len(files) == 1:
+        return _lone(headers[0], (*left_out, *warnings), times)
+    _check_count(headers, files)
+    _check_alike(headers)
+    if mapped := mapped_words(headers):
+        hint = tr("Switch the camera's filter and options off and shoot again, or leave it out.")
+        raise ProbeError(mapped, hint)
+    stated = None if times is None else [time or 0.0 for _, time in listed_files]
+    exposures, doubts = settle_exposures(headers, stated)
+    dressed = [
+        replace(header.frame, exposure=exposure)
+        for header, exposure in zip(headers, exposures, strict=True)
+    ]
+    bracket = Bracket(
+        frames=tuple(dressed),
+        stops=tuple(exposure.ev for exposure in exposures),
+        warnings=(*left_out, *warnings, *doubts),
+    )
+    return _in_order(bracket)
+
+
+def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[str]]:
+    """Leave out what the camera has rendered itself, where the others are a bracket."""
+    plain = [header for header in headers if not header.frame.tone_mapped]
+    known = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
+    if len(plain) == len(headers) or not known or max(known) - min(known) < EQUAL_STOPS:
+        return headers, []
+    mapped = [header for header in headers if header.frame.tone_mapped]
+    return plain, [tr("Left out: {message}", message=mapped_words(mapped))]
+
+
+def _read_all(
+    paths: list[Path], times: Sequence[float] | None, *, sort_out: bool
+) -> tuple[list[Header], list[str]]:
+    """Read the headers of the files named, or of the bracket in the folder named."""
+    folders = [path for path in paths if _is_folder(path)]
+    if not paths:
+        raise ProbeError(tr("There are no pictures to merge."), tr("Name at least two exposures."))
+    count = None if times is None else len(times)
+    if not folders and sort_out and len(paths) > 1:
+        return _bracket_of(paths, paths[0].parent.name, count)
+    if not folders:
+        _check_number(len(paths))
+        return [read_header(path) for path in paths], []
+    if len(paths) > 1:
+        raise ProbeError(
+            tr("{folder} is a folder among other names.", folder=folders[0]),
+            tr("Name one folder, or name the files themselves."),
+        )
+    return _bracket_of(pictures_in(folders[0]), folders[0].name, count)
+
+
+def _bracket_of(
+    files: Sequence[Path], folder: str, count: int | None
+) -> tuple[list[Header], list[str]]:
+    """Choose what belongs together: one size, one kind, one camera; most stated exposures first.
+
+    Where two sets are as good, all of them are given back: then it is an error to name the odd one.
+    """
+    sets: dict[Hashable, list[Header]] = {}
+    errors: list[ProbeError] = []
+    for file in files:
+        try:
+            header = read_header(file)
+        except ProbeError as error:
+            errors.append(error)
+            continue
+        frame = header.frame
+        sets.setdefault((frame.shape, frame.kind, frame.camera), []).append(header)
+
+    def rank(headers: list[Header]) -> tuple[bool, int, int]:
+        stated = sum(header.frame.exposure is not None for header in headers)
+        return len(headers) == count, stated, len(headers)
+
+    ranked = sorted(sets.values(), key=rank, reverse=True)
+    if len(ranked) > 1 and rank(ranked[0]) == rank(ranked[1]):
+        return [header for headers in sets.values() for header in headers], []
+    if not ranked or (len(ranked[0]) < 2 and errors):
+        raise errors[0]
+    taken = ranked[0]
+    _check_number(len(taken))
+    others = [header.frame.path.name for headers in ranked[1:] for header in headers]
+    said = [tr("Left out: {message}", message=error.message) for error in errors]
+    if others:
+        said.append(
+            tr_plural(
+                "Left out: {names} does not belong to the bracket.",
+                "Left out: {names} do not belong to the bracket.",
+                len(others),
+                names=listed(others),
+            )
+        )
+    if said:
+        first, last = taken[0].frame.path.name, taken[-1].frame.path.name
+        said.insert(
+            0,
+            tr_plural(
+                "Took {count} picture of {folder}: {first} to {last}.",
+                "Took {count} pictures of {folder}: {first} to {last}.",
+                len(taken),
+                folder=folder,
+                first=first,
+                last=last,
+            ),
+        )
+    return taken, said
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:
+        return False  # Reading it as a file says why it cannot be reached.
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
+    refused = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, refused, folder=folder):
+        files = [
+            entry
+            for entry in folder.iterdir()
+            if entry.suffix.lower() in ENDINGS and not entry.name.startswith(".")
+        ]
+        files = [file for file in files if file.is_file()]
+    if not files:
+        raise ProbeError(
+            tr("The folder {folder} holds no pictures.", folder=folder),
+            tr("Files ending in {endings} are read.", endings=", ".join(ENDINGS)),
+        )
+    if len(files) > _MOST_LISTED:
+        raise ProbeError(
+            tr(
+                "{folder} holds {count} pictures, too many to look for a bracket in.",
+                folder=folder,
+                count=len(files),
+            ),
+            tr("Move the frames of one place into a folder of their own."),
+        )
+    return sorted(files, key=lambda file: file.name)
+
+
+def _check_times(times: Sequence[float] | None, count: int) -> list[float | None]:
+    if times is None:
+        return [None] * count
+    if len(times) != count:
+        raise ProbeError(
+            tr(
+                "{times} for {pictures}.",
+                times=tr_plural("{count} exposure time", "{count} exposure times", len(times)),
+                pictures=tr_plural("{count} picture", "{count} pictures", count),
+            ),
+            tr("Give one for each, in the order of the files (of a folder: sorted by name)."),
+        )
+    low, high = SHUTTER_LIMITS_S
+    for time in times:
+        if not low <= time <= high:
+            raise ProbeError(
+                tr("{time:g} is not an exposure time in seconds.", time=time),
+                tr("Between {low:g} and {high:g} s are possible.", low=low, high=high),
+            )
+    return [float(time) for time in times]
+
+
+def _check_number(count: int) -> None:
+    if count > MAX_FRAMES:
+        raise ProbeError(
+            tr(
+                "{count} pictures are too many for one bracket: at most {most} are merged.",
+                count=count,
+                most=MAX_FRAMES,
+            ),
+            tr("Name only the frames of one place and time."),
+        )
+
+
+def _check_pixels(headers: list[Header]) -> None:
+    """Refuse what would take hours: a few frames of a size that no camera has."""
+    pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
+    if pixels > _MOST_PIXELS:
+        raise ProbeError(
+            tr(
+                "{count} frames of this size are too many: {pixels:.1f} gigapixels.",
+                count=len(headers),
+                pixels=pixels / 1e9,
+            ),
+            tr("Scale all of them down by the same factor; 4096 x 2048 holds all that is needed."),
+        )
+
+
+def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
+    """Leave out files that are named twice and files of the same bytes."""
+    kept: dict[tuple[str, ...], _Listed] = {}
+    dropped: dict[str, list[str]] = {}
+    contents = _contents([header.frame.path for header, _ in files])
+    for file, content in zip(files, contents, strict=True):
+        first = kept.setdefault(content, file)
+        if first is not file:
+            name = first[0].frame.path.name
+            dropped.setdefault(name, []).append(file[0].frame.path.name)
+    return list(kept.values()), [
+        tr_plural(
+            "{names} is a copy of {name} and left out.",
+            "{names} are copies of {name} and left out.",
+            len(copies),
+            names=listed(copies),
+            name=name,
+        )
+        if set(copies) != {name}
+        else tr("{name} is there more than once and used once.", name=name)
+        for name, copies in dropped.items()
+    ]
+
+
+def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
+    """Return equal values for equal files, reading no more of them than that takes.
+
+    Nothing where no other has their length, the whole only where another starts with the same
+    bytes.
+    """
+    contents: list[tuple[str, ...]] = [()] * len(paths)
+    for limit in (0, _START, None):
+        counts = Counter(contents)
+        contents = [
+            (*content, _content(path, limit)) if counts[content] > 1 or limit == 0 else content
+            for path, content in zip(paths, contents, strict=True)
+        ]
+    return contents
+
+
+def _content(path: Path, limit: int | None) -> str:
+    """Digest of a file, or of its first bytes; its length for 0 of them."""
+    with os_errors_as(ProbeError, tr("{path} cannot be read: {reason}."), path=path):
+        if limit == 0:
+            return str(path.stat().st_size)
+        with open_file(path) as stream:
+            if limit is None:
+                return hashlib.file_digest(stream, "sha256").hexdigest()
+            return hashlib.sha256(stream.read(limit)).hexdigest()
+
+
+def _check_count(headers: list[Header], files: list[Path]) -> None:
+    if len(headers) > 1:
+        return
+    name = headers[0].frame.path.name
+    hint = tr("Use at least two exposures, better three: the metered one, brighter and darker.")
+    if len(files) > 1:
+        raise ProbeError(
+            tr("All files are copies of {name}: that is not a bracket.", name=name), hint
+        )
+    raise ProbeError(tr("{name} is alone: one frame is not a bracket.", name=name), hint)
+
+
+def not_all_around(frame: Frame) -> ProbeError:
+    """Make the error for one photograph that is no full panorama, and no two fisheye circles."""
+    return ProbeError(
+        tr(
+            "{name} is {width} x {height}: alone it has to show every direction, and be twice "
+            "as wide as high (2:1).",
+            name=frame.path.name,
+            width=frame.shape[1],
+            height=frame.shape[0],
+        ),
+        tr("Use a 360 camera's picture, or at least two exposures of a bracket."),
+    )
+
+
+def _lone(header: Header, said: Sequence[str], times: Sequence[float] | None) -> Bracket:
+    """Make a bracket of one photograph, or say why it will not do."""
+    frame, name = header.frame, header.frame.path.name
+    if frame.kind not in ("uint8", "uint16"):
+        _check_count([header], [frame.path])
+    if not may_be_circles(frame.shape):
+        raise not_all_around(frame)
+    if header.part:
+        raise ProbeError(
+            tr("{name} says that it shows only a part of the sphere.", name=name),
+            tr("Export it as a full panorama (360 x 180 degrees)."),
+        )
+    stops, doubts = 0.0, [tr("{name} states no exposure time.", name=name)]
+    if frame.exposure is not None or times is not None:
+        exposures, doubts = settle_exposures([header], times)
+        frame, stops = replace(frame, exposure=exposures[0]), exposures[0].ev
+    told = (*said, *doubts, *filter(None, [mapped_words([header])]))
+    return Bracket((frame,), (stops,), told)
+
+
+def _check_alike(headers: list[Header]) -> None:
+    _one_value(
+        headers,
+        lambda header: header.frame.shape,
+        lambda shape: tr("{width} x {height} pixels", width=shape[1], height=shape[0]),
+        tr("Leave it out, or export all frames at one size."),
+    )
+    _one_value(
+        [header for header in headers if header.frame.camera],
+        lambda header: header.frame.camera,
+        lambda camera: tr("from a {camera}", camera=camera),
+        tr("All frames of a bracket come from one camera; leave out what does not belong to it."),
+    )
+    _one_value(
+        headers,
+        lambda header: header.frame.kind,
+        lambda kind: tr("stored as {kind}", kind=_KIND_WORDS[kind]),
+        tr("Leave it out, or export all frames in one format."),
+    )
+    _one_value(
+        headers,
+        lambda header: header.frame.primaries,
+        lambda primaries: (
+            tr("in colours of other primaries") if primaries else tr("in Rec. 709 colours")
+        ),
+        tr("Leave it out, or export all frames in one colour space."),
+    )
+    _one_value(
+        headers,
+        lambda header: header.orientation,
+        lambda orientation: tr(
+            "held another way (EXIF orientation {orientation})", orientation=orientation
+        ),
+        tr("Leave it out, or shoot all frames with the camera held the same way."),
+    )
+
+
+def _one_value(
+    headers: list[Header],
+    value: Callable[[Header], _Value],
+    words: Callable[[_Value], str],
+    hint: str,
+) -> None:
+    """Refuse frames that differ, and name those in the minority."""
+    names: dict[_Value, list[str]] = {}
+    for header in headers:
+        names.setdefault(value(header), []).append(header.frame.path.name)
+    if len(names) < 2:
+        return
+    ranked = sorted(names, key=lambda each: -len(names[each]))
+    usual, odd = ranked[0], ranked[1]
+    if len(names[usual]) > len(names[odd]):
+        rest = tr("the other frames are {what}", what=words(usual))
+    else:
+        rest = _clause(names[usual], words(usual))
+    raise ProbeError(tr("{odd}, but {rest}.", odd=_clause(names[odd], words(odd)), rest=rest), hint)
+
+
+def _clause(names: list[str], what: str) -> str:
+    return tr_plural(
+        "{names} is {what}", "{names} are {what}", len(names), names=listed(names), what=what
+    )
+
+
+def mapped_words(headers: Sequence[Header]) -> str:
+    """Say which frames were changed by the camera in every pixel; empty where none was."""
+    mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
+    if not mapped:
+        return ""
+    return tr_plural(
+        "{names} was taken with HDR rendering or range compensation on, "
+        "which changes every pixel in its own way.",
+        "{names} were taken with HDR rendering or range compensation on, "
+        "which changes every pixel in its own way.",
+        len(mapped),
+        names=listed(mapped),
+    )
+
+
+def _in_order(bracket: Bracket) -> Bracket:
+    """Sort, brightest first, and look for exposures that are there twice."""
+    order = sorted(
+        range(len(bracket.frames)),
+        key=lambda index: (-bracket.stops[index], bracket.frames[index].path.name),
+    )
+    frames = tuple(bracket.frames[index] for index in order)
+    stops = tuple(bracket.stops[index] for index in order)
+    if stops[0] - stops[-1] < EQUAL_STOPS:
+        raise ProbeError(
+            tr(
+                "All {count} frames have the same exposure: the camera did not bracket.",
+                count=len(stops),
+            ),
+            tr(
+                "Shoot again with bracketing on. If the files state a wrong exposure, "
+                "give the real ones with --times."
+            ),
+        )
+    warnings = bracket.warnings
+    for first in range(len(stops)):
+        same = [k for k in range(len(stops)) if math.fabs(stops[k] - stops[first]) < EQUAL_STOPS]
+        if len(same) > 1 and same[0] == first:
+            names = listed([frames[k].path.name for k in same])
+            warnings = (
+                *warnings,
+                tr("{names} have the same exposure; all of them are used.", names=names),
+            )
+    return Bracket(frames, stops, warnings)

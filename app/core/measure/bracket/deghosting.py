@@ -1,0 +1,454 @@
+"""What moved between the frames of a bracket, and which frames to believe where it did.
+
+People walk and clouds drift while a bracket is taken. Averaging such frames leaves ghosts with
+coloured edges, so every frame gets a mask of where it may be used. Frames that contradict each
+other (`measure.bracket.contradiction`) do so in connected places. In each, the frames that most
+others contradict are left out; where no majority is to be had, one frame is taken as the
+reference for the whole place, so that no person is cut in half. Every other frame stays in use
+wherever it agrees, and with it the range that the bracket was shot for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.environment.environment import solid_angles
+from app.core.measure.bracket.contradiction import (
+    CLIPPED,
+    CLOSE,
+    EDGE,
+    LOOSE,
+    Predictions,
+    Tolerance,
+    contradiction,
+    fill_hidden,
+    hopeless,
+    misfit,
+    worst,
+)
+from app.core.measure.bracket.response import Response
+from app.core.text import tr, tr_plural
+
+_BLACK: Final = 8  # below it a code says "at most" rather than "this much"
+_SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
+_SEEDS: Final = 4  # proxy pixels of that kind that one region needs, in pixels of the horizon
+_GROWTH: Final = 6  # proxy pixels that a region may grow by the closer test
+_CLOSING: Final = 0.008  # of the width: gaps in a region that are no gaps
+_MAJORITY: Final = 0.5  # share of a region's contradictions that a vote has to settle
+# What an agreement by inequality, a good exposure and a clipped pixel count beside a vote.
+_WEAK_VOTE: Final = 0.25
+_EXPOSED: Final = 0.3
+_LOST: Final = 4.0
+_MUCH: Final = 0.15  # share of the sphere beyond which the frames hardly belong together
+# A wide place in which fewer contradict each other is grain and edges, which the gaps join.
+_WIDE: Final = 0.05
+_DENSE: Final = 0.25
+_UNUSUAL: Final = 0.05  # share of the pixels from which on the response is in doubt
+_HOPELESS: Final = 0.35  # share beyond which it is not the scene that changed
+_NAMED: Final = 3  # regions named in the sentence
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """One place in which the frames contradict each other.
+
+    Centre and extent are shares of the width and the height, 0 to 1; `share` is of the sphere
+    (panoramas, by solid angle) or of the area; `frames` are left out in at least a part of it, by
+    their place in the bracket.
+    """
+
+    column: float
+    row: float
+    width: float
+    height: float
+    share: float
+    frames: tuple[int, ...]
+
+    @property
+    def azimuth_deg(self) -> float:
+        """Centre in degrees, positive to the right of the middle column; for panoramas."""
+        return 360.0 * (self.column - 0.5)
+
+    @property
+    def elevation_deg(self) -> float:
+        """Centre in degrees above the horizon; for panoramas."""
+        return 90.0 - 180.0 * self.row
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """Where which frame can be believed.
+
+    `masks`, (h, w) float32 each in the size of the proxies, are 1 where a frame is to be used and
+    0 where not, None for a frame that can be used everywhere; no pixel is 0 in all of them.
+    `share` is of the sphere or of the area: where frames are left out, or differ too widely for
+    that. `where` has the largest place first.
+    """
+
+    masks: tuple[Float32 | None, ...] = field(repr=False)
+    share: float = 0.0
+    where: tuple[Region, ...] = ()
+    sentences: tuple[str, ...] = ()
+
+
+def trust(
+    proxies: Sequence[Bytes],
+    stops: Sequence[float],
+    response: Response,
+    *,
+    seen: Sequence[Float32 | None] = (),
+    known: bool = True,
+    sphere: bool = True,
+) -> Moved:
+    """Find what moved, and say for every frame where it can be used; ValueError if sizes differ.
+
+    `proxies`, (h, w, 3) uint8 each, are area means of the coded frames at about an eighth of their
+    size, all aligned, in any order; twice as wide as high means a panorama, whose left and right
+    are neighbours. `response.table` is the linear light of each code, (3, 256) or (K, 3, 256).
+    Where `sphere` is False, 2:1 is no panorama either. `seen`, (h, w) each, is 0 where a frame
+    shows nothing, None for a frame that fills the picture. `known` is False for a recovered curve:
+    what differs widely may be that, and is no reason to shoot again. Where frames differ nearly
+    everywhere it is the curves or the exposures that are wrong: no frame is left out anywhere.
+    """
+    if len(proxies) != len(stops) or len({proxy.shape for proxy in proxies}) > 1:
+        raise ValueError("every frame needs a proxy of the same shape and an exposure")
+    order = sorted(range(len(stops)), key=lambda index: -stops[index])
+    frames = [np.ascontiguousarray(proxies[index]) for index in order]
+    hidden = [seen[index] if seen else None for index in order]
+    outside = tuple(seen) or (None,) * len(frames)
+    table = response.table if response.table.ndim == 2 else response.table[order]
+    predictions = Predictions(table, [stops[index] for index in order])
+    fill_hidden(frames, hidden, predictions)
+    evidence = _evidence(frames, predictions)
+    if evidence is None:
+        return Moved(outside)
+    unlike = float(np.count_nonzero(evidence)) / evidence.size
+    if unlike > _UNUSUAL or response.table.ndim > 2:
+        slack = misfit(frames, predictions)
+        predictions = Predictions(table, predictions.stops, slack)
+        evidence = _evidence(frames, predictions)
+        if evidence is None:
+            return Moved(outside)
+        unlike = float(np.count_nonzero(evidence)) / evidence.size
+        if unlike > _HOPELESS:
+            return Moved(outside, unlike, sentences=(hopeless(frames, unlike),))
+    height, width = evidence.shape
+    panorama = sphere and width == 2 * height
+    turn = _quiet_column(evidence) if panorama else 0
+    if turn:
+        frames = [np.roll(frame, -turn, axis=1) for frame in frames]
+        evidence = np.roll(evidence, -turn, axis=1)
+    area = _area((height, width), panorama)
+    places = _places(evidence, frames, predictions, area)
+    masks = [np.ones(evidence.shape, np.uint8) for _ in frames]
+    found = [_handle(place, frames, predictions, masks, area) for place in places]
+    regions = [_in_picture(region, order, turn / width) for region in found if region.frames]
+    by_frame: list[Float32 | None] = list(outside)
+    for index, mask in zip(order, masks, strict=True):
+        if not mask.all():
+            there = np.roll(mask, turn, axis=1).astype(np.float32)
+            edge = by_frame[index]
+            by_frame[index] = there if edge is None else there * edge
+    touched = np.minimum.reduce(masks) == 0
+    share = float(area @ np.count_nonzero(touched, axis=1))
+    where = tuple(sorted(regions, key=lambda region: -region.share))
+    return Moved(tuple(by_frame), share, where, _sentences(where, share, panorama, known))
+
+
+def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tolerance) -> Bytes:
+    """Worst contradiction between neighbours in exposure: whatever moves shows in one of them."""
+    parts = [
+        contradiction(frames[k], frames[k + 1], predictions.between(k, k + 1, tolerance))
+        for k in range(len(frames) - 1)
+    ]
+    return np.asarray(np.maximum.reduce(parts), np.uint8)
+
+
+def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None:
+    """Contradictions by the loose test, None when there is nothing worth a closer look."""
+    if len(frames) < 2:
+        return None
+    evidence = _adjacent(frames, predictions, LOOSE)
+    return evidence if int(np.count_nonzero(evidence >= _SEED)) >= _SEEDS else None
+
+
+def _quiet_column(evidence: Bytes) -> int:
+    """Column to begin a panorama with, so that as little as possible is cut there."""
+    near = _box(evidence > 0, cv2.MORPH_DILATE, 4 * _closing(evidence.shape[1]) + 1)
+    return int(np.argmin(np.count_nonzero(near, axis=0)))
+
+
+def _box(mask: NDArray[Any], operation: int, size: int) -> Bytes:
+    """Morphology with a square."""
+    box = np.ones((size, size), np.uint8)
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), operation, box), np.uint8)
+
+
+def _closing(width: int) -> int:
+    """Side of the square that closes gaps, odd, in pixels of a proxy of that width."""
+    return 2 * max(round(0.5 * _CLOSING * width), 1) + 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A connected place of contradiction: a rectangle, and which of its pixels belong to it."""
+
+    rows: slice
+    columns: slice
+    inside: Bools
+
+
+def _places(
+    evidence: Bytes, frames: Sequence[Bytes], predictions: Predictions, area: Float64
+) -> list[_Place]:
+    """Find connected places that hold more than a stray contradiction, by solid angle."""
+    joined = _box(evidence > 0, cv2.MORPH_CLOSE, 3)
+    count, labels = cv2.connectedComponents(joined, connectivity=8)
+    row, column = np.nonzero(evidence >= _SEED)
+    sizes = np.bincount(labels[row, column], area[row] / area.max(), minlength=count)
+    strong = sizes >= _SEEDS
+    strong[0] = False
+    if not strong.any():
+        return []
+    region = strong[labels].astype(np.uint8)
+    closer = (_adjacent(frames, predictions, CLOSE) > 0).astype(np.uint8)
+    for _ in range(_GROWTH):
+        region |= _box(region, cv2.MORPH_DILATE, 3) & closer
+    region = _box(region, cv2.MORPH_CLOSE, _closing(region.shape[1]))
+    # Two pixels for what is left at an edge, one for the masks' slope when they are enlarged.
+    region = _box(region, cv2.MORPH_DILATE, 7)
+    count, labels, boxes, _ = cv2.connectedComponentsWithStats(region, connectivity=8)
+    places = []
+    for label in range(1, count):
+        left, top, width, height = (int(value) for value in boxes[label, :4])
+        rows, columns = slice(top, top + height), slice(left, left + width)
+        inside = np.asarray(labels[rows, columns] == label)
+        size = np.count_nonzero(inside)
+        dense = np.count_nonzero(inside & (evidence[rows, columns] > 0)) >= _DENSE * size
+        if dense or size < _WIDE * evidence.size:
+            places.append(_Place(rows, columns, inside))
+    return places
+
+
+def _handle(
+    place: _Place,
+    frames: Sequence[Bytes],
+    predictions: Predictions,
+    masks: Sequence[Bytes],
+    area: Float64,
+) -> Region:
+    """Decide on one place, write it into the masks, and describe it in the masks' own frame."""
+    crops = [frame[place.rows, place.columns] for frame in frames]
+    height, width = masks[0].shape
+    allowed = _settle(crops, place.inside, predictions, _closing(width))
+    for mask, use in zip(masks, allowed, strict=True):
+        mask[place.rows, place.columns] &= use
+    return Region(
+        column=0.5 * (place.columns.start + place.columns.stop) / width,
+        row=0.5 * (place.rows.start + place.rows.stop) / height,
+        width=place.inside.shape[1] / width,
+        height=place.inside.shape[0] / height,
+        share=float(area[place.rows] @ np.count_nonzero(place.inside, axis=1)),
+        frames=tuple(index for index, use in enumerate(allowed) if not use.all()),
+    )
+
+
+def _settle(
+    crops: Sequence[Bytes], inside: Bools, predictions: Predictions, closing: int
+) -> list[Bytes]:
+    """Where each frame may be used in one place.
+
+    Where most frames agree, the others are left out. What contradictions that leaves, or all of
+    them when no majority is to be had (two frames), an order of belief resolves: the first frame
+    is used everywhere, each following one where it contradicts none of those before it. Either
+    way the frames in use agree with one another at every pixel.
+    """
+    # The outermost pixels are there for the masks' soft edge, not for evidence.
+    core = _box(inside, cv2.MORPH_ERODE, 3).astype(bool)
+    against = _clashes(crops, core, predictions)
+    codes = np.stack([worst(crop) for crop in crops])
+    belief = _belief(codes, core, against)
+    order = sorted(range(len(crops)), key=lambda k: -belief[k])
+    outliers, explained = _outvoted(against)
+    needed = _only_unclipped(codes, outliers)
+    allowed = [np.ones(inside.shape, np.uint8) for _ in crops]
+    if needed is not None:
+        order.remove(needed)
+        order.insert(0, needed)
+    elif explained >= _MAJORITY:
+        allowed = [1 - _closed(outlier, closing, inside) for outlier in outliers]
+        # Who was left out most is believed least where a vote is tied.
+        order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
+    for place, frame in enumerate(order[1:], start=1):
+        clash = np.zeros(inside.shape, bool)
+        for believed in order[:place]:
+            clash |= against[frame, believed] & (allowed[believed] & allowed[frame] > 0)
+        if clash.any():
+            allowed[frame] &= 1 - _closed(clash, closing, inside)
+    nowhere = np.maximum.reduce(allowed) == 0
+    allowed[order[0]] |= nowhere.astype(np.uint8)
+    return _widened(allowed, order[0], inside)
+
+
+def _closed(pixels: Bools, closing: int, inside: Bools) -> Bytes:
+    """Close the gaps of what a frame shows wrongly."""
+    return _box(pixels, cv2.MORPH_CLOSE, closing) & inside.astype(np.uint8)
+
+
+def _widened(allowed: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
+    """Leave frames out one pixel further, for the masks' slope and for edges within a pixel."""
+    limits = inside.astype(np.uint8)
+    wide = [1 - (_box(1 - use, cv2.MORPH_DILATE, 3) & limits) for use in allowed]
+    nowhere = np.maximum.reduce(wide) == 0
+    wide[first] |= nowhere.astype(np.uint8)
+    return wide
+
+
+def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> Bools:
+    """Where any two frames contradict each other by the closer test, (K, K, h, w)."""
+    number = len(crops)
+    against = np.zeros((number, number, *core.shape), bool)
+    for bright in range(number):
+        for dark in range(bright + 1, number):
+            expected = predictions.between(bright, dark, CLOSE)
+            clash = (contradiction(crops[bright], crops[dark], expected) > 0) & core
+            if clash.any():
+                expected = predictions.between(bright, dark, EDGE)
+                rest = contradiction(crops[bright], crops[dark], expected) > 0
+                clash |= rest & core & (_box(clash, cv2.MORPH_DILATE, 3) > 0)
+            against[bright, dark] = against[dark, bright] = clash
+    return against
+
+
+def _outvoted(against: Bools) -> tuple[Bools, float]:
+    """Leave out, pixel by pixel, the frame that contradicts most of those left, until none does.
+
+    Returns the frames left out, (K, h, w) bool, none where two contradict equally many, and the
+    share of the pixels with a contradiction where that does not happen.
+    """
+    number = against.shape[0]
+    counts = against.sum(axis=1, dtype=np.uint8)
+    clash = counts.any(axis=0)
+    left, counts = against[:, :, clash], counts[:, clash]
+    out = np.zeros(counts.shape, bool)
+    tied = np.zeros(counts.shape[1], bool)
+    while counts.any():
+        most = counts.max(axis=0)
+        candidates = (counts == most) & (most > 0)
+        tied |= np.count_nonzero(candidates, axis=0) > 1
+        leave = candidates & ~tied
+        out |= leave
+        for frame in range(number):
+            counts -= left[frame] & leave[frame] & ~out
+        counts[out | tied] = 0
+    outliers = np.zeros((number, *clash.shape), bool)
+    outliers[:, clash] = out & ~tied
+    return outliers, 1.0 - float(tied.mean()) if tied.size else 1.0
+
+
+def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
+    """Frame that a vote must not leave out: all others are brighter and clipped. Usually none.
+
+    Somebody stands before a window in the only frame that does not clip it. The majority knows
+    no more of the window than that it is bright, and around that person the rest of it would be
+    lost.
+    """
+    clipped = codes > CLIPPED
+    lost = (clipped | outliers).all(axis=0) & outliers.any(axis=0)
+    place = np.arange(len(codes))[:, None, None]
+    after_all_kept = place > np.where(outliers, -1, place).max(axis=0)
+    telling = lost & outliers & after_all_kept & (codes > _BLACK) & ~clipped
+    counts = np.count_nonzero(telling, axis=(1, 2))
+    if counts.max() < _SEEDS:
+        return None
+    # The brightest of those that show nearly all of it.
+    return int(np.argmax(counts >= 0.9 * counts.max()))
+
+
+def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
+    """Score of each frame: how many others agree with it, and how well it is exposed."""
+    number, size = len(codes), max(int(np.count_nonzero(core)), 1)
+    level = codes[:, core]
+    clash = against[:, :, core]
+    clipped = level > CLIPPED
+    telling = ~clipped & (level > _BLACK)
+    # Clipping counts where a darker frame could have told more.
+    darker = np.logical_or.accumulate(telling[::-1], axis=0)[::-1]
+    scores = []
+    for frame in range(number):
+        good = float(np.sqrt(level[frame][~clipped[frame]] / 255.0).sum())
+        lost = float(np.count_nonzero(clipped[frame] & darker[frame]))
+        votes = 0.0
+        for other in range(number):
+            agree = ~clash[frame, other]
+            sure = np.count_nonzero(agree & telling[frame] & telling[other])
+            votes += sure + _WEAK_VOTE * (np.count_nonzero(agree) - sure)
+        scores.append((_EXPOSED * good - _LOST * lost + votes / max(number - 1, 1)) / size)
+    return scores
+
+
+def _area(shape: tuple[int, int], panorama: bool) -> Float64:
+    """Share of the whole that a pixel of each row has, (h,)."""
+    if panorama:
+        return solid_angles(shape) / (4.0 * math.pi)
+    return np.full(shape[0], 1.0 / (shape[0] * shape[1]))
+
+
+def _in_picture(region: Region, order: Sequence[int], turn: float) -> Region:
+    """Undo the turn of the picture by a share of its width, and the order of the frames."""
+    frames = tuple(sorted(order[frame] for frame in region.frames))
+    return replace(region, column=(region.column + turn) % 1.0, frames=frames)
+
+
+def _sentences(
+    where: tuple[Region, ...], share: float, panorama: bool, known: bool
+) -> tuple[str, ...]:
+    """Say what moved and what was done."""
+    if not where:
+        return ()
+    named = [_words(region, panorama) for region in where[:_NAMED]]
+    more = len(where) - _NAMED
+    if more > 0:
+        named.append(tr_plural("at {count} smaller place", "at {count} smaller places", more))
+    listed = (
+        named[0]
+        if len(named) == 1
+        else tr("{places}; and {last}", places="; ".join(named[:-1]), last=named[-1])
+    )
+    sentences = [
+        tr(
+            "Something moved between the frames {listed}. Only frames that agree are used there.",
+            listed=listed,
+        )
+    ]
+    if share > _MUCH and known:
+        sentences.append(
+            tr(
+                "That is {share:.0f} % of the picture. Shoot the bracket again when less "
+                "moves, if you can.",
+                share=100.0 * share,
+            )
+        )
+    return tuple(sentences)
+
+
+def _words(region: Region, panorama: bool) -> str:
+    """Where a region of a panorama or of an ordinary picture is."""
+    if panorama:
+        return tr(
+            "at azimuth {azimuth_deg:.0f}°, elevation {elevation_deg:.0f}°",
+            azimuth_deg=region.azimuth_deg,
+            elevation_deg=region.elevation_deg,
+        )
+    across, down = 100.0 * region.column, 100.0 * region.row
+    return tr(
+        "at {across:.0f} % from the left, {down:.0f} % from the top", across=across, down=down
+    )

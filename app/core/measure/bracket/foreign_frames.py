@@ -1,0 +1,280 @@
+"""Frames in a bracket's folder that are no exposures of the series.
+
+A camera's own HDR picture, a preview, a picture of another scene or a black one lies beside the
+exposures and states the exposure of one of them. Merged with them it bends the curve and the light.
+It shows by this: the other frames agree with each other, by one curve and their stated exposures,
+and it contradicts them over a large part of the picture, whatever exposure it is given.
+
+A frame that only states a wrong exposure is measured (`measure.bracket.response`). What moved, and
+light that changed a little, contradicts in places only (`app.core.measure.bracket.deghosting`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import chain, pairwise
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float64
+from app.core.measure.bracket.contradiction import (
+    CLIPPED,
+    Predictions,
+    Tolerance,
+    alike,
+    contradiction,
+    worst,
+)
+from app.core.measure.bracket.response import (
+    Mode,
+    ResponseChoice,
+    Stops,
+    choose_response,
+    srgb_response,
+)
+
+_WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
+"""Half a stop, so that light that flickers or a cloud is no reason to leave a frame out."""
+
+_LOUD: Final = 0.25  # share of the picture over which a foreign frame contradicts the others
+_QUIET: Final = 0.08  # share over which frames of one series contradict each other at most
+_BENT: Final = 0.45  # stops by which a foreign frame's step depends on the level
+_STRAIGHT: Final = 0.2  # stops by which the step between two frames of one series does
+_TIMES: Final = 3.0  # by how much more a foreign frame contradicts, or is bent
+_FITS: Final = 0.05  # stops that are left where one curve fits all frames
+_RESIDUAL: Final = 0.15  # stops that are left where one curve fits the others
+_NEIGHBOURS: Final = 4
+_TRIED: Final = 6  # frames for each of which a curve is recovered
+_FARTHEST_STOPS: Final = 6.1
+_BLACK: Final = 8
+_OPEN: Final = (24, 232)  # codes that say how much light there is
+_LEVELS: Final = 12
+_MOST_LEVELS: Final = (0.1, 0.9)
+_FEWEST: Final = 60  # samples of a level
+_LEAST_SHARE: Final = 0.02  # of the pixels, that a pair must show
+_SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
+_ONE_IN: Final = 3  # at most one frame in so many is foreign
+
+
+class Reason(Enum):
+    """Why a frame is no exposure of the series."""
+
+    BLACK = "black"
+    OTHER_SCENE = "other-scene"
+    TONE_MAPPED = "tone-mapped"
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """A foreign frame: its number in the bracket, the brightest first, and why it is one."""
+
+    frame: int
+    reason: Reason
+
+
+def foreign_frames(
+    proxies: Sequence[Bytes], samples: Bytes, choice: ResponseChoice, stops: Stops, mode: Mode
+) -> tuple[Foreign, ...]:
+    """Find the frames that are no exposures of the series.
+
+    `proxies`, (h, w, 3) uint8 each, and `samples`, (K, N, 3) uint8, are of all frames, brightest
+    first, which lie on each other; `stops` are as stated, and `choice` is what was chosen for them.
+    Empty with fewer than three frames, and where the others do not agree with each other.
+    """
+    rest, found = list(range(len(proxies))), list[Foreign]()
+    pictures = [np.ascontiguousarray(proxy) for proxy in proxies]
+    while len(rest) >= 3 and len(found) < max(len(pictures) // _ONE_IN, 1):
+        series = _Series(pictures, samples, stops, tuple(rest), choice)
+        if series.whole and series.greatest_oddness <= 1.0:
+            break
+        trials = _trials(series, mode)
+        if not trials:
+            break
+        _, number, choice = max(trials, key=lambda trial: trial[0])
+        found.append(Foreign(number, _reason(pictures, number, rest)))
+        rest.remove(number)
+    return tuple(sorted(found, key=lambda each: each.frame))
+
+
+def _trials(series: _Series, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
+    """Leave out each frame in turn: those that contradict the others, where these agree.
+
+    Returns by how much they contradict, their numbers, and the curve of the others. A curve is
+    recovered only where sRGB fits no set of others; in long brackets for the likeliest frames.
+    """
+    plain = replace(series, choice=replace(series.choice, response=srgb_response()))
+    likely = sorted(series.frames, key=lambda number: -plain.oddness(number))
+    trials: list[tuple[float, int, ResponseChoice]] = []
+    ways: tuple[tuple[Mode, list[int]], ...] = (("srgb", likely), (mode, likely[:_TRIED]))
+    for way, numbers in ways:
+        if trials:
+            break
+        for number in numbers:
+            others = tuple(each for each in series.frames if each != number)
+            picked, stops = series.samples[list(others)], [series.stops[k] for k in others]
+            left = replace(series, frames=others, choice=choose_response(picked, stops, way))
+            if left.sound and left.excludes(number):
+                trials.append((left.oddness(number), number, left.choice))
+    return trials
+
+
+@dataclass(frozen=True, slots=True)
+class _Series:
+    """Some frames of a bracket with one curve: how well they and others fit each other.
+
+    `pictures`, `samples` and `stops` are of all frames, as stated; `choice` is of `frames` only.
+    """
+
+    pictures: Sequence[Bytes]
+    samples: Bytes
+    stops: Stops
+    frames: tuple[int, ...]
+    choice: ResponseChoice
+
+    @property
+    def table(self) -> Float64:
+        """One curve for all frames, (3, 256); of frames with their own, that of the middle one."""
+        table = self.choice.response.table
+        return table if table.ndim == 2 else table[len(table) // 2]
+
+    @property
+    def whole(self) -> bool:
+        """Whether one curve fits the frames as their files state them."""
+        if self.choice.tag_errors or self.choice.response.table.ndim > 2:
+            return False
+        if self.choice.response.name == "sRGB":
+            return self.choice.check.agrees
+        return self.choice.response.residual_stops < _FITS
+
+    @property
+    def sound(self) -> bool:
+        """Whether the frames agree; two of them fit any curve that is not known."""
+        choice = self.choice
+        if not choice.check.possible or choice.tag_errors or choice.response.table.ndim > 2:
+            return False
+        if choice.response.name == "sRGB":
+            agrees = choice.check.agrees
+        else:
+            agrees = len(self.frames) > 2 and choice.response.residual_stops < _RESIDUAL
+        return agrees and all(max(self._pair(*pair)) <= 1.0 for pair in pairwise(self.frames))
+
+    @property
+    def greatest_oddness(self) -> float:
+        """Oddness of the oddest of the frames; each pair is judged once."""
+        pairs = {frame: self._pairs(frame) for frame in self.frames}
+        judged = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
+        return max(_median([judged[pair] for pair in some]) for some in pairs.values())
+
+    def oddness(self, frame: int) -> float:
+        """How much a frame contradicts its neighbours; more than 1 is unusual."""
+        return _median([max(self._pair(*pair)) for pair in self._pairs(frame)])
+
+    def _pairs(self, frame: int) -> list[tuple[int, int]]:
+        """A frame with each of its neighbours, the brighter first."""
+        return [(min(frame, other), max(frame, other)) for other in self._near(frame)]
+
+    def excludes(self, frame: int) -> bool:
+        """Whether a frame that is not among these contradicts them, whatever its exposure."""
+        near = self._near(frame)
+        if not near:
+            return False
+        bent = float(np.median([self._bend(*sorted((frame, other))) for other in near]))
+        usual = max(self._bend(*pair) for pair in pairwise(self.frames))
+        if bent >= max(_BENT, _TIMES * usual):
+            return True
+        own = {self.stops[frame], self._exposure(frame, near)}
+        shares = [np.median([self._share(frame, other, stop) for other in near]) for stop in own]
+        quiet = max(
+            self._share(one, other, self._stop(one)) for one, other in pairwise(self.frames)
+        )
+        return bool(min(shares) >= max(_LOUD, _TIMES * quiet))
+
+    def _pair(self, bright: int, dark: int) -> tuple[float, float]:
+        """Bend and contradiction of two frames, as shares of what is usual."""
+        share = self._share(bright, dark, self._stop(bright))
+        return self._bend(bright, dark) / _STRAIGHT, share / _QUIET
+
+    def _stop(self, frame: int) -> float:
+        """Exposure of a frame, corrected where it is one of the series."""
+        if frame in self.frames:
+            return self.choice.stops[self.frames.index(frame)]
+        return self.stops[frame]
+
+    def _near(self, frame: int) -> list[int]:
+        apart = {
+            other: abs(self._stop(other) - self.stops[frame])
+            for other in self.frames
+            if other != frame
+        }
+        near = [k for k in sorted(apart, key=lambda k: apart[k]) if apart[k] <= _FARTHEST_STOPS]
+        return near[:_NEIGHBOURS]
+
+    def _steps(self, bright: int, dark: int) -> tuple[Float64, Float64]:
+        """Codes of the brighter frame's samples, and by how many stops it is brighter there."""
+        logs = np.log2(np.maximum(self.table, 1e-9))
+        codes, steps = [], []
+        for channel in range(3):
+            first, second = self.samples[bright, :, channel], self.samples[dark, :, channel]
+            both = (first > _OPEN[0]) & (first < _OPEN[1])
+            both &= (second > _OPEN[0]) & (second < _OPEN[1])
+            codes.append(first[both].astype(np.float64))
+            steps.append(logs[channel][first[both]] - logs[channel][second[both]])
+        return np.concatenate(codes), np.concatenate(steps)
+
+    def _bend(self, bright: int, dark: int) -> float:
+        """By how many stops the step between two frames depends on the level."""
+        codes, steps = self._steps(bright, dark)
+        levels = (codes - _OPEN[0]) * _LEVELS // (_OPEN[1] - _OPEN[0])
+        parts = [steps[levels == level] for level in range(_LEVELS)]
+        medians = [float(np.median(part)) for part in parts if part.size >= _FEWEST]
+        if len(medians) < 3:
+            return 0.0
+        low, high = np.quantile(medians, _MOST_LEVELS)
+        return float(high - low)
+
+    def _exposure(self, frame: int, near: Sequence[int]) -> float:
+        """Exposure that a frame shows beside its neighbours, in stops."""
+        shown = []
+        for other in near:
+            _, steps = self._steps(frame, other)
+            if steps.size >= _FEWEST:
+                shown.append(self._stop(other) + float(np.median(steps)))
+        return float(np.median(shown)) if shown else self.stops[frame]
+
+    def _share(self, one: int, other: int, stop: float) -> float:
+        """Share of two frames that cannot be of the same thing; `stop` is of the first."""
+        first, second = self.pictures[one], self.pictures[other]
+        pair = (stop, self._stop(other))
+        if pair[0] < pair[1]:
+            first, second, pair = second, first, (pair[1], pair[0])
+        shown = _shown(first, second)
+        count = np.count_nonzero(shown)
+        if count < _LEAST_SHARE * shown.size:
+            return 0.0
+        expected = Predictions(self.table, pair).between(0, 1, _WIDE)
+        return float(np.count_nonzero((contradiction(first, second, expected) > 0) & shown)) / count
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if values else 0.0
+
+
+def _shown(bright: Bytes, dark: Bytes) -> Bools:
+    """Pixels at which two frames are not both black or both clipped."""
+    black = (worst(bright) <= _BLACK) & (worst(dark) <= _BLACK)
+    # Inverted, the smallest channel is the largest.
+    white = (worst(~bright) <= 255 - CLIPPED) & (worst(~dark) <= 255 - CLIPPED)
+    return np.asarray(~(black | white))
+
+
+def _reason(pictures: Sequence[Bytes], frame: int, rest: Sequence[int]) -> Reason:
+    codes = worst(pictures[frame])
+    if float(np.quantile(codes, 0.99)) <= _BLACK:
+        return Reason.BLACK
+    others = (pictures[number] for number in rest if number != frame)
+    if max(alike((pictures[frame], other)) for other in others) < _SAME_PLACE:
+        return Reason.OTHER_SCENE
+    return Reason.TONE_MAPPED

@@ -1,0 +1,403 @@
+"""Merging the frames of a bracket to linear light, reduced in the same pass.
+
+Last, colours that stand out by no more than the frames' codes leave open are taken back. Rounding,
+noise and JPEG, which stores colour at half the size, leave a code several off. In a channel that
+holds little beside the others, or near black, that is a stop and more, and shows as salt and pepper
+of all colours. What a pixel's colour differs by from the median of its neighbours is taken back as
+far as such an error explains it, so that a small lamp keeps its colour.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Final, TypeAlias
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Float32, Indices
+from app.core.base.colour import to_rec709
+from app.core.base.progress import Report, Token, silent
+from app.core.measure.bracket.half_size import HalfLight, half_lights, merge_halved
+from app.core.measure.bracket.response import Response
+from app.core.measure.bracket.weighted_merge import Band, lift_black, merge_band
+from app.core.measure.bracket.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
+from app.core.measure.read.decoding import Pixels, row_bands
+from app.core.measure.read.frame import Merged
+from app.core.measure.read.pixels import FrameStack, workers
+from app.core.measure.read.resampling import Reduction
+
+SIZE: Final = (1024, 2048)
+"""Rows and columns of a merged panorama."""
+
+# Pixels per band: many enough that the interpreter's share of the work is small, few enough that
+# the planes of a band stay near the processor.
+_BAND_PIXELS: Final = 240_000
+# Rows of all frames that are read together when they are not held in memory.
+_READ_BYTES: Final = 48 << 20
+# Bands that are being merged or wait for their turn.
+_WAITING: Final = 16
+# What the brightest frame cannot tell from black, as a share of what saturates it.
+_BLACK: Final = 0.0045
+
+
+@dataclass(slots=True)
+class _Result:
+    """Pictures that are being filled."""
+
+    radiance: Float32
+    clipped: Float32
+    dark: Float32
+    counts: list[int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What a band of rows adds to the result, from row `first` on."""
+
+    first: int
+    radiance: Float32 = field(repr=False)
+    clipped: Float32 | None = field(repr=False)
+    dark: Float32 | None = field(repr=False)
+    counts: list[int]
+    stop: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What all bands have in common."""
+
+    lights: tuple[FrameLight, ...]
+    trusts: tuple[Float32 | None, ...]
+    reduction: Reduction
+    token: Token
+    halves: tuple[HalfLight, ...] = ()
+    black: float = 0.0
+    doubts: tuple[float, ...] = ()
+
+
+def reference_exposure(stops: Sequence[float]) -> float:
+    """Exposure of the middle frame, in stops: its saturation is the merged light's unit."""
+    return sorted(stops)[len(stops) // 2]
+
+
+def merge(
+    stack: FrameStack,
+    response: Response,
+    stops: Sequence[float],
+    *,
+    scheme: Scheme = "noise",
+    known: bool = True,
+    doubts: Sequence[float] = (),
+    trust: Sequence[Float32 | None] | None = None,
+    size: tuple[int, int] | None = SIZE,
+    sphere: bool = True,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Merged:
+    """Merge the frames to linear light.
+
+    Each pixel is the weighted mean of what its frames say (`weighting`). A pixel that is
+    clipped in every frame gets the darkest frame's value, a lower bound; one that is black in
+    every frame the brightest frame's value. The merged pixels, not the frames', are reduced by
+    area and solid angle.
+
+    `response.table`, (3, 256), or (K, 3, 256) where each frame has its own, is the linear value
+    in 0..1 of each code; not used for float frames. `stops` are the true exposures. `doubts`
+    say by how much each frame differs from its neighbours, where frames do not fit each other;
+    only for 8-bit frames of full size. `trust`, (h, w) each at the size of the proxies,
+    interpolated bilinearly, is 0 to 1; None for a frame that is trusted everywhere. `size` is
+    the rows and columns wanted of a panorama; None keeps the frames' own, as pictures that are
+    not panoramas do. `Merged.clipped_fractions` are in the order of the stack.
+
+    ProbeError when a file has been damaged since it was first read; ValueError when the numbers
+    of frames, stops and trusts differ; Cancelled.
+    """
+    if len(stops) != len(stack.frames) or not stops:
+        raise ValueError(f"{len(stops)} exposures for {len(stack.frames)} frames")
+    trusts = tuple(trust) if trust is not None else (None,) * len(stops)
+    if len(trusts) != len(stops):
+        raise ValueError(f"{len(trusts)} trust maps for {len(stops)} frames")
+    # The kernel takes the last frame for the darkest; corrected exposures may swap two of them.
+    order = sorted(range(len(stops)), key=lambda index: -stops[index])
+    reference = reference_exposure(stops)
+    lights = _lights(stack, response, stops, scheme, reference, order, known)
+    whole = [stack.whole[index] for index in order]
+    halved = not all(whole)
+    shape = (stack.shape[0] // 2, stack.shape[1] // 2) if halved else stack.shape
+    ordered = [trusts[index] for index in order]
+    plan = _Plan(
+        lights=lights,
+        # A map that trusts everything is left out.
+        trusts=tuple(t if t is not None and t.min() < 1.0 else None for t in ordered),
+        reduction=_reduction(shape, size, sphere),
+        token=token or Token(),
+        halves=half_lights(lights, whole) if halved else (),
+        black=_black(stack, known, sphere) * 2.0 ** (reference - max(stops)),
+        doubts=_doubts(stack, doubts, scheme, order),
+    )
+    result = _run(stack, plan, order, report)
+    if plan.black:
+        quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
+    if stack.frames[0].primaries:
+        # Last: clipping is the camera's own.
+        to_rec709(result.radiance, stack.frames[0].primaries)
+        np.maximum(result.radiance, np.float32(0.0), out=result.radiance)
+    pixels = stack.shape[0] * stack.shape[1]
+    fractions = [0.0] * len(order)
+    for place, index in enumerate(order):
+        fractions[index] = result.counts[place] / pixels
+    known = all(f.exposure is not None and f.exposure.known for f in stack.frames)
+    return Merged(
+        radiance=result.radiance,
+        clipped=result.clipped,
+        dark=result.dark,
+        reference_ev=reference,
+        clip_level=2.0 ** (reference - min(stops)),
+        # ISO 12232, for the exposure that the unit stands for.
+        cd_m2=1.2 / 2.0**reference if known else None,
+        clipped_fractions=tuple(fractions),
+    )
+
+
+def _lights(
+    stack: FrameStack,
+    response: Response,
+    stops: Sequence[float],
+    scheme: Scheme,
+    reference: float,
+    order: Sequence[int],
+    known: bool,
+) -> tuple[FrameLight, ...]:
+    lights = []
+    for index in order:
+        kind = stack.frames[index].kind
+        if kind in ("half", "float"):
+            clips = math.isfinite(stack.top)
+            unit = stack.top if clips else 1.0
+            tables = float_tables(index, stops, clips=clips, scheme=scheme)
+            scale = 2.0 ** (reference - stops[index]) / unit
+            lights.append(FrameLight(tables, scale, unit, clips))
+        else:
+            fine = kind == "uint16"
+            table = response.table if response.table.ndim == 2 else response.table[index]
+            tables = frame_tables(
+                table, index, stops, reference, scheme=scheme, fine=fine, known=known
+            )
+            lights.append(FrameLight(tables))
+    return tuple(lights)
+
+
+def _doubts(
+    stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
+) -> tuple[float, ...]:
+    """Doubts in order, where all frames are of 8 bits and full size and their weights ours."""
+    coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
+    return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
+
+
+def _black(stack: FrameStack, known: bool, sphere: bool) -> float:
+    """Light of the brightest frame below which there is no telling; 0 where that is known."""
+    told = all(frame.kind != "uint8" for frame in stack.frames)
+    return 0.0 if told or (known and _panorama(stack.shape, sphere)) else _BLACK
+
+
+def _panorama(shape: tuple[int, int], sphere: bool) -> bool:
+    return sphere and shape[1] == 2 * shape[0]
+
+
+def _reduction(shape: tuple[int, int], size: tuple[int, int] | None, sphere: bool) -> Reduction:
+    panorama = _panorama(shape, sphere)
+    wanted = shape if size is None or (sphere and not panorama) else size
+    smaller = min(wanted[0], shape[0]), min(wanted[1], shape[1])
+    return Reduction.between(shape, smaller, panorama)
+
+
+def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -> _Result:
+    height = plan.reduction.given[0]
+    rows, columns = plan.reduction.wanted
+    result = _Result(
+        radiance=np.zeros((rows, columns, 3), np.float32),
+        clipped=np.zeros((rows, columns), np.float32),
+        dark=np.zeros((rows, columns), np.float32),
+        counts=[0] * len(order),
+    )
+    sources = [stack.sources[index] for index in order]
+    band = plan.reduction.band_rows(_BAND_PIXELS)
+    slab = stack.shape[0] if stack.in_memory else _slab_rows(stack, band)
+
+    with ThreadPoolExecutor(workers(height)) as pool:
+        for top, bottom in row_bands(stack.shape[0], slab):
+            plan.token.check()
+            frames = list(pool.map(lambda source, a=top, b=bottom: source.rows(a, b), sources))
+            merge_rows = partial(_merge_rows, plan, frames, top)
+            # Frames at half size are all in memory: then this is the one and only slab.
+            bands = [(top + a, top + b) for a, b in row_bands(min(bottom, height) - top, band)]
+            for part in _flow(pool, merge_rows, bands):
+                plan.token.check()
+                _put(result, part)
+                report(part.stop / height, "merging")
+    return result
+
+
+def _slab_rows(stack: FrameStack, band: int) -> int:
+    """Rows to read at a time of frames that are not in memory: whole bands."""
+    row_bytes = sum(frame.decoded_bytes // frame.shape[0] for frame in stack.frames)
+    return max(1, _READ_BYTES // row_bytes // band) * band
+
+
+def _flow(
+    pool: ThreadPoolExecutor,
+    work: Callable[[tuple[int, int]], _Part],
+    bands: Iterable[tuple[int, int]],
+) -> Iterator[_Part]:
+    """Results in order, with only a few tasks under way or waiting at any time."""
+    waiting: deque[Future[_Part]] = deque()
+    try:
+        for band in bands:
+            waiting.append(pool.submit(work, band))
+            if len(waiting) > _WAITING:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[int, int]) -> _Part:
+    """Merge some rows of the frames, whose first row is row `offset` of the picture."""
+    plan.token.check()
+    start, stop = rows
+    shape = plan.reduction.given
+    trusts = [None if t is None else _trust_rows(t, start, stop, shape) for t in plan.trusts]
+    if plan.halves:
+        sizes = [len(pixels) // shape[0] for pixels in frames]
+        bands = [p[k * start : k * stop] for p, k in zip(frames, sizes, strict=True)]
+        band = merge_halved(bands, plan.halves, trusts)
+    else:
+        bands = [pixels[start - offset : stop - offset] for pixels in frames]
+        band = merge_band(bands, plan.lights, trusts)
+        if plan.doubts:
+            agree(bands, plan.lights, trusts, plan.doubts, band.radiance)
+    if plan.black:
+        lift_black(band.radiance, plan.black)
+    return _reduced(band, plan.reduction, start, stop)
+
+
+def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
+    """Reduce a band to what it adds to the result."""
+    share = np.float32(1.0 / 255.0)
+    clipped, dark = (
+        None if mask is None else mask.astype(np.float32) * share
+        for mask in (band.clipped, band.dark)
+    )
+    if reduction.whole:
+        return _Part(start, _mixed(band.radiance), clipped, dark, band.clipped_counts, stop)
+    first, shares = reduction.rows(start, stop)
+
+    def small(plane: Float32 | None) -> Float32 | None:
+        return None if plane is None else reduction.reduced(shares, plane)
+
+    light = _mixed([reduction.reduced(shares, plane) for plane in band.radiance])
+    return _Part(first, light, small(clipped), small(dark), band.clipped_counts, stop)
+
+
+def _mixed(planes: Sequence[Float32]) -> Float32:
+    return np.asarray(cv2.merge(planes))
+
+
+def _put(result: _Result, part: _Part) -> None:
+    """Add a band's part to the pictures."""
+    rows = slice(part.first, part.first + part.radiance.shape[0])
+    result.radiance[rows] += part.radiance
+    if part.clipped is not None:
+        result.clipped[rows] += part.clipped
+    if part.dark is not None:
+        result.dark[rows] += part.dark
+    for index, count in enumerate(part.counts):
+        result.counts[index] += count
+
+
+def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -> Float32 | None:
+    """Interpolate rows ``start..stop`` of a trust map at full size; None where all are 1."""
+    # Pixel centres: the same as one cv2.resize of the whole map.
+    places = (np.arange(start, stop) + 0.5) * (trust.shape[0] / shape[0]) - 0.5
+    places = np.clip(places, 0.0, trust.shape[0] - 1.0)
+    above = places.astype(np.intp)
+    below = np.minimum(above + 1, trust.shape[0] - 1)
+    if trust[above[0] : below[-1] + 1].min() >= 1.0:
+        return None
+    share = (places - above).astype(np.float32)[:, None]
+    rows = trust[above] * (1.0 - share) + trust[below] * share
+    return np.asarray(cv2.resize(rows, (shape[1], stop - start), interpolation=cv2.INTER_LINEAR))
+
+
+_Change: TypeAlias = tuple[Indices, Float32]
+
+_AROUND: Final = 5  # pixels of the square whose median is asked
+_STOPS: Final = 0.15  # by which colours may differ from it as they like
+_CODES: Final = 6.0  # by which a code may be wrong at the edges of colours
+_OPEN: Final = 235  # codes from here on say less than those of a darker frame
+_LEAST: Final = 1e-12
+_QUIET_PIXELS: Final = 1 << 20
+
+
+def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) -> None:
+    """Take back colours of merged light, (h, w, 3), that stand out, in place.
+
+    `values`, (3, 256) each, are the light of each code of each frame, brightest first, in that
+    unit.
+    """
+    height, width = radiance.shape[:2]
+    bands = list(row_bands(height, max(_AROUND, _QUIET_PIXELS // width)))
+    with ThreadPoolExecutor(workers(len(bands))) as pool:
+        found = list(pool.map(partial(_changes, radiance, values, token), bands))
+    flat = radiance.reshape(-1)
+    for places, light in (change for changes in found for change in changes):
+        flat[places] = light
+
+
+def _changes(
+    radiance: Float32, values: Sequence[Float32], token: Token, rows: tuple[int, int]
+) -> list[_Change]:
+    """Places in the flat picture, and their new light, of each channel in some rows."""
+    token.check()
+    start, stop = rows
+    top = max(start - _AROUND // 2, 0)
+    light = radiance[top : stop + _AROUND // 2]
+    mean = np.maximum(light.mean(axis=-1), np.float32(_LEAST))
+    inner = slice(start - top, stop - top)
+    changes = []
+    for channel in range(3):
+        share = np.maximum(light[..., channel], np.float32(_LEAST)) / mean
+        colour = np.log2(share)
+        usual = np.asarray(cv2.medianBlur(colour, _AROUND), np.float32)
+        over = (colour - usual)[inner]
+        odd = np.flatnonzero(np.abs(over) > np.float32(_STOPS))
+        kept = usual[inner].take(odd) + np.clip(over.take(odd), -_STOPS, _STOPS)
+        own = light[inner][..., channel].ravel().take(odd)
+        most = light[inner].max(axis=-1).ravel().take(odd)
+        leeway = _leeway(own, most, values, channel)
+        wanted = mean[inner].ravel().take(odd) * np.exp2(kept)
+        new = own + np.clip(wanted - own, -leeway, leeway)
+        changes.append(((start * radiance.shape[1] + odd) * 3 + channel, new.astype(np.float32)))
+    return changes
+
+
+def _leeway(own: Float32, most: Float32, values: Sequence[Float32], channel: int) -> Float32:
+    """Light that a few codes stand for in the brightest frame that does not clip the pixel."""
+    leeway = np.zeros(own.shape, np.float32)
+    left = np.arange(own.size)
+    for number, value in enumerate(values):
+        open_here = most[left] < value[:, _OPEN].min()
+        here = left if number == len(values) - 1 else left[open_here]
+        slope = np.gradient(value[channel])
+        leeway[here] = np.interp(own[here], value[channel], slope)
+        left = left[~open_here]
+    return np.asarray(_CODES * leeway, np.float32)

@@ -1,0 +1,329 @@
+"""Merging one band of rows of all frames: the inner loop of the merge.
+
+Everything works on whole planes that stay in the processor's cache, by look-up tables and
+products of OpenCV, which let go of the interpreter's lock: several bands run at the same time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Bytes, Float32, Indices
+from app.core.base.colour import look_up, srgb_decode, srgb_encode
+from app.core.measure.bracket.weighting import FrameLight
+from app.core.measure.read.decoding import Pixels
+
+Plane: TypeAlias = NDArray[Any]
+
+TRUSTED: Final = 0.5
+"""Below this trust a frame has no say in whether a pixel is clipped in every frame."""
+
+# Keeps a pixel at which no frame is trusted from having no weight at all; so little that a trusted
+# frame that is clipped there still decides.
+_LEAST_TRUST: Final = 1e-14
+# The brightest code that counts as black: JPEG moves 0 by one.
+_BLACK_SHARE: Final = 1.0 / 255.0
+# Codes over which a channel counts as being at its end, and a pixel as clipping, for its hue.
+_HUE_CODES: Final = (215.0, 248.0)
+_CLIPPING_CODES: Final = (248.0, 254.0)
+_FLOAT_CLIPPED: Final = 0.9995
+# Share of the pixels up to which those near clipping are weighed by themselves.
+_FEW: Final = 1.0 / 16.0
+_FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """What a band of rows became: red, green, blue, (rows, W) float32 each.
+
+    `clipped` and `dark`, (rows, W) uint8, are 255 where the pixel is clipped (black) in every
+    frame; None where no pixel is. `clipped_counts` are the clipped pixels in each frame.
+    """
+
+    radiance: list[Float32] = field(repr=False)
+    clipped: Bytes | None = field(repr=False)
+    dark: Bytes | None = field(repr=False)
+    clipped_counts: list[int]
+
+
+@dataclass(slots=True)
+class Sums:
+    """Weighted sums over the frames so far, and what every frame clips or shows as black."""
+
+    values: list[Float32] = field(default_factory=list)
+    weights: list[Float32] = field(default_factory=list)
+    clipped: Bytes | None = None
+    dark: Bytes | None = None
+
+    def add(self, channel: int, value: Float32, weight: Float32, keep: bool) -> None:
+        """Add what a frame says of a channel; to `keep` leaves both planes as they are."""
+        if channel < len(self.values):
+            cv2.accumulateProduct(value, weight, self.values[channel])
+            cv2.accumulate(weight, self.weights[channel])
+            return
+        product = cv2.multiply(value, weight) if keep else cv2.multiply(value, weight, value)
+        self.values.append(np.asarray(product, np.float32))
+        self.weights.append(weight.copy() if keep else weight)
+
+    def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
+        """Keep the marks that this frame shares."""
+        self.clipped = clipped if first else _both(self.clipped, clipped)
+        self.dark = dark if first else _both(self.dark, dark)
+
+    def means(self) -> list[Float32]:
+        """Weighted means of the channels, which take the place of the sums."""
+        return [
+            np.asarray(cv2.divide(value, weight, value), np.float32)
+            for value, weight in zip(self.values, self.weights, strict=True)
+        ]
+
+    def band(self, radiance: list[Float32], counts: list[int]) -> Band:
+        """Return the band that the sums belong to."""
+        return Band(radiance, _or_none(self.clipped), _or_none(self.dark), counts)
+
+
+def merge_band(
+    bands: Sequence[Pixels], lights: Sequence[FrameLight], trusts: Sequence[Float32 | None]
+) -> Band:
+    """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
+
+    `trusts`, (rows, W) each, 0 to 1; None for a frame that is trusted everywhere.
+    """
+    sums = Sums()
+    counts = []
+    for place, (pixels, light, trust) in enumerate(zip(bands, lights, trusts, strict=True)):
+        planes = _planes(pixels)
+        largest = cv2.max(cv2.max(planes[0], planes[1]), planes[2])
+        smallest = cv2.min(cv2.min(planes[0], planes[1]), planes[2])
+        index = _index(largest, light)
+        counts.append(clipped_count(index, largest, light))
+        clipped, black = spent_pixels(index, largest, light), black_pixels(index)
+        faint = look_up(_index(smallest, light), light.tables.faint)
+        if trust is not None:
+            clipped = distrust(faint, clipped, trust)
+        weights = weigh(index, faint, light)
+        # Channel by channel: few planes at a time stay near the processor.
+        for channel, plane in enumerate(planes):
+            weight = weights.of(_index(plane, light))
+            sums.add(channel, _value(plane, light, channel), weight, keep=weights.shared)
+        sums.mark(clipped, black, first=place == 0)
+    radiance = sums.means()
+    keep_hue(radiance, planes, largest, light, trust)
+    return sums.band(radiance, counts)
+
+
+def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
+    """Weigh a frame's pixels by trust; where it has no say it counts as clipped."""
+    cv2.multiply(faint, np.maximum(trust, np.float32(_LEAST_TRUST)), faint)
+    ignored = np.asarray((trust < TRUSTED) * np.uint8(255))
+    return ignored if clipped is None else ignored | clipped
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """Weights of a frame's pixels.
+
+    `whole` serves all three channels, except near clipping, where each has one of its own: at the
+    flat places `near`, and everywhere where that is None.
+    """
+
+    light: FrameLight
+    whole: Float32 = field(repr=False)
+    near: Indices | None = field(repr=False)
+    bright: Float32 = field(repr=False)
+    faint: Float32 = field(repr=False)
+
+    @property
+    def shared(self) -> bool:
+        """Whether all channels have the same."""
+        return self.near is not None and not self.near.size
+
+    def of(self, index: Plane) -> Float32:
+        """Return the weight of a channel, by its own codes."""
+        if self.shared:
+            return self.whole
+        if self.near is not None:
+            weight = self.whole.copy()
+            own = self.light.tables.own.take(index.take(self.near))
+            weight.ravel()[self.near] = np.maximum(own, self.bright) * self.faint
+            return weight
+        weight = look_up(index, self.light.tables.own)
+        cv2.max(self.bright, weight, weight)
+        cv2.multiply(weight, self.faint, weight)
+        return weight
+
+
+def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
+    """Weigh pixels by their largest codes, given their weights by the smallest ones."""
+    tables, none = light.tables, np.empty(0, np.intp)
+    top = int(index.max())
+    if top < tables.full:
+        return Weights(light, faint, none, faint, faint)
+    near = np.flatnonzero(index >= tables.full)
+    if near.size < _FEW * index.size:
+        bright = tables.bright.take(index.take(near))
+        return Weights(light, faint, near, bright, faint.take(near))
+    bright = look_up(index, tables.bright)
+    if top < tables.ramp:
+        cv2.multiply(bright, faint, bright)
+        return Weights(light, bright, none, bright, faint)
+    return Weights(light, bright, None, bright, faint)
+
+
+def _planes(pixels: Pixels) -> Sequence[Plane]:
+    if pixels.dtype != np.float32:
+        return cv2.split(pixels)
+    # Whatever a float file carries, light is finite and not negative.
+    whole = np.nan_to_num(pixels, nan=0.0, posinf=1e30, neginf=0.0)
+    return cv2.split(np.maximum(whole, np.float32(0.0)))
+
+
+def _index(plane: Plane, light: FrameLight) -> Plane:
+    """Place of each pixel in the tables."""
+    if plane.dtype == np.float32:
+        root = np.sqrt(np.minimum(plane * np.float32(1.0 / light.unit), np.float32(1.0)))
+        return np.asarray(root * np.float32(65535.0) + np.float32(0.5)).astype(np.uint16)
+    return plane
+
+
+def _value(plane: Plane, light: FrameLight, channel: int) -> Float32:
+    if plane.dtype == np.float32:
+        return np.asarray(plane * np.float32(light.scale), np.float32)
+    return look_up(plane, light.tables.value[channel])
+
+
+def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
+    """Count the pixels that a frame clips."""
+    mask = _at_end(index, largest, light, light.tables.clipped)
+    return 0 if mask is None else cv2.countNonZero(mask)
+
+
+def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
+    """Return 255 where the frame may be clipped; None where no pixel is."""
+    return _at_end(index, largest, light, light.tables.spent)
+
+
+def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes | None:
+    if largest.dtype == np.float32:
+        plane, limit = largest, light.unit * _FLOAT_CLIPPED if light.clips else np.inf
+    else:
+        plane, limit = index, float(code)
+    return _compare(plane, limit, cv2.CMP_GE) if plane.max() >= limit else None
+
+
+def black_pixels(index: Plane) -> Bytes | None:
+    """Return 255 where the frame is black; None where no pixel is."""
+    limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
+    return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
+
+
+def _both(first: Bytes | None, second: Bytes | None) -> Bytes | None:
+    """Return what two masks share, in the first one's place; None where one of them is empty."""
+    if first is None or second is None:
+        return None
+    return np.asarray(cv2.min(first, second, first), np.uint8)
+
+
+def _compare(plane: Plane, limit: float, operation: int) -> Bytes:
+    # The type hints of OpenCV do not know that the second operand may be a number.
+    return np.asarray(cv2.compare(plane, limit, operation))  # type: ignore[call-overload]
+
+
+def _or_none(mask: Bytes | None) -> Bytes | None:
+    return mask if mask is not None and cv2.countNonZero(mask) else None
+
+
+def keep_hue(
+    radiance: Sequence[Float32],
+    planes: Sequence[Plane],
+    largest: Plane,
+    light: FrameLight,
+    trust: Float32 | None,
+) -> None:
+    """Draw channels near their end towards the largest one where the darkest frame clips.
+
+    A channel that is about to clip says little more than one that does: without this a white lamp
+    whose codes are 255, 244, 255 would be magenta. Channels are only ever raised, by nothing at
+    code 215 and below, so that a lamp which is red stays red, and every value stays a lower bound.
+    """
+    near, rises = hue_rises(planes, largest, light, radiance)
+    for plane, rise in zip(radiance, rises, strict=True):
+        if trust is not None:
+            rise *= trust.take(near) >= TRUSTED
+        plane.ravel()[near] += rise
+
+
+def hue_rises(
+    planes: Sequence[Plane],
+    largest: Plane,
+    light: FrameLight,
+    radiance: Sequence[Float32] | None = None,
+) -> tuple[Indices, list[Float32]]:
+    """Find the pixels that `keep_hue` changes, flat, and by how much in each channel.
+
+    Without `radiance` the frame's own is raised.
+    """
+    limit = _raw(_CLIPPING_CODES[0], largest, light)
+    if largest.max() < limit:
+        return np.empty(0, np.intp), [np.empty(0, np.float32)] * len(planes)
+    # Bools, among which what is true is found ten times as fast as among bytes.
+    near = np.flatnonzero(largest >= limit)
+    codes = [plane.take(near) for plane in planes]
+    if radiance is None:
+        there = [_value(own, light, channel) for channel, own in enumerate(codes)]
+    else:
+        there = [plane.take(near) for plane in radiance]
+    most = np.maximum(np.maximum(there[0], there[1]), there[2])
+    strength = _share(largest.take(near), light, _CLIPPING_CODES)
+    shares = [strength * _share(own, light, _HUE_CODES) for own in codes]
+    return near, [
+        np.asarray(share * (most - value), np.float32)
+        for share, value in zip(shares, there, strict=True)
+    ]
+
+
+def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
+    """Let light fade into a level below which the brightest frame cannot tell it from none.
+
+    Glare in the lens and the foot of the tone curve hide what lies below, and its ratios between
+    channels are noise: as speckle of all colours. What lies well above stays as it is.
+    """
+    for plane in radiance:
+        near = np.flatnonzero(plane < np.float32(_FADED * level))
+        if near.size:
+            share = plane.take(near) * np.float32(1.0 / level)
+            plane.ravel()[near] = np.logaddexp(np.float32(0.0), share) * np.float32(level)
+
+
+def _codes(values: Plane, light: FrameLight) -> Float32:
+    """Bring values as stored to codes of 0 to 255."""
+    if values.dtype == np.float32:
+        codes = srgb_encode(values * np.float32(1.0 / light.unit))
+        return np.asarray(codes * np.float32(255.0), np.float32)
+    return values * np.float32(1.0 / 257.0)
+
+
+def _raw(code: float, plane: Plane, light: FrameLight) -> float:
+    """Return the value as stored of a code of 0 to 255."""
+    if plane.dtype == np.float32:
+        return light.unit * float(srgb_decode(code / 255.0)) if light.clips else float("inf")
+    return round(code if plane.dtype == np.uint8 else 257.0 * code)
+
+
+def _share(values: Plane, light: FrameLight, limits: tuple[float, float]) -> Float32:
+    """Rise from 0 to 1 between two codes, for values as stored."""
+    if values.dtype != np.uint8:
+        return _smooth(_codes(values, light), limits)
+    return _smooth(np.arange(256, dtype=np.float32), limits).take(values)
+
+
+def _smooth(codes: Float32, limits: tuple[float, float]) -> Float32:
+    """Rise from 0 to 1 between two codes, without corners."""
+    share = np.clip((codes - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0)
+    return np.asarray(share * share * (3.0 - 2.0 * share), np.float32)

@@ -1,0 +1,393 @@
+"""How far each code of each frame is trusted, and what light it stands for.
+
+One weight serves all three channels of a pixel, so that no weighting can colour it. It is a
+product of two tables: one looked up with the largest of the three codes (a pixel is clipped when
+its worst channel is), one with the smallest (the noise of the channel that has least light).
+There is one exception in the default weights: in a pixel that is clipped in one channel, channels
+that are well below clipping keep most of their weight, beside what darker frames say about them. A
+blue sky is clipped in blue long before red and green carry no more news.
+
+**Noise-aware weights** (the default). The linear estimate x = g(z) / t of a frame with response g
+and exposure t has the variance
+
+    v(z) / t^2,   v(z) = g(z) / W + (r / W)^2 + (g'(z) c)^2 + b^2
+
+from shot noise with a full well of W electrons, read noise of r electrons, an error of c codes from
+quantisation and JPEG, carried through the slope of the response, and an uncertainty b of black:
+glare in the lens, film base, a black level that is not 0. The least noisy mean has weights
+t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras";
+Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography").
+v is taken at the frame's own noisy code, which pulls the mean down a little where v rises with z
+(Aguerrebere et al. 2014, "Best algorithms for HDR image generation", section 4); the smallest of
+three codes lies where v is flattest. Weights that rise with t instead of t^2 would not be pulled,
+but then what adds to black would count in the dark frames: on the memorial church bracket that
+trebles the median error.
+
+A recovered response is wrong by some per cent besides, in every frame in its own way, and these
+weights leave nearly all to one frame. So where the response is not known, a code with a relative
+error e = sqrt(v) / g counts by another d^-2 / (1 + (e / e0)^4): darker frames keep a say. They have
+more to say the closer they are: d grows with the square of the steps between the frames.
+
+**Reinhard's weights**, as the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
+Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as
+Matlab's makehdr does.
+
+**Frames that do not fit each other** are merged by how far they agree: scans of film that are
+warped, a hand that a homography does not undo, tone curves that differ from place to place. There
+weights by noise leave nearly all to the brightest frame that is not clipped, and at an edge that
+lies a pixel off the light is wrong by stops although all darker frames say otherwise. So where
+frames differ beyond noise in most places, each frame's log light counts by
+
+    1 / (e^2 + d^2) / (1 + r^2 / s^2 / (e^2 + d^2))
+
+with e the relative error of its code, d by how much it differs from its neighbours in exposure, as
+measured, and r how far it lies off the mean of all (Cauchy's weights, a few rounds).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.base.colour import srgb_encode
+from app.core.measure.read.decoding import Pixels
+
+Scheme: TypeAlias = Literal["noise", "reinhard"]
+
+CLIPPED_CODE: Final = 254
+"""Codes from here on count as clipped: JPEG moves 255 by one."""
+
+# A small sensor at base sensitivity, in electrons. Twice or half as many change no weight by more
+# than a third, since the error of the codes is the larger part of an 8-bit picture's noise.
+_FULL_WELL: Final = 20_000.0
+_READ_NOISE: Final = 4.0
+_BLACK_ERROR: Final = 0.0015
+# Error of 8-bit pictures in codes: rounding (0.29) and JPEG at the usual qualities (0.6 to 2).
+_CODE_ERROR: Final = 1.0
+# 16-bit files come from raw converters.
+_FINE_CODE_ERROR: Final = 0.1
+# The ramp ends some codes under clipping and is this wide: ringing around clipped areas makes
+# JPEG codes a few too low or too high there.
+_RAMP_END: Final = 4.0
+_RAMP_WIDTH: Final = 40.0
+# What an unclipped channel of a clipped pixel counts, and over which codes that fades.
+_OWN_WEIGHT: Final = 0.7
+_OWN_FADE: Final = (200.0, 240.0)
+# Relative error of a recovered response for steps of one stop, and the relative error at which a
+# code loses its say in that.
+_CURVE_ERROR: Final = 0.065
+_TELLING_ERROR: Final = 0.2
+_LEAST_DOUBT: Final = 0.03
+_HAT_LIMITS: Final = (0.02 * 255.0, 0.98 * 255.0)
+_PLATEAU: Final = 0.9995
+# Weights of last resort: far below every proper weight, so that they matter only where all
+# frames are clipped (the darkest then decides) or black (the brightest does).
+_CLIPPED_DARKEST: Final = 1e-6
+_CLIPPED_OTHERS: Final = 1e-10
+_BLACK: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTables:
+    """Look-up tables of one frame; n is 256, or 65,536 for 16-bit and float frames.
+
+    A pixel's weight is the product of `bright`, (n,), by the largest of its three codes and
+    `faint`, (n,), by the smallest. `own`, (n,), takes the place of `bright` for a channel where
+    it is larger, by the channel's own code. Below the code `full` `bright` is 1, below `ramp`
+    at least where `own` is not 0, so that `own` need not be asked. `value`, (3, n), is the
+    radiance a code stands for. Codes from `spent` on may be clipped: JPEG moves 255 by several
+    beside a lamp. They have no weight, and a pixel that a darker frame clips is clipped in this
+    one. The darkest frame's are those that are clipped. All arrays are float32.
+    """
+
+    bright: Float32 = field(repr=False)
+    faint: Float32 = field(repr=False)
+    own: Float32 = field(repr=False)
+    full: int
+    ramp: int
+    value: Float32 = field(repr=False)
+    clipped: int
+    spent: int
+
+
+@dataclass(frozen=True, slots=True)
+class FrameLight:
+    """How one frame's pixels become weights and radiance.
+
+    Places in the tables are codes, or for float frames the square root of the value as a share
+    of `unit`.
+    """
+
+    tables: FrameTables
+    scale: float = 1.0
+    unit: float = 1.0
+    clips: bool = True
+
+
+def clipped_code(table: Float64) -> int:
+    """Find the first code that counts as clipped in a response, (3, 256).
+
+    254, or less where some channel's response has reached its end before.
+    """
+    flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
+    return min(CLIPPED_CODE, int(np.argmax(flat)))
+
+
+def frame_tables(
+    table: Float64,
+    index: int,
+    stops: Sequence[float],
+    reference_ev: float,
+    *,
+    scheme: Scheme = "noise",
+    fine: bool = False,
+    known: bool = True,
+) -> FrameTables:
+    """Make the tables of one frame of a bracket.
+
+    `table`, (3, 256) float64, is the response: linear value in 0..1 of each code, rising.
+    `stops` are the exposures of all frames. `fine` makes 65,536 codes, for 16-bit frames.
+    """
+    count = 65536 if fine else 256
+    codes = np.linspace(0.0, 255.0, count)
+    linear = np.stack([np.interp(codes, np.arange(256.0), row) for row in neutral_end(table)])
+    first = clipped_code(table)
+    exposure = 2.0 ** (np.asarray(stops, np.float64) - max(stops))
+    mean = linear.mean(axis=0)
+    if scheme == "reinhard":
+        bright, faint = _reinhard(codes)
+        own = np.zeros(count)
+    else:
+        step = float(np.median(np.diff(np.sort(stops)))) if len(stops) > 1 else 0.0
+        doubt = math.inf if known else _CURVE_ERROR * step**2
+        bright, faint = _ramp(codes, first), _noise(mean, codes, fine, doubt) * exposure[index] ** 2
+        own = _own(codes, first)
+    bright = np.where(codes >= first, 0.0, bright)
+    floors = _floors(exposure, index)
+    return FrameTables(
+        bright=np.maximum(bright, floors[0]).astype(np.float32),
+        faint=np.maximum(faint, floors[1]).astype(np.float32),
+        own=own.astype(np.float32),
+        full=_first(bright < 1.0),
+        ramp=_first(bright < own.max()),
+        value=(linear * 2.0 ** (reference_ev - stops[index])).astype(np.float32),
+        clipped=int(np.searchsorted(codes, first)),
+        spent=int(np.searchsorted(codes, first - _RAMP_END * (index != np.argmin(exposure)))),
+    )
+
+
+def float_tables(
+    index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
+) -> FrameTables:
+    """Make the tables, of 65,536 places by the square root, of a frame that is linear already.
+
+    `value` is not meant to be used, the frame's own values are finer.
+    """
+    places = np.linspace(0.0, 1.0, 65536)
+    linear = places * places
+    exposure = 2.0 ** (np.asarray(stops, np.float64) - max(stops))
+    codes = 255.0 * srgb_encode(linear).astype(np.float64)
+    own = np.zeros_like(codes)
+    if scheme == "reinhard":
+        bright, faint = _reinhard(codes)
+    else:
+        variance = _variance(linear, 0.0)
+        bright = _ramp(codes, CLIPPED_CODE)
+        faint = np.asarray(variance.min() / variance) * exposure[index] ** 2
+        own = _own(codes, CLIPPED_CODE)
+    if not clips:
+        bright = np.ones_like(bright)
+    floors = _floors(exposure, index)
+    return FrameTables(
+        bright=np.maximum(bright, floors[0]).astype(np.float32),
+        faint=np.maximum(faint, floors[1]).astype(np.float32),
+        own=own.astype(np.float32),
+        full=_first(bright < 1.0),
+        ramp=_first(bright < own.max()),
+        value=np.stack([linear] * 3).astype(np.float32),
+        clipped=65536,
+        spent=65536,
+    )
+
+
+def relative_error(value: Float32) -> Float64:
+    """Relative error by noise alone of 8-bit codes that stand for light, (3, 256); (256,).
+
+    Infinite for codes of no light.
+    """
+    linear = value.mean(axis=0, dtype=np.float64) / float(value.max())
+    variance = _variance(linear, np.gradient(linear) * _CODE_ERROR)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sqrt(variance) / linear)
+
+
+def neutral_end(table: Float64) -> Float64:
+    """Let all channels of a response, (3, 256), end at the same value.
+
+    A lamp that clips all three channels must come out neutral. A recovered response can end at
+    a different value in each: it is the least certain there, where no frame shows anything
+    darker. The difference is spread over the codes above 235, rising towards the largest;
+    nothing is lowered.
+    """
+    share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
+    gain = table[:, -1].max() / table[:, -1:]
+    return np.asarray(table * (1.0 + (gain - 1.0) * share * share * (3.0 - 2.0 * share)))
+
+
+def _first(codes: Bools) -> int:
+    """Find the first code of which something is true, one after the last where it never is."""
+    return int(np.argmax(codes)) if codes.any() else codes.size
+
+
+def _floors(exposure: Float64, index: int) -> tuple[float, float]:
+    """Weights of last resort of a frame where all are clipped, and where all are black."""
+    if index == int(np.argmin(exposure)):
+        clipped = _CLIPPED_DARKEST
+    else:
+        clipped = _CLIPPED_OTHERS * float(exposure.min() / exposure[index]) ** 2
+    return clipped, _BLACK * float(exposure[index]) ** 2
+
+
+def _ramp(codes: Float64, first: int) -> Float64:
+    """Fall from 1 to 0 just under clipping."""
+    return _fade(codes, first - _RAMP_END - _RAMP_WIDTH, first - _RAMP_END)
+
+
+def _own(codes: Float64, first: int) -> Float64:
+    """Weight of a channel by itself where another one is clipped."""
+    shift = first - CLIPPED_CODE
+    return _OWN_WEIGHT * _fade(codes, _OWN_FADE[0] + shift, _OWN_FADE[1] + shift)
+
+
+def _fade(codes: Float64, start: float, stop: float) -> Float64:
+    """Fall from 1 to 0 without corners."""
+    share = np.clip((stop - codes) / (stop - start), 0.0, 1.0)
+    return np.asarray(share * share * (3.0 - 2.0 * share))
+
+
+def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64:
+    """1 / v(z) and what doubt of the response adds, in units of the least v."""
+    error = _FINE_CODE_ERROR if fine else _CODE_ERROR
+    variance = _variance(linear, np.gradient(linear, codes) * error)
+    weight = np.asarray(variance.min() / variance)
+    if math.isfinite(doubt):
+        square = np.maximum(linear, 1e-9) ** 2
+        fades = 1.0 + (variance / square / _TELLING_ERROR**2) ** 2
+        weight += variance.min() / (max(doubt, _LEAST_DOUBT) ** 2 * square * fades)
+    return weight
+
+
+def _variance(linear: Float64, error: Float64 | float) -> Float64:
+    """v, of all the errors above and one of its own."""
+    floor = (_READ_NOISE / _FULL_WELL) ** 2 + _BLACK_ERROR**2
+    return np.asarray(linear / _FULL_WELL + np.square(error) + floor)
+
+
+def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
+    """Reinhard's hat, its upper half by the largest code, its lower half by the smallest."""
+    hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
+    hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
+    upper = codes > 127.5
+    return np.where(upper, hat, 1.0), np.where(upper, 1.0, hat)
+
+
+# Codes that say how much light there is: from here on, and so far below clipping.
+_DARKEST: Final = 32
+_UNDER_WHITE: Final = 19
+_FEWEST: Final = 300
+_USUAL: Final = 0.8  # of the places keep to what frames are said to differ by
+# Frames of one curve and of curves of their own differ by 0.03 to 0.08 (natural logarithm), scans
+# of film by 0.1 to 0.6. Below this they are believed to fit.
+_MISFIT: Final = 0.1
+# With wider steps hardly a place is well exposed in three frames: there is no majority.
+_WIDE_STOPS: Final = 1.5
+_ODD: Final = 1.4  # standard errors from which on a frame loses its say
+_ROUNDS: Final = 3
+_TOLD: Final = 0.25  # of a frame's say that is enough for a mean
+_LEAST: Final = 1e-12
+
+
+def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
+    """Measure how far each frame differs from its neighbours, in natural logarithms.
+
+    `samples`, (K, N, 3) uint8, are coded values of the same places; `table`, (3, 256) or (K, 3,
+    256), linear light of each code; `stops` true exposures. Empty where the frames fit, cannot
+    be compared, or are too far apart to outvote another.
+    """
+    if len(stops) < 3 or np.median(np.abs(np.diff(np.sort(stops)))) > _WIDE_STOPS:
+        return ()
+    tables = np.broadcast_to(table, (len(stops), 3, 256))
+    order = sorted(range(len(stops)), key=lambda k: -stops[k])
+    off = np.full(len(stops) - 1, np.nan)
+    for pair, (bright, dark) in enumerate(pairwise(order)):
+        both = _telling(samples[bright], tables[bright]) & _telling(samples[dark], tables[dark])
+        places, channels = np.nonzero(both)
+        if places.size >= _FEWEST:
+            light = [tables[k][channels, samples[k, places, channels]] for k in (bright, dark)]
+            ratio = np.log(light[1] / light[0]) + np.log(2.0) * (stops[bright] - stops[dark])
+            off[pair] = np.quantile(np.abs(ratio), _USUAL)
+    known = np.flatnonzero(np.isfinite(off))
+    if not known.size or off[known].max() < _MISFIT:
+        return ()
+    off = np.interp(np.arange(off.size), known, off[known])
+    by_order = 0.5 * (np.append(off, off[-1]) + np.append(off[0], off))
+    return tuple(float(by_order[order.index(k)]) for k in range(len(stops)))
+
+
+def _telling(codes: Bytes, table: Float64) -> Bools:
+    return np.asarray((codes >= _DARKEST) & (codes < clipped_code(table) - _UNDER_WHITE))
+
+
+def agree(
+    bands: Sequence[Pixels],
+    lights: Sequence[FrameLight],
+    trusts: Sequence[Float32 | None],
+    doubt: Sequence[float],
+    radiance: Sequence[Float32],
+) -> None:
+    """Put the mean of what agrees in the place of merged light, where frames are not clipped.
+
+    `bands`, (rows, W, 3) uint8, are the same rows of each frame; `radiance`, three of (rows,
+    W), what they were merged to, is changed in place.
+    """
+    logs, says, sure = [], [], []
+    told = np.zeros(radiance[0].shape, np.float32)
+    for pixels, light, trust, own in zip(bands, lights, trusts, doubt, strict=True):
+        error = relative_error(light.tables.value) ** 2 + own**2
+        precision = cv2.LUT(pixels.min(axis=-1), (1.0 / error).astype(np.float32))
+        use = cv2.LUT(pixels.max(axis=-1), light.tables.bright)
+        use = use if trust is None else use * trust
+        told += use
+        says.append(use * precision)
+        sure.append(precision)
+        logs.append(_logs(pixels, light))
+    mean = _mean(logs, says)
+    for _ in range(_ROUNDS):
+        left = []
+        for log, say, precision in zip(logs, says, sure, strict=True):
+            off = np.square(log - mean).mean(axis=-1) * precision
+            left.append(say / (np.float32(1.0) + off * np.float32(_ODD**-2)))
+        mean = _mean(logs, left)
+    share = np.minimum(told * np.float32(1.0 / _TOLD), np.float32(1.0))
+    for channel, plane in enumerate(radiance):
+        plain = np.log(np.maximum(plane, np.float32(_LEAST)))
+        plane[...] = np.exp(plain + share * (mean[..., channel] - plain))
+
+
+def _logs(pixels: Pixels, light: FrameLight) -> Float32:
+    """Logarithms of the light, (rows, W, 3)."""
+    table = np.log(np.maximum(light.tables.value, np.float32(_LEAST)))
+    return np.asarray(cv2.LUT(pixels, np.ascontiguousarray(table.T[None])), np.float32)
+
+
+def _mean(logs: Sequence[Float32], says: Sequence[Float32]) -> Float32:
+    total = np.maximum(np.add.reduce(says), np.float32(_LEAST))
+    some = [log * say[..., None] for log, say in zip(logs, says, strict=True)]
+    return np.asarray(np.add.reduce(some) / total[..., None], np.float32)

@@ -1,0 +1,1 @@
+"""Measure light from a film of a turning sitter."""

@@ -1,0 +1,352 @@
+"""A film of a turn, read: where the lens stood at each frame, and the light that the face shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import TURNS, wrap
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.base.colour import FloatImage, luminance
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Report, Token, silent
+from app.core.environment.environment import reduce_radiance
+from app.core.faces.finder import Face, find_faces
+from app.core.faces.light_reading import FRONTAL_DEG
+from app.core.faces.on_head import head_map, on_head
+from app.core.faces.pose import Pose, head_pose
+from app.core.measure.film.headings import (
+    Background,
+    Headings,
+    Link,
+    background,
+    find_headings,
+    step,
+)
+from app.core.measure.film.light_from_faces import MOST, FilmedLight, find_light, gather
+from app.core.measure.film.surroundings import surroundings, with_detail
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr
+
+MOST_FRAMES: Final = 96
+"""Frames of a turn that are looked at: one every 4 degrees."""
+WIDTH: Final = 1280
+"""Most columns of a frame."""
+
+_SURE: Final = 0.5
+_FEWEST: Final = 6  # frames with a face
+_ASIDE_DEG: Final = 50.0  # a face turned further from the lens is not read
+_STILL_DEG: Final = 45.0  # a lens that went around less stood still
+_LEAST_DEG: Final = 40.0  # of turns, or there is nothing to choose from
+_WHOLE: Final = 60  # of 64 turns
+_LOST: Final = 0.5
+_UNSURE: Final = 0.15
+_FACELESS: Final = 12  # frames without a face, and the film is given up
+_IDLE: Final = 30  # frames in which nothing moves
+_UNMOVED: Final = 0.03  # of a frame's longer side
+_ROOM: Final = 0.8  # sides of a face around it, where it is looked for again, and shown
+_SHOWN: Final = 256  # most pixels of a side of what is kept of a frame
+_QUEUE: Final = 6  # frames in memory at once
+_MISFIT: Final = 0.75
+_WHOLLY: Final = 0.9  # of a texel of the light, that was seen and is not clipped
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Glimpse:
+    """What one frame shows.
+
+    Attributes:
+        grey, seen: (N * N,) float32 and bool. The face on the head's pixels; nothing without one.
+        picture: (h, w, 3) uint8 sRGB. The face and a little around it; None without one.
+    """
+
+    time_s: float
+    face: Face | None
+    pose: Pose | None
+    grey: Float32 = field(repr=False)
+    seen: Bools = field(repr=False)
+    picture: Bytes | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Film:
+    """What a film of a turn tells.
+
+    Attributes:
+        times_s, trust: (n,) float64. Of each frame: seconds, and how much it counts.
+        noses_deg: (n,) float64. Where the nose points, seen from above, clockwise from where the
+            lens stood at the first frame.
+        radiance: (H, 2 H, 3) float32. The light as a panorama, the lens of the first frame in the
+            middle.
+        still: Whether the lens stood still and only the face turned.
+        shown: (64,) bool. Grid turns at which the face was seen.
+        pictures: Of each frame, as in `Glimpse`.
+    """
+
+    times_s: Float64
+    trust: Float64
+    noses_deg: Float64
+    headings: Headings
+    light: FilmedLight
+    radiance: FloatImage = field(repr=False)
+    still: bool
+    shown: Bools
+    pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
+
+    def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
+        """Answer for all styles, at turns that were seen."""
+        return solve_all(
+            pack, reduce_radiance(self.radiance), is_open=None if self.shown.all() else self.shown
+        )
+
+    def frame_at(self, turn_deg: float) -> int:
+        """Number of the frame that shows a turn best."""
+        away = np.abs((self.noses_deg - turn_deg + 180) % 360 - 180)
+        return int(np.argmin(away + 10 * (1 - self.trust)))
+
+    def clock_at(self, turn_deg: float) -> str:
+        """When a turn was there, minutes and seconds."""
+        seconds = round(float(self.times_s[self.frame_at(turn_deg)]))
+        return f"{seconds // 60}:{seconds % 60:02}"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is not seen, and how far to trust the rest."""
+        notes = []
+        count, heads = int(self.shown.sum()), self.headings
+        if count < _WHOLE:
+            notes.append(
+                tr("The face was seen at {degrees}° of the turn; the rest is not seen.",
+                   degrees=round(count * 360 / TURNS))
+            )  # fmt: skip
+        if self.still:
+            notes.append(
+                tr("The camera stood still. For all turns, let it go around with the sitter.")
+            )
+        elif not heads.closed:
+            notes.append(
+                tr("The film does not come back to where it began: its angles are less certain.")
+            )
+        if heads.assumed > _UNSURE:
+            notes.append(
+                tr("The background was blank for {share} % of the film; there an even turn is "
+                   "assumed.", share=round(100 * heads.assumed))
+            )  # fmt: skip
+        if self.light.misfit > _MISFIT:
+            notes.append(tr("The face changed more than light explains: treat this as rough."))
+        return tuple(notes)
+
+
+class _Seen(NamedTuple):
+    glimpse: Glimpse
+    background: Background
+    step: Link | None
+    pause_s: float  # since the frame before
+
+
+class FilmReader:
+    """Takes frames in their order and tells at any time what they show so far.
+
+    The face is looked for in one thread, the background followed in another.
+    """
+
+    def __init__(self) -> None:
+        self._looking, self._following = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
+        self._face: Face | None = None
+        self._last: _Seen | None = None
+        self._frames: list[Future[_Seen]] = []
+
+    def __enter__(self) -> FilmReader:
+        """Begin."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let go of the threads."""
+        for executor in (self._looking, self._following):
+            executor.shutdown(cancel_futures=True)
+
+    def add(self, time_s: float, picture: Bytes) -> None:
+        """Look at a frame, (H, W, 3) uint8 sRGB, upright; wait while too many are waiting."""
+        if len(self._frames) >= _QUEUE:
+            self._frames[-_QUEUE].result()
+        glimpse = self._looking.submit(self._look, time_s, picture)
+        self._frames.append(self._following.submit(self._follow, glimpse, picture))
+
+    def check_begin(self) -> None:
+        """Give a film up of which nothing is to be hoped; raises as `film` does."""
+        if len(self._frames) not in (_FACELESS, _IDLE):
+            return
+        seen = [one.result() for one in self._frames]
+        if all(one.glimpse.face is None for one in seen):
+            raise _no_face()
+        steps = [one.step.after - one.step.before for one in seen if one.step is not None]
+        moved = np.abs(np.cumsum([step.mean(axis=0) for step in steps], axis=0)).max()
+        yaws = [one.glimpse.pose.yaw_deg for one in seen if one.glimpse.pose is not None]
+        if len(seen) == _IDLE and moved < _UNMOVED and np.ptp(yaws) < FRONTAL_DEG:
+            raise _no_turn()
+
+    def film(self) -> Film:
+        """Tell what the frames show so far.
+
+        Raises `ProbeError` where no face is seen, or nothing turns.
+        """
+        seen = [one.result() for one in self._frames]
+        return read_turn(
+            [one.glimpse for one in seen],
+            [one.background for one in seen],
+            [one.step for one in seen if one.step is not None],
+        )
+
+    def _look(self, time_s: float, picture: Bytes) -> Glimpse:
+        self._face = _face_in(picture, self._face)
+        if self._face is None:
+            nothing = np.zeros(head_map().side ** 2, np.float32)
+            return Glimpse(time_s, None, None, nothing, nothing > 0)
+        pose = head_pose(self._face, (picture.shape[0], picture.shape[1]))
+        part, _ = _around(picture, self._face)
+        share = min(_SHOWN / max(part.shape[:2]), 1.0)
+        shown = cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+        return Glimpse(
+            time_s, self._face, pose, *on_head(picture, self._face), np.asarray(shown, np.uint8)
+        )
+
+    def _follow(self, looked: Future[Glimpse], picture: Bytes) -> _Seen:
+        glimpse, last = looked.result(), self._last
+        behind = background(picture, glimpse.face)
+        way, pause = None, 0.0
+        if last is not None:
+            pause = glimpse.time_s - last.glimpse.time_s
+            pace = pause / last.pause_s if pause > 0 and last.pause_s > 0 else 1.0
+            way = step(last.background, behind, last.step, pace)
+        self._last = _Seen(glimpse, behind, way, pause)
+        return self._last
+
+
+def read_film(
+    frames: Iterable[tuple[float, float, Bytes]],
+    token: Token | None = None,
+    report: Report = silent,
+) -> Film:
+    """Read a whole film.
+
+    Args:
+        frames: Time in seconds, share of the film that is over, and picture of each frame.
+
+    Raises `ProbeError` where no face is seen or nothing turns; `Cancelled`.
+    """
+    token = token or Token()
+    with FilmReader() as reader:
+        for time_s, share, picture in frames:
+            token.check()
+            report(0.95 * share, tr("looking at the film"))
+            reader.add(time_s, picture)
+            reader.check_begin()
+        report(0.95, tr("finding the light"))
+        film = reader.film()
+    report(1.0, tr("done"))
+    return film
+
+
+def flipped(
+    frames: Iterable[tuple[float, float, Bytes]],
+) -> Iterator[tuple[float, float, Bytes]]:
+    """Give frames as `read_film` takes them, left and right swapped."""
+    for time_s, share, picture in frames:
+        yield time_s, share, flip(picture)
+
+
+def flip(picture: Bytes) -> Bytes:
+    """Swap left and right of a picture, (H, W, 3) uint8."""
+    return np.ascontiguousarray(picture[:, ::-1])
+
+
+def read_turn(
+    glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[Link]
+) -> Film:
+    """Put what single frames show together."""
+    trust = np.array([_trust(one) for one in glimpses])
+    if (trust > 0).sum() < _FEWEST:
+        raise _no_face()
+    headings = find_headings(backgrounds, steps)
+    still = float(np.ptp(headings.turns_deg)) < _STILL_DEG
+    if not still and headings.assumed > _LOST:
+        raise ProbeError(
+            tr("The way around the sitter cannot be followed: the background is blank or blurred."),
+            tr("Film again, more slowly, with more of the place in view."),
+        )
+    aside = np.array([0.0 if one.pose is None else one.pose.yaw_deg for one in glimpses])
+    if not still:
+        # A face that is hardly turned counts as facing the lens.
+        aside[np.abs(aside) < FRONTAL_DEG] = 0.0
+    noses = headings.turns_deg - aside
+    known = trust > 0
+    turns = gather(
+        noses[known],
+        np.stack([one.grey for one in glimpses])[known],
+        np.stack([one.seen for one in glimpses])[known],
+        trust[known],
+    )
+    if turns.turns.sum() * 360 / TURNS < _LEAST_DEG:
+        raise _no_turn()
+    light, gains = find_light(turns), np.full(len(glimpses), np.nan)
+    nearest = np.round(noses[known] * TURNS / 360).astype(int) % TURNS
+    gains[known] = light.exposures[nearest] / np.maximum(turns.levels, 1e-9)
+    seen = surroundings(backgrounds, headings, gains)
+    if seen is None:
+        radiance = np.repeat(light.luminance[:, :, None], 3, axis=2).astype(np.float32)
+    else:
+        panorama, sure = (reduce_radiance(each) for each in (seen[0], seen[1][..., None]))
+        likely = luminance(panorama).astype(np.float64)
+        most = np.where(sure[..., 0] > _WHOLLY, MOST * likely, np.inf)
+        light = find_light(turns, replace(light, luminance=likely), most)
+        radiance = with_detail(light.luminance, seen[0])
+    times = np.array([one.time_s for one in glimpses])
+    pictures = tuple(one.picture for one in glimpses)
+    return Film(times, trust, noses, headings, light, radiance, still, turns.turns, pictures)
+
+
+def _no_face() -> ProbeError:
+    return ProbeError(
+        tr("No face can be read in this film."),
+        tr("Film the sitter's whole face from about a metre, sharp and not too dark."),
+    )
+
+
+def _no_turn() -> ProbeError:
+    return ProbeError(
+        tr("The sitter does not turn in this film."),
+        tr("Turn once on the spot, 20 to 60 seconds, with the camera going around with you."),
+    )
+
+
+def _trust(glimpse: Glimpse) -> float:
+    """How much a frame counts: how sure its face is, and how far it looks into the lens."""
+    if glimpse.face is None or glimpse.pose is None or glimpse.face.confidence < _SURE:
+        return 0.0
+    return glimpse.face.confidence * max(1 - abs(wrap(glimpse.pose.yaw_deg)) / _ASIDE_DEG, 0.0)
+
+
+def _face_in(picture: Bytes, near: Face | None) -> Face | None:
+    """Find the sitter: where they were, around there, and then everywhere."""
+    if near is not None:
+        part, corner = _around(picture, near)
+        found = find_faces(part, small=False) if part.size else ()
+        if found and found[0].confidence >= _SURE:
+            return Face(found[0].landmarks + corner, found[0].confidence)
+    everywhere = find_faces(picture)
+    return everywhere[0] if everywhere else None
+
+
+def _around(picture: Bytes, face: Face) -> tuple[Bytes, Float32]:
+    """Cut out a face with some room; (3,) what that moves landmarks by."""
+    left, top, right, bottom = face.box
+    room = _ROOM * face.side
+    x, y = max(round(left - room), 0), max(round(top - room), 0)
+    part = np.ascontiguousarray(picture[y : round(bottom + room), x : round(right + room)])
+    return part, np.array([x, y, 0], np.float32)

@@ -1,0 +1,166 @@
+"""A film of a turn in a place: its own frames as photographs, and what it says of a measured light.
+
+A panorama tells what light reaches the head, a film what it does to the sitter's own face: where
+both are there, the film is the truth, and by how much the panorama's turns differ from it is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import numpy as np
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
+from app.core.base.errors import CoreError, ProbeError
+from app.core.base.images import write_png
+from app.core.localization.features import HeadingIndex, build_index
+from app.core.localization.heading import find_heading
+from app.core.localization.heading_conversion import turn_of_heading
+from app.core.measure.film.film import Film, flip
+from app.core.places.shots import Shot, add_shot
+from app.core.portrait.portraits import value_at
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr
+
+GLANCES: Final = 16
+"""Frames by which a film is laid on a panorama."""
+
+_SAME_DEG: Final = 10.0  # by which those that are found may differ
+_FEWEST: Final = 3
+_AGREED_DEG: Final = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """A film beside a place's panorama.
+
+    `offset_deg`: azimuth in the panorama at which the lens stood when the film began.
+    `apart_deg`: by style that both offer, how much further the film turns than the panorama.
+    """
+
+    offset_deg: float
+    apart_deg: Mapping[str, float]
+
+    @property
+    def words(self) -> str:
+        """Whether both agree, and what to do where they do not."""
+        if not self.apart_deg:
+            return tr("Film and panorama offer no style in common: trust the film.")
+        apart = round(float(np.median(np.abs([*self.apart_deg.values()]))))
+        if apart <= _AGREED_DEG:
+            return tr("Film and panorama agree: their turns are {deg}° apart.", deg=apart)
+        return tr(
+            "Film and panorama disagree: their turns are {deg}° apart. Trust the film; if the "
+            "light has changed, measure again.", deg=apart,
+        )  # fmt: skip
+
+
+def looks_mirrored(
+    frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
+) -> bool | None:
+    """Tell whether only the mirror image of a film shows a place; None where neither does.
+
+    Args:
+        frames: A dozen of it, as `read_film` takes them.
+    """
+    found = [0, 0]
+    for _, _, picture in frames:
+        for way, shown in enumerate((picture, flip(picture))):
+            found[way] += find_heading(shown, index, None).heading_deg is not None
+        if max(found) >= _FEWEST and min(found) == 0:
+            break
+    return None if max(found) < _FEWEST or found[0] == found[1] else found[1] > found[0]
+
+
+def mirror_words(asked: bool, fits: bool | None) -> str:
+    """Say how a film is read where the place decides otherwise than was asked; "" where not."""
+    if fits is None or fits == asked:
+        return ""
+    if fits:
+        return tr("The film is mirrored: only its mirror image fits the place. It is read as that.")
+    return tr("The film fits the place as it is. It is not read as mirrored.")
+
+
+def beside(
+    film: Film,
+    results: Sequence[StyleResult],
+    frames: Iterable[tuple[float, float, Bytes]],
+    place: PlaceLight,
+    pack: StylePack,
+    index: HeadingIndex | None = None,
+) -> Beside:
+    """Lay a film on a place's panorama by what is behind the sitter, and compare their turns.
+
+    Args:
+        results: Of the film.
+        frames: A dozen of it, as `read_film` takes them.
+        index: Of the place's panorama, where it was made before.
+
+    Raises:
+        ProbeError: If the film shows another place.
+    """
+    index = index or build_index(place.display)
+    found = [
+        turn_of_heading(heading) - float(np.interp(time_s, film.times_s, film.headings.turns_deg))
+        for time_s, _, picture in frames
+        if (heading := find_heading(picture, index, None).heading_deg) is not None
+    ]
+    agreed = [
+        [wrap(two - one) for two in found if abs(wrap(two - one)) < _SAME_DEG] for one in found
+    ]
+    most = max(agreed, key=len, default=[])
+    if len(most) < _FEWEST:
+        raise ProbeError(
+            tr("The film does not show enough of this place to be laid on its panorama."),
+            tr("Open it as a place of its own."),
+        )
+    offset = wrap(found[agreed.index(most)] + float(np.median(most)))
+    own = {one.name: one for one in solve_all(pack, place.searched) if one.attainable}
+    apart = {
+        one.name: wrap(one.turn_refined_deg + offset - own[one.name].turn_refined_deg)
+        for one in results
+        if one.attainable and one.name in own
+    }
+    return Beside(offset, apart)
+
+
+def keep_frames(
+    folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
+) -> None:
+    """Keep, for each style that a film offers, its own frame as a photograph of the place.
+
+    What cannot be kept is left out.
+    """
+    with TemporaryDirectory() as work, suppress(CoreError, OSError):
+        for result in results:
+            turn = result.turn_refined_deg
+            frame, clock = film.frame_at(turn), film.clock_at(turn)
+            picture = film.pictures[frame] if result.attainable else None
+            if picture is None:
+                continue
+            photo = Path(work) / f"{result.name} {clock.replace(':', '-')}.frame.png"
+            write_png(photo, picture)
+            nose = float(film.noses_deg[frame])
+            shot = Shot(
+                tr("Film {clock}", clock=clock),
+                now.isoformat(),
+                True,
+                result.name,
+                result.title,
+                wrap(turn + offset_deg),
+                facing_deg=wrap(nose + offset_deg),
+                sitter_deg=0.0,
+                confidence=float(film.trust[frame]),
+                match=int(value_at(result.match_curve, nose)),
+                best=int(result.match),
+            )
+            add_shot(folder, photo, shot, picture)

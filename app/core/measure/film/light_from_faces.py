@@ -1,0 +1,179 @@
+"""The light of a place, from one face seen at many turns.
+
+Each turn shows the same head under the same light turned around it; all turns together fix the
+light as deconvolution does, and the exposure of each frame with it. The face's own albedo stays:
+what is alike at all turns may also be light from above. Pictures are products of light and
+transport for each azimuth frequency (eq. 1 for all turns at once, as in `app.core.solver.search`).
+The light is not negative (FISTA: A. Beck and M. Teboulle, SIAM J. Imaging Sciences 2009).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS
+from app.core.base.arrays import Bools, Float32, Float64
+from app.core.environment.environment import energy, solid_angles
+from app.core.faces.on_head import head_map
+
+_HELD: Final = 1e-4  # of the largest eigenvalue: keeps light small that no skin shows
+_HELD_NEAR: Final = 1e-3  # the same, near what is expected
+_FLOOR: Final = 0.5  # of what is expected: there is at least so much light
+MOST: Final = 4.0
+"""Of what was seen and not clipped: there is at most so much light."""
+
+_ROUNDS: Final = 8  # light and exposures in turn
+_STEPS: Final = 60
+_NEAR_DEG: Final = 6.0  # of a turn: farther frames do not show it
+_FEWEST: Final = 0.02  # weight below which a pixel was not seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceTurns:
+    """A face at `TURNS` turns.
+
+    Attributes:
+        pictures: (Q, 64) float64. Luminance at the pixels of `head_map().skin`, each turn in its
+            own exposure.
+        seen: (Q, 64) bool.
+        levels: (n,) float64. Mean of the skin in each frame, as its camera exposed it.
+    """
+
+    pictures: Float64 = field(repr=False)
+    seen: Bools = field(repr=False)
+    levels: Float64 = field(repr=False)
+
+    @property
+    def turns(self) -> Bools:
+        """(64,) turns that the film shows."""
+        return np.asarray(self.seen.any(axis=0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FilmedLight:
+    """The light that explains a film.
+
+    Attributes:
+        luminance: (H, W) float64. Panorama coordinates, the film's first turn in the middle; mean
+            of 1 over the sphere.
+        exposures: (64,) float64. What brings the picture of each turn to this unit.
+        misfit: Deviation of pictures and explanation over the pictures' own contrast.
+    """
+
+    luminance: Float64 = field(repr=False)
+    exposures: Float64 = field(repr=False)
+    misfit: float
+
+
+def gather(turns_deg: Float64, greys: Float32, seen: Bools, trust: Float64) -> FaceTurns:
+    """Put frames together into one picture for each grid turn.
+
+    Args:
+        turns_deg: (n,) float64. Where the nose points at each frame.
+        greys, seen: (n, N * N) float32 and bool. Of `app.core.faces.on_head.on_head`.
+        trust: (n,) float64. How much each frame counts.
+    """
+    skin = head_map().skin
+    shown, there = greys[:, skin].astype(np.float64), seen[:, skin]
+    level = (shown * there).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
+    shown /= np.maximum(level, 1e-9)[:, None]
+    away = np.abs((turns_deg[:, None] - np.arange(TURNS) * 360 / TURNS + 180) % 360 - 180)
+    weights = np.maximum(1 - away / _NEAR_DEG, 0) * trust[:, None]
+    total = there.T.astype(np.float64) @ weights
+    pictures = (there * shown).T @ weights / np.maximum(total, 1e-9)
+    return FaceTurns(pictures, total > _FEWEST, level)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turned:
+    """The transport of the skin, by azimuth frequency.
+
+    `spectra`: (Q, H, M); `products`: (M, H, H), of it with itself; `largest`: their largest
+    eigenvalue.
+    """
+
+    spectra: NDArray[np.complex128]
+    products: NDArray[np.complex128]
+    largest: float
+    shape: tuple[int, int]
+
+    def pictures(self, light: Float64) -> Float64:
+        """(Q, 64) of the skin under light (H, W) at all turns."""
+        spectrum = np.fft.rfft(light, axis=1)
+        found = np.einsum("qhm,hm->mq", self.spectra, spectrum, optimize=True)
+        return np.asarray(np.fft.irfft(found.T, n=self.shape[1], axis=1))
+
+    def against(self, pictures: Float64) -> NDArray[np.complex128]:
+        """(H, M): pictures (Q, 64) seen by the transport's other side."""
+        spectrum = np.fft.rfft(pictures, axis=1)
+        return np.asarray(np.einsum("qhm,qm->hm", self.spectra.conj(), spectrum, optimize=True))
+
+
+@lru_cache(maxsize=1)
+def _transport() -> _Turned:
+    head = head_map()
+    shape = head.transport.environment_shape
+    rows = head.transport.luminance_basis[head.skin[head.transport.pixels]].astype(np.float64)
+    texels = head.transport.texel_basis.reshape(-1, *shape)
+    basis = np.conj(np.fft.rfft(texels, axis=2))
+    spectra = np.einsum("qr,rhm->qhm", rows, basis, optimize=True)
+    by_frequency = spectra.transpose(2, 0, 1)
+    products = by_frequency.conj().transpose(0, 2, 1) @ by_frequency
+    largest = max(float(np.linalg.eigvalsh(one)[-1]) for one in products)
+    return _Turned(spectra, products, largest, shape)
+
+
+def find_light(
+    turns: FaceTurns, likely: FilmedLight | None = None, most: Float64 | float = np.inf
+) -> FilmedLight:
+    """Find the light that explains a face at its turns, and with it what no frame showed.
+
+    Args:
+        likely: What to expect where the face does not tell, and the exposures to begin with.
+        most: The most that there can be, (H, W), in the unit of `likely`.
+    """
+    known = _transport()
+    prior = np.zeros(known.shape) if likely is None else likely.luminance
+    light = prior
+    pictures = np.where(turns.seen, turns.pictures, 1.0)
+    exposures = np.ones(TURNS) if likely is None else likely.exposures
+    for _ in range(_ROUNDS):
+        light = _explained(known, pictures * exposures, light, prior, most)
+        shown = known.pictures(light)
+        both = (turns.seen * shown * turns.pictures).sum(axis=0)
+        alone = (turns.seen * turns.pictures**2).sum(axis=0)
+        exposures = np.where(alone > 0, both / np.maximum(alone, 1e-12), 1.0)
+        if likely is None:
+            exposures /= exposures[turns.turns].mean()
+        unseen = shown / exposures
+        pictures = np.where(turns.seen, turns.pictures, unseen)
+    exposed = turns.pictures * exposures
+    left = (shown - exposed)[turns.seen]
+    contrast = (exposed - exposed.mean(axis=0))[turns.seen]
+    mean = max(float(energy(light.astype(np.float32))) / (4 * np.pi), 1e-12)
+    misfit = float(left.std() / max(contrast.std(), 1e-9))
+    return FilmedLight(light / mean, exposures / mean, misfit)
+
+
+def _explained(
+    known: _Turned, pictures: Float64, start: Float64, prior: Float64, most: Float64 | float
+) -> Float64:
+    """Light, (H, W), not negative, that explains pictures (Q, 64) best, else near `prior`."""
+    wanted, width = known.against(pictures), known.shape[1]
+    solid = solid_angles(known.shape)[:, None]
+    share = _HELD_NEAR if prior.any() else _HELD
+    held = share * known.largest * solid / solid.max()
+    light, ahead, pace = start, start, 1.0
+    for _ in range(_STEPS):
+        spectrum = np.fft.rfft(ahead, axis=1).T[:, :, None]
+        slope = np.fft.irfft((known.products @ spectrum)[:, :, 0].T - wanted, n=width, axis=1)
+        step = ahead - (slope + held * (ahead - prior)) / (known.largest * (1 + share))
+        new, faster = np.clip(step, _FLOOR * prior, most), (1 + np.sqrt(1 + 4 * pace**2)) / 2
+        ahead = new + (pace - 1) / faster * (new - light)
+        light, pace = new, faster
+    return np.asarray(light)

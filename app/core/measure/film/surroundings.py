@@ -1,0 +1,84 @@
+"""What a film shows of the place: the backgrounds of its frames as a panorama.
+
+The face is the grey card: the light that explains it says what each frame's exposure was. Lamps
+and windows are clipped as in any single exposure, and what no frame shows is filled from around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Float32, Float64
+from app.core.base.colour import FloatImage, luminance
+from app.core.base.sphere import wrapped
+from app.core.environment.environment import reduce_radiance
+from app.core.measure.film.headings import Background, Headings
+from app.core.measure.finish.inpainting import fill
+from app.core.measure.photos.placed import Placed, light_around
+from app.core.measure.read.frame import Merged
+from app.core.measure.read.resampling import wrapped_blur
+
+SHAPE: Final = (512, 1024)
+_MOST: Final = 24  # frames: one every 15 degrees
+_LEAST: Final = 0.12  # of the sphere, or there is too little to fill the rest from
+_BEHIND: Final = np.diag([1.0, -1.0, -1.0])  # the camera looks where the sitter's back does
+_CLIPPED: Final = 0.05  # of a texel, and it counts as clipped
+_DETAIL: Final = (0.2, 5.0)
+
+
+def surroundings(
+    frames: Sequence[Background], headings: Headings, gains: Float64
+) -> tuple[FloatImage, Float32] | None:
+    """Lay the backgrounds side by side, and fill the rest; None where they show too little.
+
+    Args:
+        gains: (n,) float64. Radiance of linear 1 in each frame; nan where it is not known.
+
+    Returns:
+        (512, 1024, 3) float32, the lens of the first frame in the middle; and (512, 1024) float32,
+        1 where it was seen and nothing is clipped.
+    """
+    known = np.flatnonzero(np.isfinite(gains))
+    chosen = known[np.unique(np.linspace(0, len(known) - 1, _MOST).astype(int))].tolist()
+    pictures = [
+        Placed(
+            frames[number].picture,
+            _BEHIND @ headings.rotations[number],
+            headings.focal * max(frames[number].picture.shape[:2]),
+            (float(gains[number]),) * 3,
+            frames[number].beside,
+        )
+        for number in chosen
+    ]
+    radiance, covered, clipped = light_around(pictures, SHAPE)
+    if covered.mean() < _LEAST:
+        return None
+    merged = Merged(radiance, clipped, np.zeros_like(clipped), reference_ev=0.0, clip_level=1.0)
+    sure = (covered & (clipped < _CLIPPED)).astype(np.float32)
+    return fill(merged, (~covered).astype(np.float32)).radiance, sure
+
+
+def with_detail(light: Float64, seen: FloatImage) -> FloatImage:
+    """Give light, (H, W), the detail and colours of what was seen, (h, w, 3); its means stay."""
+    size = (seen.shape[1], seen.shape[0])
+    texel = seen.shape[1] / light.shape[1]
+    smooth = wrapped_blur(luminance(seen).astype(np.float32), texel)[..., None]
+    detail = np.clip(seen / np.maximum(smooth, 1e-6), *_DETAIL)
+    made = detail * _resized(light.astype(np.float32), size)[..., None]
+    for _ in range(2):
+        now = luminance(reduce_radiance(np.asarray(made, np.float32), light.shape[:2]))
+        ratio = (light / np.maximum(now, 1e-6)).astype(np.float32)
+        made = made * _resized(ratio, size)[..., None]
+    return np.asarray(made, np.float32)
+
+
+def _resized(picture: FloatImage, size: tuple[int, int]) -> FloatImage:
+    """Enlarge a panorama that ends where it begins."""
+    share = size[0] // picture.shape[1]
+    larger = (size[0] + 2 * share, size[1])
+    grown = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(grown[:, share:-share], np.float32)

@@ -1,0 +1,1 @@
+"""Finish a panorama: lamps, sun, tripod, doubts."""

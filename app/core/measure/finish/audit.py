@@ -1,0 +1,409 @@
+"""The clip audit: how much light is missing, and which answers that puts in doubt.
+
+Where every frame is clipped the merged panorama is a lower bound. The audit says how much light
+that concerns, tries what the answers would be if it were brighter, and tells the styles that would
+lose by it from those that would not. A style is in doubt when its turn would give up more than 5 %
+of what the place could give, were any clipped lamp, any part of a wide one, or all of them together
+1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of it, are named,
+too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that was off by more
+than 10 % was among those in doubt.
+
+`choices` finds the turns of many lights at once by the rule of `app.core.solver.turn_choice`,
+without refining them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS, turn_of_index
+from app.core.base.arrays import Float32, Float64, Floats, Indices
+from app.core.base.colour import luminance
+from app.core.environment.environment import reduce_radiance, solid_angles
+from app.core.measure.finish.findings import advise
+from app.core.measure.finish.lights import Light, LightGrid, light_grid
+from app.core.measure.finish.sun import (
+    SPREAD,
+    Restoration,
+    added_light,
+    direct_normal_lux,
+    find_sun,
+    may_be_sun,
+    sun_core,
+)
+from app.core.measure.read.frame import Merged
+from app.core.solver import turn_choice
+from app.core.solver.relighting_cache import normalised
+from app.core.solver.search import curves_of
+from app.core.solver.solve import measure
+from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr, tr_plural
+
+_AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
+
+
+def choices(
+    pack: StylePack,
+    lights: Sequence[Floats],
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+) -> Choice:
+    """Find what decides the turns under each of several lights.
+
+    Each is (H, W, 3) radiance or (H, W) luminance at turn 0 in the pack's size, linear Rec.
+    709, any exposure. EnvironmentFileError if one is black or not finite.
+    """
+    parts = []
+    for start in range(0, len(lights), _AT_ONCE):
+        some = lights[start : start + _AT_ONCE]
+        seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
+        parts.append(measure(pack, curves_of(pack.tables, np.stack(seen))))
+    names = [each.name for each in fields(Measured)]
+    measured = Measured(*(np.concatenate([getattr(one, n) for one in parts]) for n in names))
+    return turn_choice.choose(measured, objective, limits)
+
+
+def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
+    """Share of what a place could give that is lost by turning elsewhere, (S,) or (N, S).
+
+    `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
+    among the turns allowed, minus its value at the turn taken, over the range of the
+    objective's curve; 0 to 1. A turn of a lower grade that matches better gives up as much, since
+    the grade is what it lacks.
+    """
+    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
+    taken = truth.curve[..., np.arange(len(turns)), turns]
+    span = np.ptp(truth.curve, axis=-1)
+    lost = np.abs(best - taken) / np.maximum(span, 1e-30)
+    return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
+
+
+GAINS: Final = (1.0, 3.0, 6.0)
+"""Stops by which clipped lamps are thought brighter, as reported."""
+
+DOUBT: Final = 0.05
+"""Share of the range of a style's curve that may be given up before its turn is doubted."""
+
+BLIND: Final = "blind"
+"""Stands for a lamp's letter where the light was filled because no frame shows it."""
+
+_FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind what looks like a window
+_PART_GAINS: Final = (3.0, 6.0)
+_WIDE_DEG: Final = 20.0
+_PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 deg
+_PART_SHARE: Final = 0.02  # of all that is clipped
+
+
+@dataclass(frozen=True, slots=True)
+class WhatIf:
+    """A style under a lamp brighter by some stops: its best turn then, degrees."""
+
+    light: str
+    stops: float
+    turn_deg: float
+    given_up: float
+
+
+@dataclass(frozen=True, slots=True)
+class StyleChange:
+    """How far a style's answer depends on what is clipped; its grid turn as it is, degrees.
+
+    `cases` are every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored
+    light at both ends of its likely range. `worst` is the most given up in any case tried,
+    parts of wide lamps and 10 stops included. `least_stops` is the smallest brightening tried
+    that puts the turn in doubt, `reach_stops` the smallest that brings the style into reach, or
+    puts it out; None when none does.
+    """
+
+    name: str
+    title: str
+    turn_deg: float
+    cases: tuple[WhatIf, ...]
+    worst: float
+    least_stops: float | None
+    in_reach: bool
+    reach_stops: float | None
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the turn may be off by what is clipped."""
+        return self.least_stops is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """What is clipped in every frame, and what that means.
+
+    `clipped_energy_range` goes from the share of the light in clipped texels as measured, a lower
+    bound, 0 to 1, to what it would be if all that is clipped were 6 stops brighter, or, for the
+    sun, as bright as the clear-sky model allows.
+    """
+
+    clipped_energy_range: tuple[float, float]
+    advice: tuple[str, ...]
+    style_changes: tuple[StyleChange, ...]
+
+    @property
+    def in_doubt(self) -> tuple[str, ...]:
+        """Names of the styles whose turn may be off."""
+        return tuple(style.name for style in self.style_changes if style.in_doubt)
+
+
+def audit(
+    merged: Merged,
+    lights: Sequence[Light],
+    pack: StylePack,
+    *,
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+    environment: Floats | None = None,
+    restoration: Restoration | None = None,
+    room_stops: float | None = None,
+    grid: LightGrid | None = None,
+    blind: Float32 | None = None,
+) -> Audit:
+    """Say what is clipped in every frame and which answers depend on it.
+
+    `environment`, (H, W), is the luminance of `merged` reduced to the pack's size, where the
+    caller has it already. `restoration` put the sun or a lamp of `merged` back: its likely
+    range is tried as well, and the sun has been looked for already. `room_stops` is how many
+    stops darker than its darkest frame the camera can go; None where unknown. `blind`, (H, W), is 1
+    where the light was filled because no frame shows it: there it may be brighter by a stop.
+    ProbeError if `merged` is not a full panorama.
+    """
+    grid = light_grid(merged) if grid is None else grid
+    bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
+    sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
+    maybe = next((light.id for light in lights if may_be_sun(light, merged, grid)), "")
+    unseen = None if blind is None else luminance(merged.radiance) * blind
+    changes = _changes(lights, pack, (objective, limits), grid, environment, restoration, unseen)
+    return Audit(
+        clipped_energy_range=(bound, _upper(merged, grid, bound, sun)),
+        advice=(
+            *advise(merged, lights, sun, room_stops, maybe),
+            *_verdict(changes, bound, restoration),
+            *(_blind_words(changes) if blind is not None else ()),
+        ),
+        style_changes=changes,
+    )
+
+
+_SOON: Final = (
+    tr("Up to 3 stops more light would change the turn of {names}."),
+    tr("Up to 3 stops more light would bring {names} into reach."),
+    tr("Up to 3 stops more light would put {names} out of reach."),
+)
+_LATE: Final = (
+    tr("6 stops or more would change the turn of {names}."),
+    tr("6 stops or more would bring {names} into reach."),
+    tr("6 stops or more would put {names} out of reach."),
+)
+
+
+def _verdict(
+    changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
+) -> tuple[str, ...]:
+    """Say which styles are in doubt, and how much it takes."""
+    given = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
+    if bound <= 0:
+        if restoration is None or not given:
+            return ()
+        return (
+            tr(
+                "The likely range of lamp {id} would change {names}.",
+                id=restoration.light,
+                names=_all(given, changes),
+            ),
+        )
+    touched = [s for s in changes if s.least_stops is not None or s.reach_stops is not None]
+    if not touched:
+        return (tr("No style's turn depends on what is clipped, nor whether it is in reach."),)
+    lines = []
+    for words, least, most in ((_SOON, 0.0, GAINS[1]), (_LATE, GAINS[1], math.inf)):
+        turn = [s.name for s in changes if _between(s.least_stops, least, most)]
+        reach = [s for s in changes if _between(s.reach_stops, least, most)]
+        gains = ", ".join(s.name for s in reach if not s.in_reach)
+        loses = ", ".join(s.name for s in reach if s.in_reach)
+        if turn:
+            lines.append(words[0].format(names=_all(turn, changes)))
+        if gains:
+            lines.append(words[1].format(names=gains))
+        if loses:
+            lines.append(words[2].format(names=loses))
+    safe = len(changes) - len(touched)
+    if safe:
+        lines.append(
+            tr_plural(
+                "The other one does not depend on it.",
+                "The other {count} do not depend on it.",
+                safe,
+            )
+        )
+    return tuple(lines)
+
+
+def _blind_words(changes: Sequence[StyleChange]) -> tuple[str, ...]:
+    """Say which styles depend on the light where nothing was seen."""
+    unsure = [
+        style.name
+        for style in changes
+        if any(case.light == BLIND and case.given_up > DOUBT for case in style.cases)
+    ]
+    names = _all(unsure, changes) if unsure else tr("no style")
+    return (tr("Twice as much light where nothing was seen would change {names}.", names=names),)
+
+
+def _between(stops: float | None, least: float, most: float) -> bool:
+    """Whether something happens at more than the least stops, and at most so many."""
+    return stops is not None and least < stops <= most
+
+
+def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
+    """Name styles by what they are, or by what they are not when that is shorter."""
+    rest = [style.name for style in changes if style.name not in names]
+    if not rest:
+        return tr("every style")
+    if len(rest) < len(names) / 2:
+        return tr("every style but {names}", names=", ".join(rest))
+    return ", ".join(names)
+
+
+def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> float:
+    """Upper end of the clipped share."""
+    if bound <= 0:
+        return 0.0
+    if sun is None or merged.cd_m2 is None:
+        factor = 2.0 ** GAINS[-1]
+        return float(factor * bound / (1.0 + (factor - 1.0) * bound))
+    most = direct_normal_lux(sun_core(sun, merged).elevation_deg) * SPREAD[1]
+    extra = most / merged.cd_m2 / grid.total
+    return (bound + extra) / (1.0 + extra)
+
+
+def _changes(
+    lights: Sequence[Light],
+    pack: StylePack,
+    rule: tuple[Objective, Limits],
+    grid: LightGrid,
+    environment: Floats | None,
+    restoration: Restoration | None,
+    unseen: Float32 | None,
+) -> tuple[StyleChange, ...]:
+    named, maps, whole = _brightened(lights, grid, pack.header.environment)
+    base = whole if environment is None else np.asarray(environment, np.float64)
+    trials = [
+        (name, stops, (2.0**stops - 1.0) * extra)
+        for name, extra in zip(named, maps, strict=True)
+        for stops in ((*GAINS, _FURTHER) if name else _PART_GAINS)
+    ]
+    if restoration is not None:
+        trials += _restored(restoration, pack.header.environment)
+    if unseen is not None:
+        extra = reduce_radiance(unseen[..., None], pack.header.environment)[..., 0]
+        trials.append((BLIND, GAINS[0], extra))
+    brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
+    found = choices(pack, [base, *brighter], *rule)
+    turns, then, reach = found[0].turns, found[1:], found.in_reach
+    lost = given_up(then, turns)
+    amounts = np.array([abs(stops) for _, stops, _ in trials])[:, None]
+    least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
+    flips = np.where(reach[1:] != reach[0], amounts, np.inf).min(axis=0, initial=np.inf)
+    degrees = [turn_of_index(turn) for turn in range(TURNS)]
+    told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
+    now = found[0].offered
+    best = {k: _offered(then[k], turns, now) for k in told}
+    return tuple(
+        StyleChange(
+            style.name,
+            style.title,
+            degrees[now[row]],
+            tuple(WhatIf(*trials[k][:2], degrees[best[k][row]], float(lost[k, row])) for k in told),
+            float(lost[:, row].max(initial=0.0)),
+            _or_none(least[row]),
+            bool(reach[0, row]),
+            _or_none(flips[row]),
+        )
+        for row, style in enumerate(pack.styles)
+    )
+
+
+def _offered(then: Choice, turns: Indices, now: Indices) -> Indices:
+    """(S,) grid turn offered in brighter light; where the best turn stays, the offer stays."""
+    best, offered = then.turns, now.copy()
+    for row in np.flatnonzero(best != turns).tolist():
+        offered[row] = then[row].peak(int(best[row])).index
+    return offered
+
+
+def _or_none(stops: np.floating[Any]) -> float | None:
+    return float(stops) if np.isfinite(stops) else None
+
+
+def _restored(restoration: Restoration, shape: tuple[int, int]) -> list[tuple[str, float, Float64]]:
+    """Both ends of the likely range of a restored light: name, stops, and what to add."""
+    lux, held = restoration.illuminance_lux, restoration.held_lux
+    if restoration.light is None or lux <= held:
+        return []
+    disc = added_light(restoration, shape)
+    return [
+        (restoration.light, math.log2(end / lux), (end - lux) / (lux - held) * disc)
+        for end in restoration.range_lux
+    ]
+
+
+def _brightened(
+    lights: Sequence[Light], grid: LightGrid, shape: tuple[int, int]
+) -> tuple[list[str], Float64, Float64]:
+    """Clipped light that may be brighter, one map (K, H, W) each: by lamp, by part, and all.
+
+    Names are lamp ids, "" for parts of wide lamps and "all"; the last result is the whole
+    panorama, (H, W).
+    """
+    lost = grid.lost.ravel()
+    clipped = [light for light in lights if light.clipped]
+    chosen = [(light.id, light.texels) for light in clipped]
+    chosen += [("", part) for light in clipped for part in _parts(light, grid)]
+    names = [name for name, _ in chosen]
+    if float(lost.max()) > 0:
+        chosen.append(("all", np.arange(lost.size, dtype=np.int32)))
+        names.append("all")
+    cells, weights = _cells(grid.luminance.shape[0], shape)
+    size = shape[0] * shape[1]
+    maps = np.zeros((len(chosen), *shape))
+    for into, (_, texels) in zip(maps, chosen, strict=True):
+        shares = lost[texels] * weights[texels]
+        into[:] = np.bincount(cells[texels], shares, size).reshape(shape)
+    whole = reduce_radiance(grid.luminance[..., None], shape)[..., 0]
+    return names, maps, whole.astype(np.float64)
+
+
+@lru_cache(maxsize=4)
+def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
+    """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
+    width = 2 * height
+    row, column = np.divmod(np.arange(height * width), width)
+    cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width
+    areas = np.repeat(solid_angles((height, width)), width)
+    whole = np.bincount(cells, areas, shape[0] * shape[1])
+    return cells, np.asarray(areas / whole[cells])
+
+
+def _parts(light: Light, grid: LightGrid) -> list[NDArray[np.int32]]:
+    """Cut a wide clipped light into blocks: one part of a sky may hide the sun."""
+    if light.diameter_deg < _WIDE_DEG:
+        return []
+    height, width = grid.luminance.shape
+    row, column = np.divmod(light.texels, width)
+    block = row * _PART_ROWS // height * _PART_COLUMNS + column * _PART_COLUMNS // width
+    lost = (grid.lost * grid.solid_angle).ravel()
+    least = _PART_SHARE * float(lost.sum())
+    parts = [light.texels[block == each] for each in np.unique(block)]
+    return [part for part in parts if float(lost[part].sum()) >= least]

@@ -1,0 +1,167 @@
+"""Which answers depend on light that an environment does not hold: clipped, or never seen.
+
+One rule for every source, whether a photograph, a file with a clipped lamp, or a stitched panorama
+with a gap. The light is changed in all ways that are plausible, and a style whose answer changes
+with it is in doubt.
+
+What is clipped is thought brighter, as `measure.finish.rough` does: all of it by some stops, the
+middle of each white area more than its edge, one of the largest areas alone.
+
+What was not seen is filled from around. It may be dark, or several times as bright, or hide a lamp
+in any direction, a weak one in the ground. How strong they are was chosen so that of the styles
+whose answer differs from the whole panorama's, 96 % are in doubt (see
+`benchmarks/light/marred_panoramas.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from app.core.base.angles import TURNS
+from app.core.base.arrays import Bools, Float32, Float64, Floats
+from app.core.base.colour import FloatImage
+from app.core.base.sphere import bounded
+from app.core.environment.environment import Environment, reduce_light, solid_angles
+from app.core.measure.finish.audit import choices, given_up
+from app.core.measure.finish.rough import DOUBT, brightened, dimmed, doubts, guesses
+from app.core.measure.read.frame import Merged
+from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, grade_at
+from app.core.styles.style_pack import StylePack
+
+_COLUMNS: Final = 2048
+_FEW_STOPS: Final = 2.0
+_WHOLE: Final = 2  # guesses about all that is clipped, besides
+_GIVEN_UP: Final = 0.05  # of a curve's range
+_MOVED: Final = 2  # turns of the grid: 11 degrees
+_FACTORS: Final = (0.0, 4.0)  # of the filled light
+_BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, where a lamp may be hidden
+_LEAST_GAP: Final = 0.03  # of a block
+_LEAST_STRENGTH: Final = 0.3
+_WIDE: Final = 0.2  # of all light, that all of the gap may add
+_LAMP: Final = 0.2  # of all light, that a lamp in a block may add
+_GROUND_LAMP: Final = 0.04
+_GROUND_ROW: Final = 3  # 45 degrees below the horizon and lower
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """Styles whose turn or grade depends on light that is clipped, and on light not seen."""
+
+    clipped: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+
+    @property
+    def styles(self) -> frozenset[str]:
+        """All of them."""
+        return frozenset((*self.clipped, *self.unseen))
+
+
+def doubt_of(
+    environment: Environment,
+    pack: StylePack,
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+) -> Doubt | None:
+    """Find the styles in doubt under an environment; None where all its light was measured."""
+    if environment.clipped is None and environment.unseen is None and not environment.rough:
+        return None
+    radiance = bounded(environment.radiance, _COLUMNS)
+    names = [style.name for style in pack.styles]
+    clipped = unseen = np.zeros(len(names), np.bool_)
+    if environment.clipped is not None:
+        light = Merged(
+            radiance,
+            bounded(environment.clipped, _COLUMNS),
+            np.zeros(radiance.shape[:2], np.float32),
+            reference_ev=0.0,
+            clip_level=1.0,
+        )
+        clipped = _by_clipping(light, environment.rough, pack, objective, limits)
+    if environment.unseen is not None:
+        gap = bounded(environment.unseen.astype(np.float32), _COLUMNS)
+        unseen = _by_gaps(radiance, gap, pack, objective, limits)
+    return Doubt(*(tuple(np.array(names)[marks].tolist()) for marks in (clipped, unseen)))
+
+
+def _by_clipping(
+    light: Merged, rough: bool, pack: StylePack, objective: Objective, limits: Limits
+) -> Bools:
+    """Styles that depend on what is clipped; of `rough` light it is brightened already."""
+    shape = pack.header.environment
+    if rough:
+        lights = guesses(dimmed(light), light)
+        found = choices(pack, [reduce_light(one, shape) for one in lights], objective, limits)
+        return np.asarray(doubts(found) > DOUBT)
+    likely, looks, *others = guesses(light, brightened(light))
+    fewer = guesses(light, brightened(light, _FEW_STOPS))[0]
+    alone = [looks + likely - one for one in others[_WHOLE:]]
+    lights = [looks, fewer, likely, *others[:_WHOLE], *alone]
+    return _changed(choices(pack, [reduce_light(one, shape) for one in lights], objective, limits))
+
+
+def _by_gaps(
+    radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective, limits: Limits
+) -> Bools:
+    """Styles that depend on what was not seen, (H, 2 H), 0 to 1."""
+    shape = pack.header.environment
+    whole = reduce_light(radiance, shape)
+    gap = reduce_light(radiance * unseen[..., None], shape)
+    cover = reduce_light(np.repeat(unseen[..., None], 3, axis=2), shape)
+    lights = [whole, *(whole + (factor - 1.0) * gap for factor in _FACTORS)]
+    lights += [whole + lamp[..., None] for lamp in hidden_lamps(cover[..., 0], whole)]
+    return _changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective, limits))
+
+
+def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
+    """Light that may be hidden where nothing was seen, (h, w) each: all over it, and by blocks.
+
+    Args:
+        cover: (h, w). Share of each texel that was not seen.
+        light: (h, w, 3). What the lamps are added to.
+    """
+    height, width = cover.shape
+    areas = np.repeat(solid_angles((height, width))[:, None], width, axis=1)
+    total = float((light.mean(axis=-1) * areas).sum())
+    lamps = [np.asarray(cover * (_WIDE * total / float((cover * areas).sum())), np.float32)]
+    rows = np.arange(height) * _BLOCKS[0] // height
+    columns = np.arange(width) * _BLOCKS[1] // width
+    for row in range(_BLOCKS[0]):
+        for column in range(_BLOCKS[1]):
+            inside = np.outer(rows == row, columns == column)
+            gap = np.where(inside, cover, 0.0)
+            share = float((gap * areas).sum()) / float(areas[inside].sum())
+            if share > _LEAST_GAP:
+                lamps.append(_at_middle(gap, areas, _strength(row, share) * total))
+    return lamps
+
+
+def _strength(row: int, gap: float) -> float:
+    """Share of all light that a lamp adds in a block of which that share was not seen."""
+    return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(
+        max(2.0 * gap, _LEAST_STRENGTH), 1.0
+    )
+
+
+def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
+    """A lamp of a few texels in the middle of a block's gap."""
+    weight = gap * areas
+    row = round(float((weight.sum(axis=1) @ np.arange(len(gap))) / weight.sum()))
+    column = round(float((weight.sum(axis=0) @ np.arange(gap.shape[1])) / weight.sum()))
+    lamp = np.zeros(gap.shape, np.float32)
+    patch = np.s_[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+    lamp[patch] = strength / float(areas[patch].sum())
+    return lamp
+
+
+def _changed(found: Choice) -> Bools:
+    """Whether any light after the first changes a style's grade, or makes its turn a loss."""
+    turns, best = found[0].turns, found.best
+    best[0] = turns
+    lost = given_up(found[1:], turns)
+    away = np.abs((best[1:] - turns + TURNS // 2) % TURNS - TURNS // 2)
+    grade = grade_at(found.measured, found.limits, best)
+    moved = (away >= _MOVED) & (lost > _GIVEN_UP)
+    return np.asarray((moved | (grade[1:] != grade[0])).any(axis=0))

@@ -1,0 +1,374 @@
+"""What can be said of a place's lamps in words, and from its light alone.
+
+Directions are those of the panorama, as the sitter sees them who faces the photographer's place
+(azimuth 0): in front is the photographer's side, right is the sitter's right.
+
+A place that is opened again, or a panorama from elsewhere, comes without the clip mask of its
+merge. Where its bracket is known, the level at which the darkest frame clipped is known too, and
+that is all it takes: what is at that level may have been brighter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Float32
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
+from app.core.base.errors import ProbeError
+from app.core.base.sphere import bounded
+from app.core.measure.bracket.merge import reference_exposure
+from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid
+from app.core.measure.finish.sun import find_sun
+from app.core.measure.read.frame import Merged
+from app.core.text import tr, tr_plural
+from app.core.text.directions import direction_words
+from app.core.text.lights import CLIPPED, Source
+
+_STEP_EV: Final = 2.0
+_MOST_FRAMES: Final = 4
+_WORTH_SAYING: Final = 3
+_SHAPES: Final = 0.15  # of a place's light: less does not shape a face
+# What such things reach at most, cd/m2: cloud lit by the sun through a window; a bare bulb.
+_WINDOW_CD_M2: Final = 50_000.0
+_LAMP_CD_M2: Final = 2_000_000.0
+_USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
+_SHOOT: Final = (
+    tr("Shoot one darker frame."),
+    tr("Shoot two darker frames."),
+    tr("Shoot three darker frames."),
+    tr("Shoot four darker frames."),
+)
+
+
+# What a light is, by where it is, how large, and how much brighter than what is around it.
+_WINDOW_DEG: Final = (6.0, 60.0)  # size
+_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # of its middle
+_BELOW_DEG: Final = -2.0  # its upper edge, of what lies below the horizon altogether
+_GROUND_DEG: Final = -15.0  # the middle of ground, which nears the horizon only far away
+_GROUND_SIZE_DEG: Final = 10.0
+_BARE: Final = 50.0  # of the mean of the sphere: brighter is a source, not ground
+_TUBE: Final = 100.0  # of that mean: a strip so bright is a tube, no gap in a wall
+_HIGH_DEG: Final = 30.0  # the middle of a wide area: higher is sky or ceiling
+_SKY_DEG: Final = 10.0
+_GLOW: Final = 5.0  # times what is around it: less is no window in front of an open sky
+_OPEN: Final = 5.0  # times the ground, upper hemisphere: outdoors
+_SUN_DEG: Final = 2.5  # with the blur of a picture
+_BLUER: Final = 1.5  # blue by red of the sky, times that of its sun
+_HEMISPHERE_DEG: Final = 15.0
+_SMALL: Final = (64, 128)
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a light is named by, besides itself: medians above and below the horizon."""
+
+    mean: float
+    height: int
+    sky_by_ground: float
+    sky_blueness: float  # blue by red
+
+
+def surroundings_of(merged: Merged, grid: LightGrid) -> Surroundings:
+    """Measure a place for naming its lights."""
+    height = len(grid.luminance)
+    small = cv2.resize(merged.radiance, (_SMALL[1], _SMALL[0]), interpolation=cv2.INTER_AREA)
+    up = np.arange(_SMALL[0]) < _SMALL[0] * (0.5 - _HEMISPHERE_DEG / 180.0)
+    above, below = (np.median(part.reshape(-1, 3), axis=0) for part in (small[up], small[up[::-1]]))
+    weights = np.array(LUMINANCE_WEIGHTS)
+    return Surroundings(
+        mean=grid.total / (4.0 * math.pi),
+        height=height,
+        sky_by_ground=float(above @ weights) / max(float(below @ weights), 1e-30),
+        sky_blueness=float(above[2]) / max(float(above[0]), 1e-30),
+    )
+
+
+def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -> Source:
+    """Name what a light most likely is.
+
+    Args:
+        blueness: Of the light, blue by red.
+        alone: It sends most of what all lights of the place send.
+    """
+    width = 2 * place.height
+    top = 90.0 - 180.0 * float(light.texels.min() // width) / place.height
+    bottom = 90.0 - 180.0 * float(light.texels.max() // width + 1) / place.height
+    size, up, outdoors = light.diameter_deg, light.elevation_deg, place.sky_by_ground >= _OPEN
+    brightness = light.share * 4.0 * math.pi / light.solid_angle_sr  # of the mean of the sphere
+    if alone and size <= _SUN_DEG and up > 0.0 and place.sky_blueness > _BLUER * blueness:
+        return "sun"
+    compact = size <= 3.0 or light.roundness >= 0.5 or brightness >= _TUBE
+    if size <= 12.0 and compact:
+        return "lamp"
+    if top <= _BELOW_DEG:
+        ground = up <= _GROUND_DEG and size >= _GROUND_SIZE_DEG and brightness < _BARE
+        return "ground" if ground else "area"
+    contrast = brightness * place.mean / max(light.surround, 1e-30)
+    if outdoors and bottom > 0.0 and up >= _SKY_DEG and contrast < _GLOW:
+        return "sky"
+    low, high = _WINDOW_HEIGHT_DEG
+    middling = _WINDOW_DEG[0] <= size <= _WINDOW_DEG[1] and low <= up <= high
+    if middling and light.roundness >= 0.4:
+        return "window"
+    if up > _HIGH_DEG:
+        return "sky" if outdoors else "above"
+    return "wall"
+
+
+def sources_of(
+    merged: Merged,
+    lights: Sequence[Light],
+    sun: Light | None = None,
+    grid: LightGrid | None = None,
+) -> tuple[Source, ...]:
+    """Name the lights of a place; `sun`: the light that is known to be the sun."""
+    grid = light_grid(merged) if grid is None else grid
+    place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
+    known = None if sun is None else sun.id
+    found: list[Source] = []
+    for light in lights:
+        alone = known is None and 2.0 * light.share > total
+        colour = _colour(merged.radiance, light, grid)
+        source = source_of(light, place, colour, alone)
+        found.append("sun" if light.id == known else source)
+    return tuple(found)
+
+
+def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
+    """Blue by red of the middle of a light."""
+    rows, columns = radiance.shape[:2]
+    height, width = grid.luminance.shape
+    row, column = np.divmod(light.texels, width)
+    down = rows // height
+    best = int(np.argmax(grid.luminance.ravel()[light.texels]))
+    top, left = int(row[best]) * rows // height, int(column[best]) * columns // width
+    red, _, blue = radiance[top : top + down, left : left + down].reshape(-1, 3).mean(axis=0)
+    return float(blue) / max(float(red), 1e-30)
+
+
+def darker_frames(light: Light, merged: Merged, kind: str) -> int:
+    """How many frames, each 2 EV darker than the last, would plausibly hold a clipped light.
+
+    With absolute luminance that follows from what such lights reach, else from experience.
+    """
+    lamp = kind == "lamp" or light.diameter_deg <= 12.0
+    if merged.cd_m2 is None:
+        return _USUAL_FRAMES["lamp" if lamp else "window"]
+    reach = (_LAMP_CD_M2 if lamp else _WINDOW_CD_M2) / (merged.clip_level * merged.cd_m2)
+    return min(max(math.ceil(math.log2(max(reach, 1.0)) / _STEP_EV), 1), _MOST_FRAMES)
+
+
+def advise(
+    merged: Merged,
+    lights: Sequence[Light],
+    sun: Light | None,
+    room_stops: float | None,
+    maybe: str = "",
+) -> tuple[str, ...]:
+    """Write the advice of a clip audit, in whole sentences; empty when nothing is clipped.
+
+    `room_stops` is how many stops darker the camera can go, None where unknown; `maybe` the id
+    of the lamp that is the sun, if the exposure of the frames were known, "" for none.
+    """
+    clipped = [light for light in lights if light.clipped]
+    if not clipped:
+        return ()
+    names = sources_of(merged, lights, sun)
+    named = {light.id: name for light, name in zip(lights, names, strict=True)}
+    lines = [
+        _may_be_sun(light)
+        if light.id == maybe
+        else _about(light, merged, named[light.id], sun, room_stops)
+        for light in clipped[:_WORTH_SAYING]
+    ]
+    if sun is not None and sun not in clipped[:_WORTH_SAYING]:
+        lines.append(_about(sun, merged, "sun", sun, room_stops))
+    rest = len(clipped) - len(lines)
+    if rest > 0:
+        lines.append(
+            tr_plural(
+                "{count} smaller lamp is clipped too.",
+                "{count} smaller lamps are clipped too.",
+                rest,
+            )
+        )
+    return tuple(lines)
+
+
+def _may_be_sun(light: Light) -> str:
+    where = direction_words(light.azimuth_deg, light.elevation_deg)
+    return tr(
+        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that "
+        "state their ISO and f-number: then its light is put back.",
+        where=where,
+        id=light.id,
+    )
+
+
+def _about(
+    light: Light, merged: Merged, kind: Source, sun: Light | None, room_stops: float | None
+) -> str:
+    where = direction_words(light.azimuth_deg, light.elevation_deg)
+    start = CLIPPED[kind].format(where=where, id=light.id)
+    if sun is not None and light.id == sun.id:
+        return tr(
+            "{start} No camera holds it: say how clear the sky is, and it is put back.", start=start
+        )
+    count = darker_frames(light, merged, kind)
+    if room_stops is not None and room_stops < 0.5:
+        return tr(
+            "{start} The camera is at its darkest: give lamp {id} a gain, or measure "
+            "it with a light meter.",
+            start=start,
+            id=light.id,
+        )
+    if room_stops is not None and room_stops < _STEP_EV * count - 1.0:
+        count = max(round(room_stops / _STEP_EV), 1)
+        start = tr(
+            "{start} The camera can go {room_stops:.0f} EV darker.",
+            start=start,
+            room_stops=room_stops,
+        )
+    return f"{start} {_SHOOT[count - 1]}"
+
+
+_NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
+_SHOWN: Final = 1024  # columns of the mask; what covers a part of a texel stays seen
+_LEAST_SHARE: Final = 0.0005
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """A lamp, a window, the sun, as it is listed.
+
+    `kind` is of `source_of`. Azimuth and elevation are of the centre of its light, the
+    diameter of the disc with the same solid angle, degrees. `share` of the place's light, 0 to
+    1, is a lower bound where it is clipped.
+    """
+
+    letter: str
+    kind: Source
+    azimuth_deg: float
+    elevation_deg: float
+    diameter_deg: float
+    share: float
+    clipped: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Findings:
+    """What was found in a place's light.
+
+    `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None if nothing
+    is known to be clipped. `map`, (h, w) int8, is which lamp a texel belongs to, -1 for none.
+    """
+
+    lamps: tuple[Lamp, ...] = ()
+    clipped: Float32 | None = field(default=None, repr=False)
+    map: NDArray[np.int8] | None = field(default=None, repr=False)
+
+    def at(self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0) -> Lamp | None:
+        """Return the lamp in a direction of the panorama, or as near as that; None without any."""
+        if self.map is None:
+            return None
+        height, width = self.map.shape
+        row = int((0.5 - elevation_deg / 180.0) * height)
+        column = int((0.5 + azimuth_deg / 360.0) * width)
+        reach = round(near_deg / 180.0 * height)
+        # Texels narrow toward the poles.
+        aside = min(round(reach / max(math.cos(math.radians(elevation_deg)), 0.05)), width // 2)
+        rows = slice(max(row - reach, 0), min(row + reach + 1, height))
+        across = np.arange(column - aside, column + aside + 1) % width
+        around = self.map[rows][:, across].ravel()
+        here = int(self.map[min(max(row, 0), height - 1), column % width])
+        if here < 0:
+            there = around[around >= 0]
+            here = int(np.bincount(there).argmax()) if there.size else -1
+        return None if here < 0 else self.lamps[here]
+
+    @property
+    def clipped_lamps(self) -> tuple[Lamp, ...]:
+        """Those that are clipped, the largest share first."""
+        return tuple(lamp for lamp in self.lamps if lamp.clipped)
+
+    @property
+    def light(self) -> str:
+        """What most shapes a face here: "sun", "lamp", "lamps", "window" or "soft"."""
+        shares = dict.fromkeys(("sun", "lamp", "window"), 0.0)
+        for lamp in self.lamps:
+            if lamp.kind in shares:
+                shares[lamp.kind] += lamp.share
+        kind = max(shares, key=lambda name: shares[name])
+        if shares[kind] < _SHAPES:
+            return "soft"
+        main = max(lamp.share for lamp in self.lamps if lamp.kind == kind)
+        return "lamps" if kind == "lamp" and main < 0.5 * shares[kind] else kind
+
+
+def clip_level(stops: Sequence[float]) -> float | None:
+    """Radiance at which the darkest frame of a bracket clips, in the unit of its merge.
+
+    `stops` are true exposures above any common one; None without any.
+
+    >>> clip_level([2.0, 0.0, -2.0])
+    4.0
+    """
+    if not stops:
+        return None
+    return float(2.0 ** (reference_exposure(stops) - min(stops)))
+
+
+def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
+    """Mark where a panorama, (H, W, 3), is only known from below: (H, W), 1 or 0.
+
+    1 where the largest channel reaches the `level` of `clip_level`; None where nothing is
+    clipped.
+    """
+    if level is None:
+        return np.zeros(radiance.shape[:2], np.float32)
+    return np.asarray(radiance.max(axis=2) >= _NEAR * level, np.float32)
+
+
+def find(
+    radiance: FloatImage,
+    level: float | None = None,
+    cd_m2: float | None = None,
+    clipped: Float32 | None = None,
+) -> Findings:
+    """Look for the lamps of a place, (H, 2 H, 3) linear Rec. 709, and for what is clipped.
+
+    `level` is the radiance at which it clips (`clip_level`), `cd_m2` the luminance of radiance
+    1; None where not known. `clipped`, (H, 2 H), is what is clipped, where that is known of each
+    texel.
+    """
+    lost = clipped_share(radiance, level) if clipped is None else clipped
+    merged = Merged(
+        radiance=radiance,
+        clipped=lost,
+        dark=np.zeros_like(lost),
+        reference_ev=0.0,
+        clip_level=level or 2.0 * float(radiance.max()),
+        cd_m2=cd_m2,
+    )
+    try:
+        grid = light_grid(merged)
+        lights = find_lights(merged, grid)
+    except ProbeError:
+        return Findings()
+    sources = sources_of(merged, lights, find_sun(merged, lights, grid), grid)
+    lamps: list[Lamp] = []
+    where = np.full(grid.luminance.size, -1, np.int8)
+    for light, source in zip(lights, sources, strict=True):
+        if light.share >= _LEAST_SHARE:
+            where[light.texels] = len(lamps)
+            numbers = light.azimuth_deg, light.elevation_deg, light.diameter_deg
+            lamps.append(Lamp(light.id, source, *numbers, light.share, light.clipped))
+    clipped = bounded(lost, _SHOWN) if lost.any() else None
+    return Findings(tuple(lamps), clipped, where.reshape(grid.luminance.shape))

@@ -1,0 +1,351 @@
+"""What is done to merged light: sun and lamps put right, clutter filled, audited.
+
+`changes` says what a change of the light means for the answers: every turn before and after.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal
+
+import numpy as np
+
+from app.core.base.angles import difference
+from app.core.base.arrays import Bools, Float32, Floats
+from app.core.base.colour import luminance
+from app.core.base.errors import ProbeError
+from app.core.environment.environment import reduce_radiance
+from app.core.measure.finish.audit import Audit, audit
+from app.core.measure.finish.inpainting import fill
+from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid, upsampled
+from app.core.measure.finish.masks import MaskSpec
+from app.core.measure.finish.rough import brightened, rough_audit, told_clipped
+from app.core.measure.finish.sun import Restoration, SkyWord, restore, set_illuminance
+from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union
+from app.core.measure.read.frame import Merged
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.turn_choice import LIMITS, Limits, Objective
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr, tr_plural
+
+_MOST_STOPS = 20.0
+_HALF: Final = 0.5  # of a texel: what is filled by more was not seen
+
+
+def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
+    """Make lamps brighter or darker by stops than they were measured.
+
+    Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
+    counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
+    no such lamp, or a gain is not a number between -20 and 20 stops.
+    """
+    radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
+    for name, stops in gains.items():
+        light = _named(lights, name)
+        if not (math.isfinite(stops) and abs(stops) <= _MOST_STOPS):
+            raise ProbeError(tr("The gain of lamp {id} must be from -20 to 20 stops.", id=light.id))
+        inside = upsampled(light, clipped.shape)
+        part = radiance[inside]
+        if light.clipped:
+            factor = 1.0 + (2.0**stops - 1.0) * merged.clipped[inside]
+            clipped[inside] = 0.0
+        else:
+            above = 1.0 - light.surround / np.maximum(luminance(part), 1e-30)
+            factor = 1.0 + (2.0**stops - 1.0) * np.clip(above, 0.0, 1.0)
+        radiance[inside] = part * factor[:, None]
+    return replace(merged, radiance=radiance, clipped=clipped)
+
+
+@dataclass(frozen=True, slots=True)
+class MergeOptions:
+    """What the user wants of a merge; the defaults want nothing special.
+
+    `times` are exposure times in seconds in the order of the files, instead of EXIF. `alone`
+    takes one photograph of all directions, too, for a rough answer. `sort_out` leaves out files
+    that are not of the bracket, as in a folder.
+    """
+
+    times: tuple[float, ...] | None = None
+    response: Literal["auto", "srgb", "recover"] = "auto"
+    weights: Literal["noise", "reinhard"] = "noise"
+    full: bool = False
+    sun: SkyWord | Literal["leave"] = "clear"
+    gains: Mapping[str, float] = field(default_factory=dict)
+    lux: Mapping[str, float] = field(default_factory=dict)
+    masks: tuple[MaskSpec, ...] = ()
+    limits: Limits = LIMITS
+    alone: bool = False
+    sort_out: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """Merged light with everything done to it.
+
+    `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
+    to 1. `audit` is of the finished light; None for pictures that are not panoramas. `unseen`,
+    (H, W) bool, is where the light was filled because no frame shows it.
+    """
+
+    merged: Merged
+    measured: Merged
+    lights: tuple[Light, ...] = ()
+    measured_clipped: float = 0.0
+    restoration: Restoration | None = None
+    clutter: tuple[Clutter, ...] = ()
+    changes: tuple[Change, ...] = ()
+    audit: Audit | None = None
+    notes: tuple[str, ...] = ()
+    unseen: Bools | None = field(default=None, repr=False)
+
+
+def finish(
+    merged: Merged,
+    pack: StylePack,
+    options: MergeOptions,
+    *,
+    foot: tuple[float, float] = NADIR,
+    room_stops: float | None = None,
+    alone: str = "",
+    blind: Float32 | None = None,
+) -> Finished:
+    """Do to a merged panorama what the user wants, and audit the result.
+
+    `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
+    stops darker than its darkest frame the camera can go, None where unknown; `alone` names the
+    photograph where it is the only one; `blind`, (H, W), is 1 where no frame shows the light and it
+    was filled. ProbeError when a lamp is not there or a mask is of no use.
+    """
+    merged = told_clipped(merged, alone) if alone else merged
+    grid = light_grid(merged)
+    lights = find_lights(merged, grid)
+    light, restoration, notes = _put_right(merged, lights, options, grid)
+    found = Finished(
+        merged=light,
+        measured=merged,
+        lights=lights,
+        measured_clipped=float((grid.lost * grid.solid_angle).sum()) / grid.total,
+        restoration=None if restoration is None or restoration.light is None else restoration,
+        notes=tuple(notes),
+        unseen=None if blind is None or not (blind > _HALF).any() else blind > _HALF,
+    )
+    found = _cleaned(found, pack, options, foot)
+    looks = found.merged
+    if alone:
+        found = replace(found, merged=brightened(looks))
+    last = grid if found.merged is merged else light_grid(found.merged)
+    remaining = still_clipped(lights, last)
+    if alone:
+        verdict = rough_audit(looks, found.merged, remaining, last, pack, options.limits)
+        return replace(found, audit=verdict)
+    verdict = audit(
+        found.merged,
+        remaining,
+        pack,
+        restoration=restoration,
+        room_stops=room_stops,
+        grid=last,
+        limits=options.limits,
+        blind=blind,
+    )
+    return replace(found, audit=verdict)
+
+
+def _put_right(
+    merged: Merged, lights: tuple[Light, ...], options: MergeOptions, grid: LightGrid
+) -> tuple[Merged, Restoration | None, list[str]]:
+    """Put the sun back, and the lamps that the user knows better.
+
+    There is a restoration where the sun was looked for, found or not.
+    """
+    notes: list[str] = []
+    restoration = None
+    if options.sun != "leave" and grid.clipped.any():
+        restoration = restore(merged, lights, options.sun, grid)
+        chosen = {name.strip().upper() for name in (*options.gains, *options.lux)}
+        # What the user says of a lamp is worth more than what a model says of it.
+        if restoration.light in chosen:
+            restoration = None
+        elif restoration.light is not None:
+            merged = restoration.merged
+            notes.append(restoration.sentence)
+    for name, lux in options.lux.items():
+        metered = set_illuminance(merged, _named(lights, name), lux)
+        merged = metered.merged
+        notes.append(metered.sentence)
+    if options.gains:
+        merged = apply_gains(merged, lights, options.gains)
+        notes += [_gain_words(name.strip().upper(), stops) for name, stops in options.gains.items()]
+    return merged, restoration, notes
+
+
+def _gain_words(lamp: str, stops: float) -> str:
+    if stops >= 0:
+        return tr("Lamp {id} was made {stops:g} stops brighter, as asked.", id=lamp, stops=stops)
+    return tr("Lamp {id} was made {stops:g} stops darker, as asked.", id=lamp, stops=-stops)
+
+
+def _cleaned(
+    found: Finished, pack: StylePack, options: MergeOptions, foot: tuple[float, float]
+) -> Finished:
+    """Fill what is masked, and say what that changes."""
+    if not options.masks:
+        return found
+    merged = found.merged
+    clutter = resolve(options.masks, merged, foot)
+    if not clutter:
+        note = tr("No tripod or photographer found below the camera.")
+        return replace(found, notes=(*found.notes, note))
+    filled = fill(merged, union(clutter, merged.clipped.shape))
+    shape = pack.header.environment
+    changed = changes(
+        reduce_radiance(merged.radiance, shape), reduce_radiance(filled.radiance, shape), pack
+    )
+    notes = (*found.notes, sentence(changed))
+    return replace(found, merged=filled, clutter=clutter, changes=changed, notes=notes)
+
+
+def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
+    """Say of each lamp whether it is still clipped after something was done to the light."""
+    clipped = grid.clipped.ravel()
+    return tuple(
+        replace(light, clipped=light.clipped and bool(clipped[light.texels].max(initial=0.0) > 0))
+        for light in lights
+    )
+
+
+def _named(lights: Sequence[Light], name: str) -> Light:
+    for light in lights:
+        if light.id == name.strip().upper():
+            return light
+    known = ", ".join(light.id for light in lights) or tr("none was found")
+    raise ProbeError(
+        tr("There is no lamp {name!r} in this place.", name=name),
+        tr("Lamps: {known}.", known=known),
+    )
+
+
+_SAME_DEG: Final = 0.5
+_FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is called a change
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What happens to a style's answer.
+
+    Turns are refined, degrees in (-180, 180], positive clockwise; `change_deg` is the shorter
+    way from before to after. `given_up` is what the turn before loses under the light after:
+    the objective's maximum minus its value there, as a share of the range of the curve over all
+    turns, 0 to 1.
+    """
+
+    style: str
+    title: str
+    turn_before_deg: float
+    turn_after_deg: float
+    change_deg: float
+    given_up: float
+    attainable_before: bool
+    attainable_after: bool
+
+
+def changes(
+    before: Floats,
+    after: Floats,
+    pack: StylePack,
+    objective: Objective = "picture",
+) -> tuple[Change, ...]:
+    """Solve for all styles under two lights and compare.
+
+    Both are (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
+    EnvironmentFileError when one is black, not finite or of another size.
+    """
+    old = solve_all(pack, before, objective)
+    new = solve_all(pack, after, objective)
+    return tuple(_change(a, b, objective) for a, b in zip(old, new, strict=True))
+
+
+def sentence(found: Sequence[Change], what: str = tr("what is masked")) -> str:
+    """Say in one or two sentences what changes.
+
+    Only styles that the place can give, before or after, are spoken of. A turn that moved
+    between two places which the new light finds equally good (within 1 % of the curve's range)
+    counts as unchanged, and is mentioned.
+    """
+    lead = tr("Without {what}", what=what)
+    seen = [each for each in found if each.attainable_before or each.attainable_after]
+    if not seen:
+        return tr("{lead}, as with it, no style is within reach.", lead=lead)
+    costly = [each for each in seen if each.given_up > _FREE]
+    free = [each for each in seen if each.given_up <= _FREE]
+    most = max((abs(each.change_deg) for each in free), default=0.0)
+    words = [_costly_words(lead, costly, len(seen))] if costly else [_free_words(lead, most)]
+    if not costly and most > 10.0:
+        words[0] = tr("{lead} no turn gets worse.", lead=lead)
+        words.append(
+            tr(
+                "Turns move by up to {most:.0f} degrees, but the old ones are as good within 1 %.",
+                most=most,
+            )
+        )
+    for reached, what_now in (
+        (True, tr("Now within reach: {names}.")),
+        (False, tr("No longer within reach: {names}.")),
+    ):
+        moved = [each for each in seen if each.attainable_before != each.attainable_after]
+        names = [each.title or each.style for each in moved if each.attainable_after is reached]
+        if names:
+            words.append(what_now.format(names=", ".join(names)))
+    return " ".join(words)
+
+
+def _free_words(lead: str, most: float) -> str:
+    if most < _SAME_DEG:
+        return tr("{lead} no turn changes.", lead=lead)
+    whole = math.ceil(most)
+    return tr_plural(
+        "{lead} no turn changes by more than {count} degree.",
+        "{lead} no turn changes by more than {count} degrees.",
+        whole,
+        lead=lead,
+    )
+
+
+def _costly_words(lead: str, costly: Sequence[Change], count: int) -> str:
+    worst = max(costly, key=lambda each: each.given_up)
+    name = worst.title or worst.style
+    start = tr_plural(
+        "{lead} {count} of {all} turns changes",
+        "{lead} {count} of {all} turns change",
+        len(costly),
+        lead=lead,
+        all=count,
+    )
+    return tr(
+        "{start}, most of all {name}: from {before:.0f}° to {after:.0f}°; the old turn would "
+        "give up {lost:.0f} % of its range.",
+        start=start,
+        name=name,
+        before=worst.turn_before_deg,
+        after=worst.turn_after_deg,
+        lost=100.0 * worst.given_up,
+    )
+
+
+def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Change:
+    curve = after.match_curve if objective == "picture" else after.quality_curve
+    span = float(np.ptp(curve))
+    lost = float(curve[after.turn_index] - curve[before.turn_index])
+    return Change(
+        style=before.name,
+        title=before.title,
+        turn_before_deg=before.turn_refined_deg,
+        turn_after_deg=after.turn_refined_deg,
+        change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
+        # The new turn may be the lesser one on this curve, where its strength decided.
+        given_up=max(lost, 0.0) / span if span > 0.0 else 0.0,
+        attainable_before=before.attainable,
+        attainable_after=after.attainable,
+    )

@@ -1,0 +1,244 @@
+"""Filling what should not be in the picture from the light around it.
+
+Under a mask the radiance becomes a membrane: the harmonic function that takes the values around
+the mask (Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is
+solved on a stereographic chart of the sphere, where harmonic functions stay harmonic, hence the
+poles and the panorama's seam are places like any other. A harmonic function is nowhere brighter
+or darker than on its boundary, channel by channel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base import colour
+from app.core.base.arrays import Bools
+from app.core.base.colour import FloatImage
+from app.core.base.errors import ProbeError
+from app.core.base.sphere import direction, directions, solid_angles
+from app.core.measure.read.frame import Merged
+from app.core.measure.read.resampling import Chart, azimuth_elevation
+from app.core.text import tr
+
+FEATHER_DEG: Final = 1.5
+"""Width outside the mask over which the picture passes into the filling, degrees."""
+
+_MOST: Final = 0.9
+_TOUCHED: Final = 0.02
+_WIDEST: Final = 768  # columns of the copy that charts look at: 0.47 degrees
+_COARSE: Final = 256
+_SIDE: Final = 256
+_MARGIN_DEG: Final = 6.0
+_SWEEPS: Final = 24
+_COARSEST: Final = 4
+_LAMP_RATIO: Final = 2.0
+
+
+def fill(merged: Merged, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> Merged:
+    """Replace what is under a mask, (H, W) float32, by light interpolated from around it.
+
+    1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
+    faded out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into
+    it: the light around counts up to `lamp_ratio` times its own upper quartile, its hue kept.
+    Nothing is clipped or dark where it was filled; an empty mask changes nothing. ProbeError when
+    the light is not a full panorama, the mask has another size, or it leaves less than a tenth of
+    the sphere to fill from.
+    """
+    shape = (merged.radiance.shape[0], merged.radiance.shape[1])
+    _check(shape, mask)
+    if not (mask > _TOUCHED).any():
+        return merged
+    light, known = _small(merged.radiance, mask)
+    radiance, clipped, dark = (
+        np.array(part) for part in (merged.radiance, merged.clipped, merged.dark)
+    )
+    for part in components(_coarse(mask)):
+        chart = _chart(part, shape)
+        masked = (chart.sample(1.0 - known) > 0.0) & (chart.sample(part.astype(np.float32)) > 0.0)
+        filling = _solve(chart, light, known, masked, lamp_ratio)
+        _blend(chart, filling, mask, (radiance, clipped, dark))
+    for array in (radiance, clipped, dark):
+        array.flags.writeable = False
+    return replace(merged, radiance=radiance, clipped=clipped, dark=dark)
+
+
+def components(area: Bools) -> list[Bools]:
+    """Split an area of a panorama, (H, W), into parts that touch on the sphere, largest first.
+
+    Parts that meet at the seam or at a pole are one.
+    """
+    count, labels = cv2.connectedComponents(area.astype(np.uint8), connectivity=8)
+    pairs = {(int(a), int(b)) for a, b in zip(labels[:, 0], labels[:, -1], strict=True)}
+    for row in (0, -1):
+        at_pole = sorted({int(label) for label in labels[row]} - {0})
+        pairs |= {(at_pole[0], label) for label in at_pole[1:]}
+    names = np.arange(count)
+    for a, b in sorted(pairs):
+        if a and b:
+            names[names == names[b]] = names[a]
+    labels = names[labels]
+    heights = solid_angles((area.shape[0], area.shape[1]))
+    kept = [labels == name for name in sorted(set(names.tolist()) - {0})]
+    return sorted(kept, key=lambda part: -float(part.sum(axis=1) @ heights))
+
+
+def _check(shape: tuple[int, int], mask: FloatImage) -> None:
+    if shape[1] != 2 * shape[0]:
+        raise ProbeError(tr("Only a full panorama, twice as wide as high, can be filled."))
+    if mask.shape != shape:
+        raise ProbeError(
+            tr(
+                "The mask has {given} texels, the panorama has {wanted}.",
+                given=mask.shape,
+                wanted=shape,
+            )
+        )
+    covered = float((mask > _TOUCHED).mean(axis=1) @ solid_angles(shape)) * shape[1]
+    if covered > _MOST * 4.0 * np.pi:
+        raise ProbeError(
+            tr("The mask covers nearly everything, so that nothing is left to fill it from."),
+            tr("Mask less."),
+        )
+
+
+def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatImage]:
+    """Light outside the mask at no more than `_WIDEST` columns, and the share it was seen in."""
+    known = (mask <= _TOUCHED).astype(np.float32)
+    height, width = mask.shape
+    if width <= _WIDEST:
+        return radiance * known[..., np.newaxis], known
+    # Whole factors only, so that texels on the seam stay texels on the seam.
+    step = -(-width // _WIDEST)
+    size = (width // step, height // step)
+    light = cv2.resize(radiance, size, interpolation=cv2.INTER_AREA)
+    share = np.asarray(cv2.resize(known, size, interpolation=cv2.INTER_AREA), np.float32)
+    # Texels that the mask cuts are not used: an object's edge is in them.
+    share = (share > 0.999).astype(np.float32)
+    return np.asarray(light, np.float32) * share[..., np.newaxis], share
+
+
+def _coarse(mask: FloatImage) -> Bools:
+    """Reduce a mask to at most `_COARSE` columns; texels that it touches at all count."""
+    touched = (mask > _TOUCHED).astype(np.float32)
+    step = -(-touched.shape[1] // _COARSE)
+    if step == 1:
+        return touched > 0.0
+    size = (-(-touched.shape[1] // step), -(-touched.shape[0] // step))
+    return np.asarray(cv2.resize(touched, size, interpolation=cv2.INTER_AREA)) > 0.0
+
+
+def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
+    """Choose a chart around a masked part with some of its surroundings."""
+    size = (part.shape[0], part.shape[1])
+    every = directions(size).astype(np.float64)
+    inside = every[part]
+    flat = np.repeat(solid_angles(size)[:, np.newaxis], size[1], axis=1)
+    middle = flat[part] @ inside
+    if np.linalg.norm(middle) < 1e-3 * flat[part].sum():
+        middle = -(flat[~part] @ every[~part])
+    centre = azimuth_elevation(middle)
+    farthest = float(np.degrees(np.arccos(np.clip((inside @ direction(*centre)).min(), -1, 1))))
+    reach = farthest + 180.0 / size[0] + _MARGIN_DEG
+    side = _SIDE if shape[0] >= _SIDE // 2 else max(4 * shape[0], 32)
+    return Chart(centre, min(reach, 172.0), side)
+
+
+def _solve(
+    chart: Chart, light: FloatImage, known: FloatImage, masked: Bools, lamp_ratio: float
+) -> tuple[FloatImage, FloatImage]:
+    """Membrane on the chart, (side, side, 3), and how much of it replaces the picture."""
+    weight = chart.sample(known)
+    seen = chart.sample(light) / np.maximum(weight, 1e-6)[..., np.newaxis]
+    outside = cv2.distanceTransform((~masked).astype(np.uint8), cv2.DIST_L2, 5)
+    # The pixel's size in degrees: on a stereographic chart it is largest in the middle.
+    radius = np.tan(np.radians(chart.distances()) / 2.0)
+    pixel = np.degrees(2.0 * radius[0, radius.shape[1] // 2] / (chart.side / 2.0) / (1 + radius**2))
+    # Looked up between pixels later on: whole for two more of them.
+    beyond = np.maximum(outside - 2.0, 0.0) * pixel
+    share = np.clip(1.0 - beyond / FEATHER_DEG, 0.0, 1.0).astype(np.float32)
+    free = (share > 0.0) | (weight < 0.999)
+    edge = free ^ (cv2.dilate(free.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
+    values = _without_lamps(seen, edge, lamp_ratio)
+    return _membrane(values, (~free).astype(np.float32)), share
+
+
+def _without_lamps(seen: FloatImage, edge: Bools, ratio: float) -> FloatImage:
+    """Hold light down to what most of the surroundings give, its hue kept."""
+    if not edge.any():
+        return seen
+    bright = colour.luminance(seen)
+    limit = ratio * float(np.percentile(bright[edge], 75.0))
+    scale = np.minimum(1.0, limit / np.maximum(bright, 1e-30))
+    return np.asarray(seen * scale[..., np.newaxis], np.float32)
+
+
+def _membrane(values: FloatImage, fixed: FloatImage) -> FloatImage:
+    """Solve Laplace's equation where `fixed` is 0, from coarse to fine (cascadic multigrid)."""
+    if min(fixed.shape) > _COARSEST and fixed.shape[0] % 2 == 0 and not fixed.all():
+        half = (fixed.shape[1] // 2, fixed.shape[0] // 2)
+        share = np.asarray(cv2.resize(fixed, half, interpolation=cv2.INTER_AREA), np.float32)
+        sums = cv2.resize(values * fixed[..., np.newaxis], half, interpolation=cv2.INTER_AREA)
+        mean = np.asarray(sums / np.maximum(share, 1e-6)[..., np.newaxis], np.float32)
+        coarse = _membrane(mean, (share > 0.0).astype(np.float32))
+        size = (fixed.shape[1], fixed.shape[0])
+        guess = np.asarray(cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR), np.float32)
+    else:
+        total = float(fixed.sum())
+        mean = (values * fixed[..., np.newaxis]).sum(axis=(0, 1)) / max(total, 1.0)
+        guess = np.broadcast_to(mean.astype(np.float32), values.shape)
+    return _relaxed(values, fixed, guess)
+
+
+def _relaxed(values: FloatImage, fixed: FloatImage, guess: FloatImage) -> FloatImage:
+    """Jacobi sweeps: every free pixel becomes the mean of its four neighbours."""
+    free = fixed[..., np.newaxis] == 0.0
+    now = np.where(free, guess, values).astype(np.float32)
+    cross = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32) / 4.0
+    rows, columns = np.nonzero(fixed == 0.0)
+    if not rows.size:
+        return now
+    top, bottom = max(int(rows.min()) - 1, 0), int(rows.max()) + 2
+    left, right = max(int(columns.min()) - 1, 0), int(columns.max()) + 2
+    box = np.ascontiguousarray(now[top:bottom, left:right])
+    held = np.ascontiguousarray(np.repeat(~free[top:bottom, left:right], 3, axis=2)).view(np.uint8)
+    kept = box.copy()
+    for _ in range(_SWEEPS):
+        box = np.asarray(cv2.filter2D(box, -1, cross, borderType=cv2.BORDER_REPLICATE), np.float32)
+        np.copyto(box, kept, where=held.view(np.bool_))
+    now[top:bottom, left:right] = box
+    return now
+
+
+def _blend(
+    chart: Chart,
+    filling: tuple[FloatImage, FloatImage],
+    mask: FloatImage,
+    arrays: tuple[FloatImage, FloatImage, FloatImage],
+) -> None:
+    """Put the filling into the panorama's arrays, in place."""
+    shape = (mask.shape[0], mask.shape[1])
+    for rows in _row_bands(chart, shape):
+        column, row = chart.place(shape, rows)
+        share = cv2.remap(filling[1], column, row, cv2.INTER_LINEAR, borderValue=(0.0,))
+        near = share > 0.0
+        if not near.any():
+            continue
+        light = cv2.remap(filling[0], column, row, cv2.INTER_LINEAR)
+        share = np.where(near, np.maximum(share, mask[rows]), 0.0).astype(np.float32)
+        radiance, clipped, dark = (array[rows] for array in arrays)
+        radiance += share[..., np.newaxis] * (light - radiance)
+        clipped *= 1.0 - share
+        dark *= 1.0 - share
+
+
+def _row_bands(chart: Chart, shape: tuple[int, int]) -> list[slice]:
+    """Rows that the chart reaches, in bands."""
+    top_deg = min(chart.centre[1] + chart.reach_deg * 1.05, 90.0)
+    low_deg = max(chart.centre[1] - chart.reach_deg * 1.05, -90.0)
+    first = int((90.0 - top_deg) / 180.0 * shape[0])
+    last = min(int((90.0 - low_deg) / 180.0 * shape[0]) + 1, shape[0])
+    return [slice(row, min(row + 64, last)) for row in range(first, last, 64)]

@@ -1,0 +1,250 @@
+"""The lamps of a place: bright regions of the panorama, measured, named A, B, C ...
+
+A lamp is a connected region that is more than four times as bright as the mean of the sphere,
+and within a factor of eight of its own peak, so that the sun is not the whole glow around it.
+What is clipped in every frame belongs to a lamp whatever the threshold says. All of this is done
+on a reduction to 512 x 256 texels (0.7 deg); the panorama wraps at its seam.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Bools, Float64
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
+from app.core.base.errors import ProbeError
+from app.core.base.sphere import wrapped
+from app.core.environment.environment import solid_angles
+from app.core.measure.read.frame import Merged
+from app.core.text import tr
+
+Int32: TypeAlias = NDArray[np.int32]
+
+MAX_LIGHTS: Final = 12
+"""No more than this many lamps are named; the rest counts as the place's general light."""
+
+_GRID: Final = (256, 512)
+_ABOVE_MEAN: Final = 4.0
+_BELOW_PEAK: Final = 1.0 / 8.0
+_LEAST_SHARE: Final = 0.003  # of the light, for a lamp that is measured
+# A clipped one is only known from below; the sun's own disc, clipped by 13 stops, holds 1e-4.
+_LEAST_CLIPPED_SHARE: Final = 2e-5
+_HIDDEN: Final = 64.0  # six stops that a clipped lamp may be brighter than it is known to be
+
+
+@dataclass(frozen=True, slots=True)
+class LightGrid:
+    """A merged panorama reduced for looking at its lamps, (h, w), at most 256 x 512.
+
+    `luminance` is in the unit of the panorama, `clipped` the share that is clipped in every
+    frame, `lost` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
+    one texel in each row, sr.
+    """
+
+    luminance: FloatImage
+    clipped: FloatImage
+    lost: FloatImage
+    solid_angle: Float64
+
+    @property
+    def energy(self) -> Float64:
+        """(h, w) float64: luminance times solid angle."""
+        return self.luminance * self.solid_angle
+
+    @property
+    def total(self) -> float:
+        """Luminance integrated over the sphere."""
+        rows = self.luminance.sum(axis=1, dtype=np.float64)
+        return float(rows @ self.solid_angle[:, 0])
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """A lamp, a window, the sun: anything that stands out of the place's light.
+
+    `id` is "A" for the one that holds most of the light, then "B" ... Azimuth and elevation are
+    of the centre of its light, the diameter of the disc with the same solid angle, degrees.
+    `roundness` is 1 for a disc, less for anything long or scattered: the second moment of a
+    disc of its solid angle over its own. `texels`, (N,) int32, are flat indices into the grid
+    of `light_grid`.
+    """
+
+    id: str
+    azimuth_deg: float
+    elevation_deg: float
+    diameter_deg: float
+    roundness: float
+    solid_angle_sr: float
+    share: float
+    clipped: bool
+    surround: float
+    texels: Int32 = field(repr=False)
+
+
+def light_grid(merged: Merged) -> LightGrid:
+    """Reduce a full panorama, else ProbeError, to at most 512 x 256 texels."""
+    rows, columns = merged.radiance.shape[:2]
+    if columns != 2 * rows or rows < 2:
+        raise ProbeError(
+            tr(
+                "Lamps can only be found in a full panorama, and this is {columns} x {rows}.",
+                columns=columns,
+                rows=rows,
+            )
+        )
+    height, width = min(rows, _GRID[0]), min(columns, _GRID[1])
+    size = (width, height)
+    # One channel before reducing: several times faster than three after it.
+    light = cv2.transform(merged.radiance, np.array([LUMINANCE_WEIGHTS]))
+    planes = (light, merged.clipped, light * merged.clipped)
+    means = [cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in planes]
+    bright, clipped, lost = (np.asarray(mean, np.float32) for mean in means)
+    return LightGrid(bright, clipped, lost, solid_angles((height, width))[:, None])
+
+
+def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
+    """Find the lamps of a place, at most `MAX_LIGHTS`, the largest share of the light first.
+
+    Empty where no direction stands out. ProbeError if it is not a full panorama, or is black.
+    """
+    grid = light_grid(merged) if grid is None else grid
+    total = grid.total
+    if not total > 0:
+        raise ProbeError(
+            tr("The panorama is black: there is no light in it."),
+            tr("Take off what covers the lens, or expose longer."),
+        )
+    labels, count = _regions(grid, total)
+    if count == 0:
+        return ()
+    energy, clipped = grid.energy.ravel(), (grid.lost * grid.solid_angle).ravel()
+    share = _sums(labels, energy, count) / total
+    lost = _sums(labels, clipped, count) / total
+    matters = (share >= _LEAST_SHARE) | (lost >= _LEAST_CLIPPED_SHARE)
+    order = [int(k) for k in np.argsort(-(share + _HIDDEN * lost)) if matters[k]][:MAX_LIGHTS]
+    order.sort(key=lambda k: -share[k])
+    members = _members(labels, count)
+    around = cv2.blur(wrapped(grid.luminance * (labels == 0), 16), (33, 33))[:, 16:-16]
+    weight = cv2.blur(wrapped((labels == 0).astype(np.float32), 16), (33, 33))[:, 16:-16]
+    surround = np.asarray(around / np.maximum(weight, 1e-3), np.float32)
+    return tuple(
+        _measure(chr(ord("A") + rank), grid, members[k], surround, total)
+        for rank, k in enumerate(order)
+    )
+
+
+def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
+    """Mark a light's texels on the panorama, (H, W), that it was found in."""
+    height, width = shape[0], shape[1]
+    grid = np.zeros((min(height, _GRID[0]), min(width, _GRID[1])), np.uint8)
+    grid.reshape(-1)[light.texels] = 1
+    return cv2.resize(grid, (width, height), interpolation=cv2.INTER_NEAREST) > 0
+
+
+def spread_of(
+    shape: tuple[int, int], texels: NDArray[np.integer[Any]], weights: Float64
+) -> tuple[float, float, float]:
+    """Centre and spread of weighted texels, (N,) flat indices, on a panorama of that shape.
+
+    Returns azimuth and elevation, degrees, of the weighted sum of the unit vectors, and the
+    mean squared distance from it, sr (half the squared radius for an even disc), with the
+    texels' own size counted in. Weights, (N,) float64, are not negative, not all zero.
+    """
+    height, width = shape
+    row, column = np.divmod(texels, width)
+    elevation = np.pi * (0.5 - (row + 0.5) / height)
+    azimuth = 2 * np.pi * ((column + 0.5) / width - 0.5)
+    flat = np.cos(elevation)
+    vectors = np.stack([np.sin(azimuth) * flat, np.sin(elevation), np.cos(azimuth) * flat])
+    centre: Float64 = vectors @ weights
+    length = float(np.linalg.norm(centre))
+    if length < 1e-9 * float(weights.sum()):
+        centre, length = np.array([0.0, 1.0, 0.0], np.float64), 1.0
+    centre = centre / length
+    cosine = np.clip(centre @ vectors, -1.0, 1.0)
+    # 2 (1 - cos) is the squared chord: the squared distance of small angles.
+    own = (np.pi / height) ** 2 * (1.0 + flat**2) / 12.0
+    moment = float((weights * (2.0 * (1.0 - cosine) + own)).sum() / weights.sum())
+    return (
+        math.degrees(math.atan2(centre[0], centre[2])),
+        math.degrees(math.asin(max(-1.0, min(1.0, float(centre[1]))))),
+        moment,
+    )
+
+
+def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
+    """Label the regions, 1 .. count; 0 is no lamp."""
+    level = _ABOVE_MEAN * total / (4.0 * np.pi)
+    lost = grid.clipped > 0
+    bright, count = components((grid.luminance > level) | lost)
+    if count == 0:
+        return bright, 0
+    peaks = np.zeros(count + 1, np.float32)
+    lit = bright > 0
+    np.maximum.at(peaks, bright[lit], grid.luminance[lit])
+    core = lit & (grid.luminance >= _BELOW_PEAK * peaks[bright])
+    return components(core | lost)
+
+
+def components(mask: Bools) -> tuple[Int32, int]:
+    """Label the connected parts of a mask, gaps of one texel bridged, across the seam."""
+    bridged = cv2.morphologyEx(
+        wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
+    )[:, 2:-2]
+    count, labels = cv2.connectedComponents(np.ascontiguousarray(bridged), connectivity=8)
+    join = np.arange(count)
+    left, right = labels[:, 0], labels[:, -1]
+    for step in (-1, 0, 1):
+        rows = slice(max(step, 0), len(left) + min(step, 0))
+        others = slice(max(-step, 0), len(left) + min(-step, 0))
+        for a, b in zip(left[rows], right[others], strict=True):
+            if a and b:
+                ends = (join[a], join[b])
+                join[join == max(ends)] = min(ends)
+    kept, dense = np.unique(join, return_inverse=True)
+    return np.where(mask, dense[labels], 0).astype(np.int32), len(kept) - 1
+
+
+def _sums(labels: Int32, values: Float64, count: int) -> Float64:
+    """Sum of values per label; entry k belongs to label k + 1."""
+    return np.asarray(np.bincount(labels.ravel(), values, count + 1)[1:], np.float64)
+
+
+def _members(labels: Int32, count: int) -> list[Int32]:
+    """Flat indices of each label's texels; entry k belongs to label k + 1."""
+    flat = labels.ravel()
+    lit = np.flatnonzero(flat)
+    order = lit[np.argsort(flat[lit], kind="stable")].astype(np.int32)
+    stops = np.cumsum(np.bincount(flat, minlength=count + 1)[1:-1])
+    return list(np.split(order, stops))
+
+
+def _measure(
+    name: str, grid: LightGrid, texels: Int32, surround: FloatImage, total: float
+) -> Light:
+    shape = grid.luminance.shape[0], grid.luminance.shape[1]
+    areas = np.broadcast_to(grid.solid_angle, shape).ravel()[texels]
+    values = grid.luminance.ravel()[texels].astype(np.float64)
+    lost = grid.clipped.ravel()[texels].astype(np.float64)
+    energy = values * areas
+    azimuth, elevation, _ = spread_of(shape, texels, energy)
+    _, _, moment = spread_of(shape, texels, areas)
+    solid_angle = float(areas.sum())
+    return Light(
+        id=name,
+        azimuth_deg=azimuth,
+        elevation_deg=elevation,
+        diameter_deg=math.degrees(2.0 * math.acos(1.0 - min(solid_angle / (2.0 * np.pi), 2.0))),
+        roundness=min(1.0, solid_angle / (2.0 * np.pi) / moment),
+        solid_angle_sr=solid_angle,
+        share=float(energy.sum()) / total,
+        clipped=bool((lost > 0).any()),
+        surround=float((surround.ravel()[texels] * areas).sum() / solid_angle),
+        texels=texels,
+    )

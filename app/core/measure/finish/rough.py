@@ -1,0 +1,191 @@
+"""The light of one photograph: what is clipped is guessed, and the answers that hang on it named.
+
+A lone panorama exposed by the camera itself loses between a tenth and nine tenths of the light.
+What is white in all channels counts as four stops brighter, what is clipped in some as one: of
+twenty rules tried on 35 places (flat gains of 2 to 32, gains by size, by depth, lamps, and mixes of
+these) none had turns that give up less, and this is the simplest.
+
+Four other guesses say which turns hang on that: that what is clipped is no brighter than it looks;
+that it is two stops brighter still; that it is brightest in the middle of each white area, as the
+glow around the sun is; and that one of the largest white areas is no brighter than it looks, each
+in its turn. A style is in doubt by the mean share of its match range that its turn gives up under
+the four, and by how little its picture matches where it is best. The weight and the limit were
+chosen so that nine tenths of the turns that give up more than a tenth are among them
+(`benchmarks/light/plain_panorama.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import turn_of_index
+from app.core.base.arrays import Float32, Float64
+from app.core.base.errors import ProbeError
+from app.core.environment.environment import energy, reduce_light, solid_angles
+from app.core.measure.finish.audit import Audit, StyleChange, WhatIf, choices, given_up
+from app.core.measure.finish.findings import advise
+from app.core.measure.finish.lights import Light, LightGrid, components, light_grid
+from app.core.measure.read.frame import Merged
+from app.core.solver.turn_choice import Choice, Limits
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr
+from app.core.text.quantities import percent
+
+STOPS: Final = 4.0
+"""Stops by which white is thought brighter than it looks."""
+
+DOUBT: Final = 0.036
+"""Above it a style's turn is in doubt."""
+
+_COLOURED_STOPS: Final = 1.0
+_BRIGHTER_STOPS: Final = 2.0  # of the guess that what is clipped is brighter still
+_UNSURE: Final = 0.11  # of doubt, for a picture that does not match at all
+_CLIPPED: Final = 0.947  # linear light of code 249: JPEG moves 255 by several
+_WHITE: Final = 0.83  # least channel of white, of the largest
+_WHOLE: Final = 3  # guesses about all that is clipped at once
+_AREAS: Final = 8
+_LEAST_SR: Final = 5e-5
+_COLUMNS: Final = 512
+_GLOW: Final = (2.0, 2.0)  # times as bright at its edge, and the power of 1 + depth in degrees
+_MOST_CLIPPED: Final = 0.9  # of the sphere
+_LEAST_LIGHT: Final = 0.004  # of what saturates the frame: code 13
+
+
+def told_clipped(merged: Merged, name: str) -> Merged:
+    """Mark all that is clipped in one coded frame; ProbeError where that, or black, is all."""
+    largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
+    if float(largest.max()) < _LEAST_LIGHT:
+        raise ProbeError(
+            tr("{name} is black: there is no light in it.", name=name),
+            tr("Take off what covers the lens, or expose longer."),
+        )
+    clipped = np.maximum(merged.clipped, (largest >= _CLIPPED).astype(np.float32))
+    share = float(energy(clipped)) / (4.0 * math.pi)
+    if share > _MOST_CLIPPED:
+        raise ProbeError(
+            tr("{name} is overexposed: {share} of it is white.", name=name, share=percent(share)),
+            tr("Take it again with a shorter exposure."),
+        )
+    return replace(merged, clipped=clipped)
+
+
+def brightened(merged: Merged, stops: float = STOPS) -> Merged:
+    """Give what is still clipped the light that it most likely has."""
+    white, coloured = _shares(merged.radiance, merged.clipped)
+    gain = _gain(white, coloured, stops, _COLOURED_STOPS)
+    return replace(merged, radiance=merged.radiance * gain)
+
+
+def dimmed(merged: Merged) -> Merged:
+    """Undo `brightened`: the light as it looks."""
+    white, coloured = _shares(merged.radiance, merged.clipped)
+    gain = _gain(white, coloured, STOPS, _COLOURED_STOPS)
+    return replace(merged, radiance=merged.radiance / gain)
+
+
+def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float) -> Float32:
+    """How many times as bright as it looks each texel is, (H, W, 1)."""
+    gain = 1.0 + (2.0**stops - 1.0) * white + (2.0**coloured_stops - 1.0) * coloured
+    return np.asarray(gain[..., None], np.float32)
+
+
+def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
+    """Share of each texel that is white, and that is clipped in colour, (H, W) each."""
+    is_white = radiance.min(axis=-1) >= _WHITE * radiance.max(axis=-1)
+    white = clipped * is_white
+    return white, clipped - white
+
+
+def rough_audit(
+    looks: Merged,
+    likely: Merged,
+    lights: Sequence[Light],
+    grid: LightGrid,
+    pack: StylePack,
+    limits: Limits,
+) -> Audit:
+    """Say which answers hang on what is clipped in one photograph.
+
+    `looks` is the light before `brightened`, `likely` after; `grid` is of the latter.
+    """
+    shape = pack.header.environment
+    found = choices(
+        pack, [reduce_light(each, shape) for each in guesses(looks, likely)], limits=limits
+    )
+    doubt = doubts(found) if looks.clipped.any() else np.zeros(len(pack.styles))
+    lost = given_up(found[1:], found[0].turns)
+    reach, now, then = found.in_reach, found[0].offered, found[1].offered
+    changes = tuple(
+        StyleChange(
+            style.name,
+            style.title,
+            turn_of_index(now[row]),
+            (WhatIf("all", -STOPS, turn_of_index(then[row]), float(lost[0, row])),),
+            float(lost[:, row].max()),
+            STOPS if doubt[row] > DOUBT else None,
+            bool(reach[0, row]),
+            STOPS if (reach[1:, row] != reach[0, row]).any() else None,
+        )
+        for row, style in enumerate(pack.styles)
+    )
+    low, share = (
+        float((each.lost * each.solid_angle).sum()) / each.total
+        for each in (light_grid(looks), grid)
+    )
+    told = _words(changes, share)
+    return Audit((low, share), (told[0], *advise(looks, lights, None, None), *told[1:]), changes)
+
+
+def doubts(found: Choice) -> Float64:
+    """How far each style's turn under the first light hangs on the guesses that follow, (S,)."""
+    turns = found[0].turns
+    lost = given_up(found[1:], turns)
+    areas = lost[_WHOLE:].mean(axis=0) if len(lost) > _WHOLE else np.zeros(len(turns))
+    parts = [*lost[:_WHOLE], areas]
+    match = found[0].measured.match[np.arange(len(turns)), turns]
+    return np.asarray(np.mean(parts, axis=0) + _UNSURE * (1.0 - match / 100.0), np.float64)
+
+
+def guesses(looks: Merged, likely: Merged) -> list[Float32]:
+    """Light, (h, w, 3) each: the likely, as it looks, brighter, with bright middles, by area."""
+    columns = min(looks.radiance.shape[1], _COLUMNS)
+    white, coloured = _shares(looks.radiance, looks.clipped)
+    planes = looks.radiance, likely.radiance, white, coloured
+    size = (columns, columns // 2)
+    means = [cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in planes]
+    dim, bright, white, coloured = (np.asarray(mean, np.float32) for mean in means)
+    more = _gain(white, coloured, STOPS + _BRIGHTER_STOPS, _COLOURED_STOPS + 1.0)
+    glow = _GLOW[0] * (1.0 + _depth_deg(white)) ** _GLOW[1]
+    middle = 1.0 + 0.5 * coloured + (glow - 1.0) * white
+    labels, count = components(white > 0)
+    areas = white * solid_angles(white.shape)[:, None]
+    sizes = np.bincount(labels.ravel(), areas.ravel(), count + 1)[1:]
+    largest = [k + 1 for k in np.argsort(-sizes)[:_AREAS] if sizes[k] > _LEAST_SR]
+    alone = [np.where((labels == k)[..., None], dim, bright) for k in largest]
+    return [bright, dim, dim * more, dim * middle[..., None].astype(np.float32), *alone]
+
+
+def _depth_deg(white: Float32) -> Float32:
+    """How far inside a white area each texel is, (h, w), degrees."""
+    width = white.shape[1]
+    inside = np.tile((white > 0.5).astype(np.uint8), (1, 3))
+    depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[:, width : 2 * width]
+    return np.asarray(depth * np.float32(360.0 / width), np.float32)
+
+
+def _words(changes: Sequence[StyleChange], share: float) -> tuple[str, ...]:
+    if share <= 0.0:
+        return (tr("A rough answer: one photograph, though nothing in it is clipped."),)
+    first = tr(
+        "A rough answer: in one photograph {share} of the light is a guess, where it is clipped.",
+        share=percent(share),
+    )
+    names = ", ".join(each.name for each in changes if each.in_doubt)
+    more = (tr("The turn depends on what is clipped: {names}.", names=names),)
+    return (first, *more) if names else (first,)

@@ -1,0 +1,1 @@
+"""Recognise and stitch unstitched 360 pictures."""

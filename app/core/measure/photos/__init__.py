@@ -1,0 +1,1 @@
+"""Build a panorama from photos taken all around."""

@@ -1,0 +1,401 @@
+"""From photographs taken all around to an environment: what `stitch` does.
+
+    files -> pictures -> what they share -> where they look -> curve, exposures -> merged
+          -> gaps filled -> lamps, sun, corrections -> audit
+
+Exposures of one bracket look nearly the same way, and are compared with their best one only. What
+EXIF says of exposures is a start: what overlaps decides, since phones expose as they like.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.base.colour import srgb_light
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Report, Token, span
+from app.core.base.sphere import angles_of, directions
+from app.core.environment.environment import solid_angles
+from app.core.environment.holes import GOES_ON
+from app.core.localization.features import Features, shrunk
+from app.core.localization.picture_file import read_picture, shows_circles
+from app.core.measure.bracket.align import Levelling
+from app.core.measure.bracket.bracket import pictures_in
+from app.core.measure.bracket.brightness_transfer import StepCheck
+from app.core.measure.bracket.deghosting import Moved
+from app.core.measure.bracket.merge import SIZE
+from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.bracket.response import ResponseChoice, choose_response, srgb_response
+from app.core.measure.bracket.weighting import CLIPPED_CODE
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.finish.finish import MergeOptions, finish
+from app.core.measure.finish.inpainting import fill
+from app.core.measure.photos.photo_places import (
+    LONGEST,
+    find_links,
+    groups,
+    points_of,
+    turn,
+    upright,
+)
+from app.core.measure.photos.placed import Placed, light_around
+from app.core.measure.read.frame import Bracket, Frame, Merged
+from app.core.measure.read.metadata import read_header
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr
+from app.core.text.quantities import listed, percent
+
+_KEPT, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness
+_PANORAMA, _WIDE, _ENDS = 6144, 2.2, 1.5  # pixels; times as wide as high; steps between columns
+_COUNTS: Final = (3, 120)
+_OTHER_PLACE, _LEAST_SEEN = 0.2, 0.1  # of all photographs, that hang together; of the sphere
+_STEP_STOPS, _SAME_STOPS = 0.6, 0.25  # between exposures of a bracket, and between brackets
+_OPEN, _MIDDLE_CODE = (16, 236), 118
+_EDGE, _FEW = 0.06, 12  # of half a side, that is not compared; places that are too few
+_TRUST_EXIF, _TRUST_STEP, _TRUST_OVERLAP = 0.3, 0.07, 0.05  # stops
+_MOVED_PX = 2.5
+_OVER: Final = tr("From one spot, turn on and let each photograph share a third with the last.")
+_AXES: Final = np.diag([-1.0, -1.0, 1.0])  # a panorama's, of a camera's
+
+
+@dataclass(frozen=True, slots=True)
+class Photograph:
+    """A photograph that was read, and where it looks.
+
+    `rotation`, (3, 3) from camera to panorama axes, is None where that could not be found;
+    `focal_px` is of `pixels`, (h, w, 3), `small` a tiny copy; the stated one and `points` are
+    of one of at most `LONGEST`. `bracket` counts the directions.
+    `wide_deg` is how far around a panorama reaches.
+    """
+
+    frame: Frame
+    pixels: Bytes = field(repr=False)
+    small: Bytes = field(repr=False)
+    points: Features = field(repr=False)
+    stated_focal_px: float | None = None
+    rotation: Float64 | None = field(default=None, repr=False)
+    focal_px: float = 1.0
+    bracket: int = 0
+    wide_deg: float = 0.0
+
+    @property
+    def stops(self) -> float | None:
+        """Exposure by EXIF, where it is stated."""
+        return None if self.frame.exposure is None else self.frame.exposure.ev
+
+    @property
+    def fov_deg(self) -> float:
+        """Field of view across."""
+        return self.wide_deg or math.degrees(
+            2.0 * math.atan(self.pixels.shape[1] / 2.0 / self.focal_px)
+        )
+
+    @property
+    def angles_deg(self) -> tuple[float, float, float] | None:
+        """Azimuth, elevation and roll clockwise, degrees."""
+        return None if self.rotation is None else angles_of(self.rotation @ _AXES)
+
+
+@dataclass(frozen=True, slots=True)
+class Stitched:
+    """Light that photographs tell; `blind` is the share of the sphere that was filled."""
+
+    probe: Probe
+    blind: float
+    photographs: tuple[Photograph, ...]
+
+
+def stitch(
+    paths: Sequence[Path],
+    pack: StylePack,
+    options: MergeOptions,
+    token: Token,
+    report: Report,
+    fov_deg: float | None = None,
+    *,
+    unstitched: bool = True,
+) -> Stitched:
+    """Make an environment of photographs taken all around from one spot, or of a folder of them.
+
+    Azimuth 0 is where the first photograph that could be placed looks. One file is a panorama that
+    a phone has stitched, `fov_deg` wide. Pictures of two fisheye circles are merged as a bracket of
+    them, unless `unstitched` is false. Raises ProbeError (one sentence and what to do) when they
+    do not belong together or show too little, CoreError when one cannot be read, and Cancelled.
+    """
+    files = pictures_in(paths[0]) if len(paths) == 1 and paths[0].is_dir() else list(paths)
+    if unstitched and fov_deg is None and _circled(files, token):
+        alone = replace(options, alone=True)
+        return Stitched(measure(files, pack, alone, token=token, report=report), 0.0, ())
+    if len(paths) == 1 and not paths[0].is_dir():
+        return _finished(_panorama(paths[0], fov_deg, token), pack, options, report)
+    photographs = _read(files, token, span(report, 0.0, 0.3))
+    photographs, words = _place(photographs, token, span(report, 0.3, 0.55))
+    report(0.55, tr("checking the exposures"))
+    taken = [photograph for photograph in photographs if photograph.rotation is not None]
+    codes, seen = _look_up(taken)
+    choice = _curve(taken, codes, seen)
+    table = choice.response.table
+    lit = _lit(taken, codes, seen, table)
+    merging = span(report, 0.55, 0.9)
+    planes = light_around(lit, table=table, token=token, report=merging)
+    stops = tuple(_middle(taken) + placed.stops for placed in lit)
+    light = _Light(photographs, stops, choice, planes, words)
+    return _finished(light, pack, options, report)
+
+
+@dataclass(frozen=True, slots=True)
+class _Light:
+    """Light before its gaps are filled: radiance, where it is known, what is clipped."""
+
+    photographs: list[Photograph]
+    stops: tuple[float, ...]
+    choice: ResponseChoice
+    planes: tuple[Float32, Bools, Float32]
+    words: list[str]
+
+
+def _finished(light: _Light, pack: StylePack, options: MergeOptions, report: Report) -> Stitched:
+    """Fill gaps, and do what is done to all merged light."""
+    (radiance, covered, clipped), stops, words = light.planes, light.stops, light.words
+    taken = [photograph for photograph in light.photographs if photograph.rotation is not None]
+    known = all(p.frame.exposure is not None and p.frame.exposure.known for p in taken)
+    if max(stops) - min(stops) < 1.0 and clipped.any():
+        words.append(tr("One exposure; lamps and windows are clipped, and really are brighter."))
+    reference = _middle(taken)
+    merged = Merged(
+        radiance,
+        clipped,
+        np.zeros_like(clipped),
+        reference_ev=reference,
+        clip_level=2.0 ** (reference - min(stops)),
+        cd_m2=1.2 / 2.0**reference if known else None,  # ISO 12232
+        clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in taken),
+    )
+    merged, blind = _filled(merged, covered, words)
+    report(0.9, tr("finding lamps"))
+    finished = finish(merged, pack, options, blind=(~covered).astype(np.float32))
+    told = (*light.choice.remarks, *words)
+    bracket = Bracket(tuple(p.frame for p in taken), stops, told, unstitched=True)
+    steps = (bracket, light.choice, (), (), Levelling(), Moved(()), finished, told, finished.notes)
+    probe = Probe(*steps, display=display_panorama(merged.radiance))
+    report(1.0, "done")
+    return Stitched(probe, blind, tuple(light.photographs))
+
+
+def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
+    """Lay a panorama that a phone has stitched on the sphere: by GPano, or as a cylinder."""
+    photograph = replace(_read_one(token, file, _PANORAMA), rotation=_AXES)
+    pixels, area = photograph.pixels, photograph.frame.area_deg
+    height, width = pixels.shape[:2]
+    elevation = np.radians(90.0 - (np.arange(SIZE[0]) + 0.5) * 180.0 / SIZE[0])
+    azimuth = (np.arange(SIZE[1]) + 0.5) * 360.0 / SIZE[1] - 180.0
+    if area is None and width != 2 * height:
+        wide = _width_deg(pixels, file.name) if fov_deg is None else fov_deg
+        if not 1.0 <= wide <= 360.0:
+            raise ProbeError(tr("A panorama reaches around 1 to 360 degrees."))
+        columns = azimuth / wide + 0.5
+        rows = 0.5 - np.tan(elevation) * width / math.radians(wide) / height
+    else:
+        left, right, top, bottom = area or (-180.0, 180.0, 90.0, -90.0)
+        wide, columns = right - left, (azimuth - left) / (right - left)
+        rows = (top - np.degrees(elevation)) / (top - bottom)
+    inside = np.logical_and.outer((rows > 0.0) & (rows < 1.0), (columns > 0.0) & (columns < 1.0))
+    x, y = np.meshgrid(columns * width - 0.5, rows.clip(-1.0, 2.0) * height - 0.5)
+    x, y, border = x.astype(np.float32), y.astype(np.float32), cv2.BORDER_REPLICATE
+    codes = np.asarray(cv2.remap(pixels, x, y, cv2.INTER_LINEAR, borderMode=border), np.uint8)
+    radiance = srgb_light(codes) * inside[..., None]
+    clipped = ((codes.max(axis=-1) >= CLIPPED_CODE) & inside).astype(np.float32)
+    choice = ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
+    photograph = replace(photograph, wide_deg=wide)
+    return _Light([photograph], (photograph.stops or 0.0,), choice, (radiance, inside, clipped), [])
+
+
+def _width_deg(pixels: Bytes, name: str) -> float:
+    """360 degrees for a wide picture whose ends are alike."""
+    if pixels.shape[1] < _WIDE * pixels.shape[0]:
+        few = tr("One photograph cannot show what is all around.")
+        raise ProbeError(few, _OVER)
+    columns = cv2.resize(pixels, (256, 64), interpolation=cv2.INTER_AREA).astype(np.float32)
+    apart = np.abs(columns - np.roll(columns, 1, axis=1)).mean(axis=(0, 2))  # ends first
+    if apart[0] > _ENDS * np.quantile(apart[1:], 0.9):
+        unknown = tr("How far around {name} reaches cannot be known.", name=name)
+        raise ProbeError(unknown, tr("Give its width in degrees with --fov."))
+    return 360.0
+
+
+def _circled(files: Sequence[Path], token: Token) -> bool:
+    """Whether pictures show two fisheye circles each; three are looked at."""
+    some = {files[k] for k in (0, len(files) // 2, len(files) - 1)} if files else set()
+    return any(shows_circles(file, token) for file in sorted(some))
+
+
+def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
+    """Decode and describe the photographs."""
+    if not _COUNTS[0] <= len(files) <= _COUNTS[1]:
+        few = tr("What is all around takes 12 to 40 photographs, not {count}.", count=len(files))
+        raise ProbeError(few, _OVER)
+    photographs = []
+    with ThreadPoolExecutor(2) as pool:
+        for photograph in pool.map(partial(_read_one, token), files):
+            photographs.append(photograph)
+            report(len(photographs) / len(files), tr("reading photographs"))
+    return _bracketed(photographs)
+
+
+def _read_one(token: Token, file: Path, most: int = _KEPT) -> Photograph:
+    token.check()
+    found, frame = read_picture(file, most, token), read_header(file).frame
+    longest = max(found.picture.shape)
+    points = points_of(shrunk(found.picture, LONGEST / longest)[0])
+    focal = found.focal_px and found.focal_px * min(LONGEST / longest, 1.0)
+    lost = np.where(found.picture >= CLIPPED_CODE, np.uint8(255), np.uint8(0))
+    small, lost = (shrunk(picture, _SMALL / longest)[0] for picture in (found.picture, lost))
+    small[lost > 0] = 255  # what is clipped in part says nothing of brightness
+    return Photograph(frame, found.picture, small, points, focal)
+
+
+def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
+    """Divide photographs into brackets, where all of them were exposed by the same steps.
+
+    Each photograph stands alone where that is not so.
+    """
+    count, chosen = len(photographs), 1
+    known = np.array([math.nan if p.stops is None else p.stops for p in photographs])
+    for size in range(count // _COUNTS[0], 1, -1):
+        if count % size == 0:
+            steps = known.reshape(-1, size) - known.reshape(-1, size)[:, :1]
+            apart = np.diff(np.sort(steps[0])).min()
+            if apart >= _STEP_STOPS and np.ptp(steps, axis=0).max() <= _SAME_STOPS:
+                chosen = size
+    return [replace(each, bracket=k // chosen) for k, each in enumerate(photographs)]
+
+
+def _place(
+    photographs: Sequence[Photograph], token: Token, report: Report
+) -> tuple[list[Photograph], list[str]]:
+    """Find where the photographs look; also what is to be said of that."""
+    size = len(photographs) // (photographs[-1].bracket + 1)
+    dull = [abs(float(np.median(photograph.small)) - _MIDDLE_CODE) for photograph in photographs]
+    best = int(np.reshape(dull, (-1, size)).mean(axis=0).argmin())  # exposure of all brackets
+    leader = [k - k % size + best for k in range(len(photographs))]
+    pairs = [*combinations(sorted(set(leader)), 2)]
+    pairs += [(one, k) for k, one in enumerate(leader) if one != k]
+    links = find_links([p.points for p in photographs], pairs, token, report)
+    names = [photograph.frame.path.name for photograph in photographs]
+    rotations, focals, off = turn([p.stated_focal_px for p in photographs], links)
+    rest = groups(len(names), [n for n in links if not rotations.keys() & set(n.numbers)])[0]
+    if len(rest) >= max(_COUNTS[0], _OTHER_PLACE * len(names)):
+        first, second = (listed([names[k] for k in sorted(some)]) for some in (rotations, rest))
+        apart = tr("Nothing in {first} is in {second}.", first=first, second=second)
+        hint = tr("Stitch each place by itself, or add photographs between them.")
+        raise ProbeError(apart, hint)
+    for k, one in enumerate(leader):
+        if one in rotations and k not in rotations:  # too dark to tell: as its bracket
+            rotations[k], focals[k] = rotations[one], focals[one]
+    if len(rotations) < _COUNTS[0]:
+        few = tr("Only {few} of {all} photographs overlap.", few=len(rotations), all=len(names))
+        raise ProbeError(few, _OVER)
+    left = [name for k, name in enumerate(names) if k not in rotations]
+    words = [tr("Could not be placed, and left out: {names}.", names=listed(left))] if left else []
+    if off > _MOVED_PX:
+        words.append(tr("The camera moved between photographs: near things may be doubled."))
+    level = upright(rotations, min(rotations))
+    scales = [max(max(p.pixels.shape) / LONGEST, 1.0) for p in photographs]
+    return [
+        replace(p, rotation=level[k], focal_px=focals[k] * scales[k]) if k in level else p
+        for k, p in enumerate(photographs)
+    ], words
+
+
+def _middle(taken: Sequence[Photograph]) -> float:
+    """Middle of the exposures that are stated."""
+    return float(np.median([p.stops for p in taken if p.stops is not None] or [0.0]))
+
+
+def _look_up(taken: Sequence[Photograph]) -> tuple[Bytes, Bools]:
+    """Look up the same directions in small copies of all photographs.
+
+    Returns codes, (K, N, 3) uint8, and where they are, (K, N).
+    """
+    scales = [max(p.small.shape) / max(p.pixels.shape) for p in taken]
+    looks = [
+        Placed(p.small, p.rotation, p.focal_px * scale).look(directions((96, 192)))
+        for p, scale in zip(taken, scales, strict=True)
+        if p.rotation is not None
+    ]
+    codes = np.array([pixels.reshape(-1, 3) for pixels, _ in looks])
+    return codes, np.array([inside.ravel() > _EDGE for _, inside in looks])
+
+
+def _curve(taken: Sequence[Photograph], codes: Bytes, seen: Bools) -> ResponseChoice:
+    """Choose the camera's curve from brackets; without any it is taken as sRGB."""
+    sets = [[k for k, p in enumerate(taken) if p.bracket == n] for n in {p.bracket for p in taken}]
+    size = max(map(len, sets))
+    if size == 1:
+        return ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
+    stops = np.array([p.stops for p in taken], np.float64)
+    whole = [sorted(group, key=lambda k: -stops[k]) for group in sets if len(group) == size]
+    samples = [codes[group][:, seen[group].all(axis=0)] for group in whole]
+    return choose_response(np.concatenate(samples, axis=1), stops[whole[0]].tolist())
+
+
+def _lit(taken: Sequence[Photograph], codes: Bytes, seen: Bools, table: Float64) -> list[Placed]:
+    """Find how much light the values of each photograph stand for.
+
+    Least squares of logarithms: what overlaps, open in both, is alike, and exposures are about as
+    EXIF states them, those of one bracket nearly so.
+    """
+    middle = _middle(taken)
+    start = np.array([0.0 if p.stops is None else middle - p.stops for p in taken])
+    sure = np.array([1e-4 if p.stops is None else _TRUST_EXIF**-2 for p in taken])
+    normal, right = np.diag(sure), np.repeat((start * sure)[:, None], 3, axis=1)
+    logs = np.log2(np.maximum(table[np.arange(3), codes], 1e-6))
+    usable = seen & (codes.min(axis=-1) >= _OPEN[0]) & (codes.max(axis=-1) < _OPEN[1])
+    for one, other in combinations(range(len(taken)), 2):
+        both = usable[one] & usable[other]
+        weight, wanted = 0.0, np.zeros(3)
+        if both.sum() >= _FEW:
+            weight = min(both.sum() / 100.0, 1.0) * _TRUST_OVERLAP**-2
+            wanted = weight * np.median(logs[other, both] - logs[one, both], axis=0)
+        if taken[one].bracket == taken[other].bracket:
+            weight += _TRUST_STEP**-2
+            wanted += _TRUST_STEP**-2 * (start[one] - start[other])
+        normal[[one, other], [one, other]] += weight
+        normal[[one, other], [other, one]] -= weight
+        right[[one, other]] += wanted, -wanted
+    gains = (2.0 ** np.linalg.solve(normal, right)).tolist()
+    return [
+        Placed(p.pixels, p.rotation, p.focal_px, tuple(gain))
+        for p, gain in zip(taken, gains, strict=True)
+        if p.rotation is not None
+    ]
+
+
+def _filled(merged: Merged, covered: Bools, words: list[str]) -> tuple[Merged, float]:
+    """Fill what no photograph shows, and say how much of the sphere that is, and where."""
+    gaps = (~covered).mean(axis=1) * solid_angles(covered.shape) * covered.shape[1] / (4.0 * np.pi)
+    blind, quarter = float(gaps.sum()), len(gaps) // 4
+    if blind > 1.0 - _LEAST_SEEN:
+        little = tr("These photographs show {share} of what is around.", share=percent(1.0 - blind))
+        raise ProbeError(little, _OVER)
+    if blind:
+        up, down = float(gaps[:quarter].sum()), float(gaps[-quarter:].sum())
+        parts = ((up, tr("overhead")), (down, tr("below")), (blind - up - down, tr("to the sides")))
+        gap = tr(
+            "No photograph shows {share} of all directions, mostly {where}. They were filled.",
+            share=percent(blind),
+            where=max(parts)[1],
+        )
+        words.append(gap)
+    return fill(merged, (~covered).astype(np.float32), GOES_ON), blind

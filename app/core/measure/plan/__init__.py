@@ -1,0 +1,1 @@
+"""Plan a bracket before it is shot."""

@@ -1,0 +1,108 @@
+"""What each Ricoh Theta is and accepts: the one table of cameras, `resources/cameras/theta.toml`.
+
+The planner of brackets, the client (`app.devices.profiles`) and the simulated cameras
+(`app.devices.simulated.cameras`) read it, each in its own way: a row here makes a model known
+to all three. Exposure times, ISO and apertures are those of the manual program, digit for digit as
+Ricoh's Web API v2.1 states them (options/shutter_speed.md, iso.md, aperture.md); where a camera
+states its own lists (`shutterSpeedSupport` and so on), those are better.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from app.core.base.paths import resources
+from app.core.measure.plan.planner import CameraLimits
+
+Preview = tuple[int, int, int]
+"""Width, height and frames per second of a live preview."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFacts:
+    """One model.
+
+    * `name`: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
+    * `sizes`: rows and columns of its panoramas, the largest first.
+    * `overhead_s`: time a frame takes besides its exposure, in seconds.
+    * `native_bracket`: whether it takes a bracket by itself, of `max_shots` at most.
+    * `by_method`: whether its bracket is chosen by `_shootingMethod`.
+    * `old_bracket`: whether the frames of its bracket name neither program nor white balance.
+    * `watched`: whether it never says that its bracket is done.
+    * `switches_api`: whether it wakes up in API 2.0 and must be switched to 2.1.
+    * `previews`: what it accepts, the best for looking first; none where the camera reports zeros.
+    * `user_prefix`: letters before the serial number in its user name; "" where not known.
+    * `stitching`: whether seam and level of one picture can be kept for the next.
+    * `sensor`: the model whose sensor a simulated camera of this one has; its own where empty.
+    """
+
+    name: str
+    limits: CameraLimits
+    sizes: tuple[tuple[int, int], ...] = ((2688, 5376),)
+    overhead_s: float = 3.0
+    native_bracket: bool = True
+    max_shots: int = 13
+    by_method: bool = False
+    old_bracket: bool = False
+    watched: bool = False
+    switches_api: bool = False
+    previews: tuple[Preview, ...] = ((1024, 512, 30),)
+    user_prefix: str = ""
+    password: bool = False
+    stitching: bool = False
+    model: str = ""
+    sensor: str = ""
+
+    @property
+    def stated(self) -> str:
+        """The model as the camera states it: "RICOH THETA V"."""
+        return self.model or f"RICOH THETA {self.name}"
+
+
+def tuples(value: Any) -> Any:
+    """Make tuples of all lists in a value that was read."""
+    return tuple(map(tuples, value)) if isinstance(value, list) else value
+
+
+def _read() -> tuple[CameraFacts, ...]:
+    table = tomllib.loads((resources() / "cameras" / "theta.toml").read_text(encoding="utf-8"))
+    shutters, isos = table.pop("shutters_s"), table.pop("isos")
+    found: dict[str, CameraFacts] = {}
+    for name, row in table.items():
+        like = found.get(row.pop("like", ""))
+        known: dict[str, Any] = {}
+        if "isos" in row:
+            least, most = row.pop("isos")
+            # What stands in the list as well is taken from it.
+            times = {*shutters} ^ {*row.pop("other_shutters_s", ())}
+            shortest = row.pop("shortest_s", 0.0)
+            known["limits"] = CameraLimits(
+                tuple(sorted(time for time in times if shortest <= time)),
+                tuple(iso for iso in isos if least <= iso <= most),
+                tuple(row.pop("apertures")),
+            )
+        known |= {"name": name} | {field: tuples(value) for field, value in row.items()}
+        found[name] = CameraFacts(**known) if like is None else replace(like, **known)
+    return tuple(found.values())
+
+
+CAMERAS: Final = _read()
+"""All models, oldest first."""
+
+
+def camera_facts(model: str) -> CameraFacts | None:
+    """Find a model by the name that EXIF or the camera states, None where it is not in the table.
+
+    `model` is for example "RICOH THETA SC2" or "Z1"; blanks around it and in it do not matter.
+
+    Examples:
+        >>> camera_facts("RICOH THETA Z1 ").limits.apertures
+        (2.1, 3.5, 5.6)
+    """
+    words = model.upper().replace("RICOH360", "").replace("RICOH", "").replace("THETA", "").split()
+    if not words:
+        return None
+    name = "SC2" if words[0] == "SC2B" else words[0]  # SC2 for business.
+    return next((each for each in CAMERAS if each.name == name), None)

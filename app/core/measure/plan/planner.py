@@ -1,0 +1,281 @@
+"""From a metered exposure to a bracket that a camera can shoot.
+
+ISO and aperture are fixed for the whole bracket and only the shutter moves. Cameras offer nominal
+thirds of a stop, so a wanted exposure is snapped to the nearest one in the logarithm; the exposure
+that is really sent is carried along, never the wanted one.
+
+A camera states its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the manual
+program). Where it cannot be asked, `app.core.measure.plan.camera_table`
+knows those of Ricoh's Web API v2.1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from app.core.base.errors import ProbeError
+from app.core.measure.read.frame import Exposure
+from app.core.text import tr
+
+STEP_EV: Final = 2.0
+"""Distance of neighbouring frames in stops: the paper's."""
+
+LONGEST_S: Final = 4.0
+"""Longest exposure that is planned unless asked otherwise, in seconds."""
+
+OVERHEAD_S: Final = 2.4
+"""Time that a frame takes besides its exposure, in seconds: a Theta Z1 in its own bracket."""
+
+MAX_SHOTS: Final = 19
+"""Most frames that any Theta takes in one bracket."""
+
+_TOLERANCE_EV: Final = 1.0 / 6.0
+_WORTH_EV: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLimits:
+    """Values that a camera accepts in its manual program; ProbeError if a list is not valid.
+
+    Exposure times are in seconds, exactly as they must be sent, in any order.
+    """
+
+    shutters_s: tuple[float, ...]
+    isos: tuple[float, ...]
+    apertures: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        named = (
+            (tr("The camera's list of shutter speeds is empty or not valid."), self.shutters_s),
+            (tr("The camera's list of ISO values is empty or not valid."), self.isos),
+            (tr("The camera's list of apertures is empty or not valid."), self.apertures),
+        )
+        for sentence, values in named:
+            if not values or not all(0.0 < value < math.inf for value in values):
+                raise ProbeError(sentence)
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedShot:
+    """One frame of a plan: exposure wanted, and really given, in stops above the metered one."""
+
+    exposure: Exposure
+    wanted_ev: float
+    ev_offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A bracket to be shot, in the order of shooting; `expected_s` with the camera's overhead.
+
+    The metered exposure comes first, since cameras take the stitching and levelling of all
+    frames from the first; then brighter; then darker and darker.
+    """
+
+    kind: Literal["paper", "full"]
+    shots: tuple[PlannedShot, ...]
+    expected_s: float
+    notes: tuple[str, ...] = ()
+
+
+def plan(
+    metered: Exposure,
+    limits: CameraLimits,
+    kind: Literal["paper", "full"],
+    shots: int = 13,
+    *,
+    longest_s: float = LONGEST_S,
+    overhead_s: float = OVERHEAD_S,
+) -> Plan:
+    """Plan a bracket around an exposure that the camera metered by itself.
+
+    "paper" is 0, +2 and -2 EV, at the aperture nearest to the metered one and the lowest ISO at
+    which +2 EV takes no longer than `longest_s`. Where even -2 EV would need a shorter exposure
+    than the camera has, the aperture is closed.
+
+    "full" is 0, +2, and then darker in steps of 2 EV down to the darkest exposure that the
+    camera can make. ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the
+    aperture the smallest at which it still does. The last step is shorter where the range is no
+    multiple of 2 EV, or up to 0.5 EV longer where one more frame would not be worth its time.
+    Where the range needs more frames than `shots`, the dark frames are spread evenly over it: a
+    wider step costs accuracy where two frames meet, a missing dark frame costs the lamps.
+
+    Where the camera cannot make the metered exposure, the bracket is shot around the nearest
+    that it can make. An offset that it cannot reach is shot as near as it can, and said so;
+    frames that would be the same are shot once. ProbeError when the metered exposure lacks ISO
+    or f-number, `shots` or `longest_s` are out of range, or the camera's lists do not allow two
+    different exposures.
+    """
+    _check(metered, limits, shots, longest_s)
+    times = tuple(sorted(time for time in set(limits.shutters_s) if time <= longest_s))
+    settings = _Settings(metered, times, limits)
+    iso, aperture = settings.for_paper() if kind == "paper" else settings.for_full()
+    middle = settings.middle(iso, aperture)
+    wanted = [middle, middle + STEP_EV, middle - STEP_EV]
+    notes = [_middle_note(middle)] if middle else []
+    if kind == "full":
+        wanted, spread = _full_offsets(middle, settings.darkest(iso, aperture), shots)
+        notes += spread
+    planned = [settings.shot(iso, aperture, offset) for offset in wanted]
+    notes += [note for shot in planned if (note := settings.miss_note(shot))]
+    different: dict[Exposure, PlannedShot] = {}
+    for shot in planned:
+        different.setdefault(shot.exposure, shot)
+    if len(different) < 2:
+        raise ProbeError(
+            tr("The camera cannot take two different exposures of this place."),
+            tr("Meter again, and check that its lists are those of the manual program."),
+        )
+    total = sum(exposure.shutter_s + overhead_s for exposure in different)
+    return Plan(kind, tuple(different.values()), total, tuple(notes))
+
+
+@dataclass(frozen=True, slots=True)
+class _Settings:
+    """The camera's settings, judged by what they make of the metered exposure."""
+
+    metered: Exposure
+    times: tuple[float, ...]
+    limits: CameraLimits
+
+    def time(self, iso: float, aperture: float, offset: float) -> float:
+        """Exposure time that would give the offset exactly, whether the camera has it or not."""
+        gain = (self.metered.iso / iso) * (aperture / self.metered.aperture) ** 2
+        return self.metered.shutter_s * gain * float(2.0**offset)
+
+    def darkest(self, iso: float, aperture: float) -> float:
+        """Least exposure at these settings, in stops above the metered one."""
+        return Exposure(self.times[0], iso, aperture).ev - self.metered.ev
+
+    def middle(self, iso: float, aperture: float) -> float:
+        """Return 0, or the offset nearest to it that the camera can make."""
+        if self.outside(iso, aperture, 0.0) <= _TOLERANCE_EV:
+            return 0.0
+        lightest = Exposure(self.times[-1], iso, aperture).ev - self.metered.ev
+        return min(max(self.darkest(iso, aperture), 0.0), lightest)
+
+    def outside(self, iso: float, aperture: float, offset: float) -> float:
+        """Return the stops by which an offset lies beyond the camera's times; negative within."""
+        time = self.time(iso, aperture, offset)
+        return max(math.log2(time / self.times[-1]), math.log2(self.times[0] / time))
+
+    def miss(self, iso: float, aperture: float, offsets: Sequence[float]) -> float:
+        """Sum the stops by which offsets lie outside the camera's times, beyond snapping."""
+        total = 0.0
+        for offset in offsets:
+            total += max(self.outside(iso, aperture, offset) - _TOLERANCE_EV, 0.0)
+        return round(total, 6)
+
+    def for_paper(self) -> tuple[float, float]:
+        """Choose the least miss; then the aperture nearest the metered one; then the lowest ISO."""
+
+        def cost(setting: tuple[float, float]) -> tuple[float, ...]:
+            iso, aperture = setting
+            moved = abs(math.log2(aperture / self.metered.aperture))
+            return self.miss(iso, aperture, (0.0, STEP_EV, -STEP_EV)), round(moved, 6), iso
+
+        return min(self._all(), key=cost)
+
+    def for_full(self) -> tuple[float, float]:
+        """Choose what reaches +2 EV best; then what reaches 0; then the lowest ISO; the darkest."""
+
+        def cost(setting: tuple[float, float]) -> tuple[float, ...]:
+            iso, aperture = setting
+            floor = self.darkest(iso, aperture)
+            bright = self.miss(iso, aperture, (STEP_EV + max(floor, 0.0),))
+            return bright, max(round(floor, 6), 0.0), iso, round(floor, 6)
+
+        return min(self._all(), key=cost)
+
+    def _all(self) -> list[tuple[float, float]]:
+        return [
+            (iso, aperture)
+            for aperture in sorted(set(self.limits.apertures))
+            for iso in sorted(set(self.limits.isos))
+        ]
+
+    def shot(self, iso: float, aperture: float, offset: float) -> PlannedShot:
+        """Take the camera's nearest exposure time in the logarithm, the shorter of two."""
+        wanted = math.log2(self.time(iso, aperture, offset))
+        nearest = min(self.times, key=lambda time: round(abs(math.log2(time) - wanted), 9))
+        exposure = Exposure(nearest, iso, aperture)
+        return PlannedShot(exposure, offset, exposure.ev - self.metered.ev)
+
+    def miss_note(self, shot: PlannedShot) -> str:
+        """Say that a wanted offset is not had, unless snapping to thirds explains it."""
+        iso, aperture = shot.exposure.iso, shot.exposure.aperture
+        beyond = self.outside(iso, aperture, shot.wanted_ev) > _TOLERANCE_EV
+        if not beyond and abs(shot.ev_offset - shot.wanted_ev) <= _WORTH_EV:
+            return ""
+        return tr(
+            "{wanted_ev:+.1f} EV is out of the camera's reach; {ev_offset:+.1f} EV is the nearest.",
+            wanted_ev=shot.wanted_ev,
+            ev_offset=shot.ev_offset,
+        )
+
+
+def _check(metered: Exposure, limits: CameraLimits, shots: int, longest_s: float) -> None:
+    values = (metered.shutter_s, metered.iso, metered.aperture)
+    if not metered.known or not all(0.0 < value < math.inf for value in values):
+        raise ProbeError(
+            tr("The metered picture does not state its exposure time, ISO and f-number."),
+            tr("Meter again."),
+        )
+    if not 2 <= shots <= MAX_SHOTS:
+        raise ProbeError(
+            tr(
+                "A bracket has 2 to {max_shots} frames, not {shots}.",
+                max_shots=MAX_SHOTS,
+                shots=shots,
+            )
+        )
+    if not min(limits.shutters_s) <= longest_s < math.inf:
+        raise ProbeError(
+            tr("The camera has no exposure of {longest_s:g} s or shorter.", longest_s=longest_s)
+        )
+
+
+def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[str]]:
+    """Offsets from the middle over 2 EV above it down to the floor, in the order of shooting."""
+    notes = []
+    if -STEP_EV + _TOLERANCE_EV < floor <= 0.0:
+        notes.append(
+            tr(
+                "The place is bright: the camera's darkest exposure is {floor:+.1f} EV.",
+                floor=floor,
+            )
+        )
+    deep = middle - floor
+    if deep < _TOLERANCE_EV:
+        return [middle, middle + STEP_EV], notes
+    bright = [middle, middle + STEP_EV] if shots > 2 else [middle]
+    room = shots - len(bright)
+    step, steps = STEP_EV, max(math.ceil((deep - _WORTH_EV) / STEP_EV), 1)
+    if steps > room:
+        step, steps = deep / room, room
+        notes.append(
+            tr(
+                "With {shots} frames the dark ones are {step:.1f} EV apart instead of {step_ev:g}.",
+                shots=shots,
+                step=step,
+                step_ev=STEP_EV,
+            )
+        )
+    return [*bright, *(middle - step * k for k in range(1, steps)), floor], notes
+
+
+def _middle_note(middle: float) -> str:
+    if middle < 0.0:
+        return tr(
+            "The place is too dark for the camera: the bracket is shot {stops:.1f} EV darker "
+            "than metered.",
+            stops=-middle,
+        )
+    return tr(
+        "The place is too bright for the camera: the bracket is shot {stops:.1f} EV brighter "
+        "than metered.",
+        stops=middle,
+    )

@@ -1,0 +1,1 @@
+"""Read pictures: what their files state, and their pixels."""

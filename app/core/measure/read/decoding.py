@@ -1,0 +1,468 @@
+"""Where the pixels of a frame come from: memory, the file row by row, or a temporary file.
+
+All formats go through OpenImageIO, which reads a JPEG as fast as OpenCV does, keeps the stored
+orientation and the order red, green, blue, reads rows without holding the whole picture, and,
+unlike OpenCV, says when a file ends too early (libjpeg fills what is missing with grey).
+
+`open_frame` makes the first pass: a frame that may be held is decoded once; another is read by
+rows, and again when it is merged. Either way a small picture of it and samples are taken.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, Final, Protocol, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Bools, Float32, Indices
+from app.core.base.errors import ProbeError
+from app.core.base.files import open_file
+from app.core.base.image_input import as_stored, clear_error, open_image, read_rows, upright
+from app.core.base.progress import Token
+from app.core.measure.read.frame import Frame
+from app.core.text import tr
+
+if TYPE_CHECKING:
+    from OpenImageIO import ImageInput
+
+Pixels: TypeAlias = NDArray[Any]
+"""Rows of a frame as stored, (rows, W, 3): coded uint8 or uint16, or linear float32."""
+
+READ_ROWS: Final = 64
+"""Rows read at a time: a multiple of a JPEG's blocks, small enough to stay in the cache."""
+
+_TYPES: Final = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float32, "float": np.float32}
+_LAST_ROWS: Final = 16
+_HALF: Final = 0.5  # of a texel
+_COPY_AGAIN: Final = tr("Copy it from the camera again.")
+
+
+class MemoryRows:
+    """A decoded frame, (H, W, 3), that is held in memory."""
+
+    __slots__ = ("pixels",)
+
+    def __init__(self, pixels: Pixels) -> None:
+        self.pixels = pixels
+
+    def rows(self, start: int, stop: int) -> Pixels:
+        """Return a view of rows ``start..stop``."""
+        return self.pixels[start:stop]
+
+    def close(self) -> None:
+        """Do nothing: memory needs no closing."""
+
+
+class RawRows:
+    """A frame spooled to a temporary file, for formats and frames that cannot be read by rows.
+
+    The file has no name and goes with the object. ProbeError when the disk is full.
+    """
+
+    __slots__ = ("_dtype", "_file", "_width")
+
+    def __init__(self, pixels: Pixels) -> None:
+        self._dtype = pixels.dtype
+        self._width = pixels.shape[1]
+        self._file: Any = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
+        try:
+            view = memoryview(np.ascontiguousarray(pixels).data).cast("B")
+            while view:
+                view = view[self._file.write(view) :]
+        except OSError as error:
+            self._file.close()
+            raise ProbeError(
+                tr(
+                    "Cannot keep a frame in {gettempdir}: {strerror}.",
+                    gettempdir=tempfile.gettempdir(),
+                    strerror=error.strerror,
+                ),
+                tr("Make room on the disk."),
+            ) from error
+
+    def rows(self, start: int, stop: int) -> Pixels:
+        """Read rows ``start..stop`` back."""
+        wanted = np.empty((stop - start, self._width, 3), self._dtype)
+        self._file.seek(start * self._width * 3 * self._dtype.itemsize)
+        view = memoryview(wanted.data).cast("B")
+        while view:
+            count = self._file.readinto(view)
+            if not count:
+                raise ProbeError(tr("A temporary file has lost its end."))
+            view = view[count:]
+        return wanted
+
+    def close(self) -> None:
+        """Close, and with it remove, the temporary file."""
+        self._file.close()
+
+
+class FileRows:
+    """A frame read from its file by rows, from top to bottom, again and again if need be.
+
+    Size and kind must be what the file has. Rows come as they are stored.
+    """
+
+    __slots__ = ("_frame", "_next", "_source", "_tiles")
+
+    def __init__(self, frame: Frame) -> None:
+        self._frame = frame
+        self._source: ImageInput | None = None
+        self._next = 0
+        self._tiles: tuple[int, Pixels] | None = None
+
+    def rows(self, start: int, stop: int) -> Pixels:
+        """Read rows ``start..stop``; ProbeError when the file is missing or damaged."""
+        if self._source is None or start < self._next:
+            self.close()
+            self._source = _open(self._frame)
+        self._next = stop
+        # The last rows by themselves: only there is a missing end no loss.
+        end = max(self._frame.shape[0] - _LAST_ROWS, start)
+        if stop <= end or start == end:
+            return self._checked(start, stop)
+        return np.concatenate([self._checked(start, end), self._checked(end, stop)])
+
+    def _checked(self, start: int, stop: int) -> Pixels:
+        assert self._source is not None
+        tall = self._source.spec().tile_height
+        pixels, error = (
+            self._from_tiles(self._source, start, stop, tall)
+            if tall
+            else _read(self._source, self._frame, start, stop)
+        )
+        at_end = start >= self._frame.shape[0] - _LAST_ROWS
+        if pixels is None or (error and not _harmless(error, at_end)):
+            raise damaged(self._frame.path)
+        return pixels
+
+    def _from_tiles(
+        self, source: ImageInput, start: int, stop: int, tall: int
+    ) -> tuple[Pixels | None, str]:
+        """Read whole rows of tiles and keep them, since the next rows are in them, too."""
+        kept = self._tiles
+        if kept is None or not kept[0] <= start <= stop <= kept[0] + len(kept[1]):
+            first = start - start % tall
+            last = min(-(-stop // tall) * tall, self._frame.shape[0])
+            pixels, error = _read(source, self._frame, first, last)
+            if pixels is None or error:
+                return None, error
+            kept = self._tiles = (first, pixels)
+        return kept[1][start - kept[0] : stop - kept[0]], ""
+
+    def close(self) -> None:
+        """Close the file; the next call of `rows` opens it again."""
+        self._tiles = None
+        if self._source is not None:
+            self._source.close()
+            self._source = None
+            self._next = 0
+
+
+RowSource: TypeAlias = MemoryRows | RawRows | FileRows
+"""Rows of one frame, asked for from top to bottom and not to be written to."""
+
+
+def decode(frame: Frame, token: Token) -> Pixels:
+    """Decode a whole frame, (H, W, 3), upright as `Frame.orientation` says.
+
+    uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
+    alpha is left out. ProbeError when the file is missing, damaged, cut off, or not what
+    `Frame` states.
+    """
+    if frame.orientation != 1:
+        return upright(decode(frame.as_stored, token), frame.orientation)
+    # Into one array: numpy asks for huge pages, which the decoders' own buffers do not; on some
+    # machines that saves a third of the time.
+    pixels: Pixels = np.empty((*frame.shape, 3), _TYPES[frame.kind])
+    source = FileRows(frame)
+    with contextlib.closing(source):
+        for start, stop in row_bands(frame.shape[0], READ_ROWS):
+            token.check()
+            pixels[start:stop] = source.rows(start, stop)
+    return pixels
+
+
+def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
+    """Mark where a frame is transparent, at another size; None where it is opaque.
+
+    ProbeError when the file is missing or damaged.
+    """
+    source = _open(frame.as_stored)
+    with contextlib.closing(source):
+        spec = source.spec()
+        if spec.alpha_channel < 0:
+            return None
+        channels = (int(spec.alpha_channel), int(spec.alpha_channel) + 1)
+        alpha = read_rows(source, (0, int(spec.height)), channels, "float")
+        clear_error(source)
+    if alpha is None:
+        raise damaged(frame.path)
+    if not alpha.max() > 0.0 or alpha.min() >= 1.0:
+        return None  # A channel that nobody filled, or nothing to see through.
+    whole = upright(alpha, frame.orientation)[..., 0]
+    small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_AREA)
+    marks = np.asarray(small < _HALF)
+    return marks if marks.any() else None
+
+
+def decode_half(frame: Frame, token: Token) -> Pixels:
+    """Decode a JPEG at half its size, (H / 2, W / 2, 3) codes, for little more than half the work.
+
+    Every pixel is the mean code of four, as the decoder makes it of a block's lower
+    frequencies. OpenCV does not say when a file is damaged: ask `halvable` before and
+    `is_whole` in doubt. ProbeError when the file cannot be read or has changed its size.
+    """
+    token.check()
+    # In the order that is wanted: turning it round afterwards takes a fifth of the time.
+    half = cv2.IMREAD_REDUCED_COLOR_2 & ~cv2.IMREAD_COLOR_BGR
+    flags = half | cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
+    try:
+        pixels = cv2.imdecode(np.fromfile(frame.path, np.uint8), flags)
+    except (OSError, cv2.error):
+        raise damaged(frame.path) from None
+    if pixels is None or pixels.shape != (frame.shape[0] // 2, frame.shape[1] // 2, 3):
+        raise damaged(frame.path)
+    return np.asarray(pixels, np.uint8)
+
+
+def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
+    """Divide rows into bands ``(start, stop)`` from top to bottom; the last may be shorter.
+
+    >>> row_bands(10, 4)
+    [(0, 4), (4, 8), (8, 10)]
+    """
+    return [(start, min(start + rows, height)) for start in range(0, height, rows)]
+
+
+def needs_whole_decode(path: Path) -> bool:
+    """Whether a reader must hold the whole picture to give its first row.
+
+    Progressive JPEG (its decoder keeps all coefficients, three times the picture's size) and
+    interlaced PNG. Everything else is read row by row.
+    """
+    with contextlib.suppress(OSError), open_file(path) as stream:
+        head = stream.read(29)
+        if head[:3] == b"\xff\xd8\xff":
+            return _progressive(stream)
+        if head[:4] == b"\x89PNG" and len(head) == 29:
+            return head[28] != 0
+    return False
+
+
+def damaged(path: Path) -> ProbeError:
+    """Say that a frame's file is damaged."""
+    return ProbeError(tr("{name} is damaged or cut off.", name=path.name), _COPY_AGAIN)
+
+
+def _progressive(stream: BinaryIO) -> bool:
+    """Whether the first frame header of a JPEG is one of the progressive ones."""
+    place = 2
+    while True:
+        stream.seek(place)
+        head = stream.read(4)
+        if len(head) < 4 or head[0] != 0xFF or head[1] == 0xDA:
+            return False
+        if 0xC0 <= head[1] <= 0xCF and head[1] not in (0xC4, 0xC8, 0xCC):
+            return head[1] in (0xC2, 0xC6, 0xCA, 0xCE)
+        if head[1] == 0xFF:  # padding before a marker
+            place += 1
+            continue
+        place += 2 + int.from_bytes(head[2:4], "big")
+
+
+def _open(frame: Frame) -> ImageInput:
+    # Alpha is not colour: opaque or not, the colours are the file's own.
+    source = open_image(frame.path, as_stored())
+    if source is None:
+        raise ProbeError(tr("Cannot read {name}.", name=frame.path.name), _COPY_AGAIN)
+    spec = source.spec()
+    if (spec.height, spec.width) != frame.shape:
+        source.close()
+        raise ProbeError(
+            tr("{name} has changed its size while it was being read.", name=frame.path.name)
+        )
+    return source
+
+
+def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixels | None, str]:
+    """Read rows; the error is "" when all went well."""
+    kind = "float" if frame.kind == "half" else frame.kind
+    channels = 3 if source.spec().nchannels >= 3 else 1
+    pixels: Any = read_rows(source, (start, stop), (0, channels), kind)
+    error = clear_error(source) if source.has_error else ""
+    if pixels is None:
+        return None, error
+    if channels == 1:
+        pixels = np.repeat(pixels, 3, axis=2)
+    return pixels, error
+
+
+def _harmless(error: str, at_end: bool) -> bool:
+    """Whether a JPEG's picture is whole: only its end marker is missing, or bytes are stray."""
+    lowered = error.lower()
+    if "premature end" in lowered:
+        return at_end
+    return "jpeg" in lowered and "extraneous" in lowered
+
+
+SAMPLES: Final = 20_000
+"""About how many pixels are sampled."""
+
+_REDUCTION: Final = 8
+_MIN_PROXY_WIDTH: Final = 256
+# Sums of so many rows, as many pixels of three channels beside each other, to their means.
+_MEANS: Final = {
+    size: np.tile(np.eye(3, dtype=np.float32), (size, 1)) * np.float32(size**-2)
+    for size in (_REDUCTION, _REDUCTION // 2)
+}
+_SEED: Final = 20190820
+# A value that so large a share of the pixels comes this near to is where the frame was cut.
+_PLATEAU: Final = 0.9995
+_PLATEAU_SHARE: Final = 1e-5
+_LEAST_PLATEAU: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedFrame:
+    """One frame after its first pass; whoever holds it closes `source`.
+
+    `proxy`, (h, w, 3), are area means of the frame's own kind; `samples`, (N, 3), the pixels at
+    the places that all frames of one shape share; `top` is where linear pixels saturate, 0
+    where not.
+    """
+
+    source: RowSource
+    proxy: Pixels = field(repr=False)
+    samples: Pixels = field(repr=False)
+    top: float
+
+
+class Opener(Protocol):
+    """Reads a frame for the first time, or hands over one that was read already."""
+
+    def __call__(
+        self, frame: Frame, *, hold: bool, token: Token, half: bool = False
+    ) -> OpenedFrame:
+        """Do what `open_frame` does."""
+
+
+def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Size of the small pictures: an eighth, but at least 256 columns where the frame has them.
+
+    >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
+    ((336, 672), (128, 256), (100, 200))
+    """
+    height, width = shape
+    wanted = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
+    return max(1, round(height * wanted / width)), wanted
+
+
+def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
+    """Read a frame for the first time: to `hold` it in memory, or to read it again by rows.
+
+    ProbeError when the file is damaged or cut off, or the disk is full; Cancelled.
+    """
+    places = sample_places(frame.shape)
+    if half:
+        pixels = decode_half(frame, token)
+        proxy = shrunk(pixels, proxy_shape(frame.shape))
+        return OpenedFrame(MemoryRows(pixels), proxy, sampled(pixels, places // 2), 0.0)
+    if hold or frame.orientation != 1 or needs_whole_decode(frame.path):
+        pixels = decode(frame, token)
+        source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
+        proxy = shrunk(pixels, proxy_shape(frame.shape))
+        return OpenedFrame(source, proxy, sampled(pixels, places), _top(pixels))
+    rows = FileRows(frame)
+    try:
+        return _by_rows(rows, frame, places, token)
+    finally:
+        # A closed file opens itself again; until the merge nothing needs to stay open.
+        rows.close()
+
+
+def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> OpenedFrame:
+    """Read a frame once by rows without keeping it."""
+    height = frame.shape[0]
+    small = proxy_shape(frame.shape)
+    # Whole rows of the small picture per step, each from the rows that it covers.
+    per_step = max(1, READ_ROWS * small[0] // height)
+    proxies: list[Pixels] = []
+    samples: Pixels | None = None
+    rest: Pixels | None = None
+    done, top = 0, 0.0
+    for start, stop in row_bands(small[0], per_step):
+        token.check()
+        first, last = start * height // small[0], -(-stop * height // small[0])
+        pixels = source.rows(done, last)
+        # A row that two small rows share was read in the step before.
+        if rest is not None and first < done:
+            pixels = np.concatenate([rest[first - done :], pixels])
+        top = max(top, _top(pixels))
+        proxies.append(shrunk(pixels, (stop - start, small[1])))
+        inside = (places[:, 0] >= done) & (places[:, 0] < last)
+        if samples is None:
+            samples = np.empty((len(places), 3), pixels.dtype)
+        samples[inside] = pixels[places[inside, 0] - first, places[inside, 1]]
+        rest, done = pixels[-1:].copy(), last
+    assert samples is not None
+    return OpenedFrame(source, np.concatenate(proxies), samples, top)
+
+
+@lru_cache(maxsize=4)
+def sample_places(shape: tuple[int, int]) -> Indices:
+    """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
+    height, width = shape
+    step = max(1.0, np.sqrt(height * width / SAMPLES))
+    rows, columns = max(1, int(height / step)), max(1, int(width / step))
+    jitter = np.random.default_rng(_SEED).random((2, rows, columns))
+    row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
+    column = (np.arange(columns) + jitter[1]) * (width / columns)
+    places = np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
+    places.flags.writeable = False  # every caller gets the same
+    return places
+
+
+def sampled(pixels: Pixels, places: Indices) -> Pixels:
+    """Pixels at places, (N, 3)."""
+    return np.asarray(pixels[places[:, 0], places[:, 1]])
+
+
+def _top(pixels: Pixels) -> float:
+    """Where linear pixels saturate: their maximum, if more than a stray few share it, else 0."""
+    if pixels.dtype != np.float32:
+        return 0.0
+    largest = pixels.max(axis=-1)
+    finite = largest[np.isfinite(largest)]
+    top = float(finite.max(initial=0.0))
+    flat = np.count_nonzero(finite >= top * _PLATEAU)
+    return top if flat >= max(_LEAST_PLATEAU, finite.size * _PLATEAU_SHARE) else 0.0
+
+
+def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
+    """Area means."""
+    if pixels.shape[:2] == shape:
+        return pixels.copy()
+    if pixels.dtype == np.uint8:
+        for size, means in _MEANS.items():
+            if pixels.shape[:2] == (size * shape[0], size * shape[1]):
+                return _means(pixels, shape, size, means)
+    return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))
+
+
+def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
+    """Area means of blocks of bytes: OpenCV's, bit for bit, in two thirds of its time."""
+    small = np.empty((*shape, 3), np.uint8)
+    for start, stop in row_bands(shape[0], READ_ROWS // size):
+        rows = pixels[start * size : stop * size]
+        sums = np.add.reduce(rows.reshape(stop - start, size, -1), axis=1, dtype=np.uint16)
+        values = sums.astype(np.float32).reshape(-1, len(means)) @ means
+        small[start:stop] = np.rint(values).reshape(stop - start, shape[1], 3)
+    return small

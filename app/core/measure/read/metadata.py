@@ -1,0 +1,392 @@
+"""What one file of a bracket says about itself, without its pixels.
+
+Size, kind of number and EXIF come from OpenImageIO's header read; what a Theta says in its maker
+note comes from `measure.read.makernote`. Files come from anywhere: whatever cannot be a frame
+ends in a `ProbeError` with one sentence, and tags with values that no camera has count as absent.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.base.errors import ProbeError
+from app.core.base.image_input import (
+    COPY_AGAIN,
+    first_bytes,
+    is_unwieldy,
+    open_image,
+    stated,
+    stated_orientation,
+    stated_primaries,
+)
+from app.core.measure.read.frame import Exposure, Frame, LensExposure, Pose
+from app.core.measure.read.makernote import RicohNote, read_ricoh_note
+from app.core.text import tr
+
+if TYPE_CHECKING:
+    from OpenImageIO import ImageInput, ImageSpec
+
+ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
+"""Endings of the files that are taken from a folder; .insp is Insta360's for unstitched JPEGs."""
+
+FRAME_ENDINGS: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
+"""Endings of photographs that may be frames of a bracket."""
+
+MAX_SIDE: Final = 16384
+"""Longest side of a frame in pixels; a panorama is then 16384 x 8192."""
+
+MIN_WIDTH: Final = 16
+"""Least width of a frame in pixels, and twice its least height: 22.5 degrees each."""
+
+SHUTTER_LIMITS_S: Final = (1e-7, 1e5)
+"""Exposure times in seconds that are believed."""
+
+ISO_LIMITS: Final = (0.5, 1e7)
+"""Sensitivities that are believed."""
+
+APERTURE_LIMITS: Final = (0.3, 1000.0)
+"""F-numbers that are believed; cameras write 0 for a lens that they do not know."""
+
+_MOST_TILED: Final = 1 << 21  # pixels in a row of tiles, of which each frame holds one
+
+_KINDS: Final = {
+    "uint8": "uint8",
+    "uint16": "uint16",
+    "half": "half",
+    "float": "float",
+    "double": "float",
+}
+_FORMATS: Final = ("jpeg", "png", "tiff", "openexr", "hdr")
+_SIGNATURES: Final = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01", b"#?")
+_TIFF_SIGNATURES: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
+_ISO_TAGS: Final = (
+    "Exif:PhotographicSensitivity",
+    "Exif:ISOSpeedRatings",
+    "ISOSpeedRatings",
+)
+# EXIF 2.32, table 4: the 16 bits of PhotographicSensitivity end at 65535; then these hold more.
+_LARGE_ISO_TAGS: Final = (
+    "Exif:RecommendedExposureIndex",
+    "Exif:StandardOutputSensitivity",
+    "Exif:ISOSpeed",
+)
+_ISO_OVERFLOW: Final = 65535
+_APEX_TOLERANCE: Final = 0.5
+_PHONE_HDR: Final = (2.0, 3.0, 7.0)
+_WHOLE: Final = 0.98
+_FOCAL_MM: Final = (6.0, 2000.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """A frame with the EXIF tags it was made from: seconds, ISO, f-number; None if not stated.
+
+    `part` says that it shows a part of the sphere only (GPano's cropped area).
+    """
+
+    frame: Frame
+    shutter_s: float | None = None
+    iso: float | None = None
+    aperture: float | None = None
+    orientation: int = 1
+    note: RicohNote | None = None
+    doubts: tuple[str, ...] = ()
+    part: bool = False
+
+
+def read_header(path: Path | str) -> Header:
+    """Read what a picture file says about its exposure and orientation; no pixel is decoded.
+
+    `Frame.exposure` is None where no exposure time is stated; where only ISO or f-number is
+    missing it is 100 or 1, and the exposure is marked as not known. ProbeError when the file is
+    missing, a folder, empty, damaged, not a picture of these kinds, too large or too small.
+    """
+    file = Path(path)
+    jpeg = _check_signature(file).startswith(b"\xff\xd8")
+    source = open_image(file)
+    if source is None:
+        raise _damaged(file)
+    try:
+        note = read_ricoh_note(file) if jpeg else None
+        return _header(source, file, note)
+    finally:
+        source.close()
+
+
+def _damaged(file: Path) -> ProbeError:
+    return ProbeError(tr("{name} is damaged or incomplete.", name=file.name), COPY_AGAIN)
+
+
+def _unread(file: Path) -> ProbeError:
+    return ProbeError(
+        tr("{name} is not a picture that can be read.", name=file.name),
+        tr("JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."),
+    )
+
+
+def _check_signature(file: Path) -> bytes:
+    """Judge the file by its first bytes, before any decoder sees it."""
+    start = first_bytes(
+        file,
+        ProbeError,
+        tr("{file} is a folder, not a picture.", file=file),
+        tr("Name its files."),
+    )
+    if start.startswith(_TIFF_SIGNATURES):
+        if file.suffix.lower() in (".tif", ".tiff"):
+            return start
+        raise ProbeError(
+            tr("{name} is a raw or TIFF-like file that is not read as it is.", name=file.name),
+            tr("Develop it without tone curve to a TIFF file (.tif), or use the camera's JPEG."),
+        )
+    # Radiance files may carry lines before the one that names them.
+    if not start.startswith(_SIGNATURES) and file.suffix.lower() != ".hdr":
+        raise _unread(file)
+    return start
+
+
+def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
+    spec = source.spec()
+    _check_format(source.format_name(), spec, file)
+    _check_size(spec, file)
+    shutter, iso, aperture = _shutter(spec), _iso(spec), _aperture(spec)
+    orientation = stated_orientation(source)
+    rows, columns = int(spec.height), int(spec.width)
+    # How a full panorama is held is said by its pose; viewers pass over EXIF's tag there.
+    passed_over = columns == 2 * rows and source.format_name() != "hdr"
+    turned = 1 if passed_over else orientation
+    frame = Frame(
+        path=file,
+        shape=(columns, rows) if turned >= 5 else (rows, columns),
+        kind=_KINDS[str(spec.format)],
+        exposure=_exposure(shutter, iso, aperture),
+        camera=_text(spec, "Model"),
+        pose=_pose(spec),
+        area_deg=_area(spec),
+        zenith_corrected=None if note is None else note.zenith_corrected,
+        lenses=() if note is None else _lenses(note, shutter),
+        tone_mapped=note is not None and note.tone_mapped,
+        fisheye=note is not None and note.equirectangular is False,
+        orientation=turned,
+        primaries=_primaries(source, file),
+        focal_mm=_number(spec, "Exif:FocalLengthIn35mmFilm", _FOCAL_MM),
+    )
+    return Header(
+        frame,
+        shutter,
+        iso,
+        aperture,
+        orientation,
+        note,
+        (*_apex_doubts(spec, shutter, aperture), *_phone_doubts(spec)),
+        _is_part(spec),
+    )
+
+
+def _primaries(source: ImageInput, file: Path) -> tuple[float, ...]:
+    """Read what OpenEXR states, the only format here whose colours may be other than sRGB's."""
+    try:
+        return stated_primaries(source.spec()) if source.format_name() == "openexr" else ()
+    except ValueError:
+        raise _damaged(file) from None
+
+
+def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
+    if name not in _FORMATS:
+        raise _unread(file)
+    if str(spec.format) not in _KINDS:
+        raise ProbeError(
+            tr(
+                "{name} stores its pixels in a way that is not read ({format}).",
+                name=file.name,
+                format=spec.format,
+            ),
+            tr("Export it with 8 or 16 bits, or as floating point."),
+        )
+    if spec.tile_height * spec.width > _MOST_TILED or is_unwieldy(spec):
+        raise ProbeError(
+            tr("{name} is stored in blocks or channels too large to read.", name=file.name),
+            tr("Export it in rows, or in tiles of 64 x 64."),
+        )
+    window = (spec.x, spec.y, spec.width, spec.height)
+    whole = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
+    if name == "openexr" and window != whole:
+        raise ProbeError(
+            tr(
+                "{name} holds only a part of its picture (its data window is cropped).",
+                name=file.name,
+            ),
+            tr("Export it whole."),
+        )
+
+
+def _check_size(spec: ImageSpec, file: Path) -> None:
+    width, height = int(spec.width), int(spec.height)
+    size = f"{width} x {height}"
+    if max(width, height) > MAX_SIDE or width * height > MAX_SIDE * MAX_SIDE // 2:
+        raise ProbeError(
+            tr(
+                "{name} is {size} pixels; at most {max_side} x {max_side} are read.",
+                name=file.name,
+                size=size,
+                max_side=MAX_SIDE,
+            ),
+            tr("Scale all frames down by the same factor."),
+        )
+    if width < MIN_WIDTH or height < MIN_WIDTH // 2:
+        raise ProbeError(
+            tr(
+                "{name} is only {size} pixels: too few to tell where the light comes from.",
+                name=file.name,
+                size=size,
+            ),
+            tr("Use the pictures themselves, not their thumbnails."),
+        )
+
+
+def _exposure(shutter: float | None, iso: float | None, aperture: float | None) -> Exposure | None:
+    if shutter is None:
+        return None
+    known = iso is not None and aperture is not None
+    return Exposure(shutter, 100.0 if iso is None else iso, aperture or 1.0, known)
+
+
+def _shutter(spec: ImageSpec) -> float | None:
+    plain = _number(spec, "ExposureTime", SHUTTER_LIMITS_S)
+    if plain is not None:
+        whole = 1.0 / max(round(1.0 / plain), 1)
+        # 1/60 s, not the shortest fraction that is the same in 32 bits.
+        return whole if np.float32(whole) == np.float32(plain) else plain
+    apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
+    return None if apex is None else 2.0**-apex
+
+
+def _aperture(spec: ImageSpec) -> float | None:
+    plain = _number(spec, "FNumber", APERTURE_LIMITS)
+    if plain is not None:
+        return plain
+    # 0 would be f/1, but is what cameras write that do not know.
+    apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
+    return None if apex is None else round(2.0 ** (apex / 2.0), 2)
+
+
+def _iso(spec: ImageSpec) -> float | None:
+    first = None
+    for name in _ISO_TAGS:
+        first = first or _number(spec, name, ISO_LIMITS)
+    if first is not None and first < _ISO_OVERFLOW:
+        return first
+    for name in _LARGE_ISO_TAGS:
+        larger = _number(spec, name, ISO_LIMITS)
+        if larger is not None:
+            return larger
+    return first
+
+
+def _apex_doubts(spec: ImageSpec, shutter: float | None, aperture: float | None) -> tuple[str, ...]:
+    """Compare the plain values with the logarithmic ones that stand beside them in EXIF."""
+    doubts = []
+    apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
+    if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
+        doubts.append(
+            tr(
+                "states both {shutter:.4g} s and {apex:.4g} s as its exposure time",
+                shutter=shutter,
+                apex=2.0**-apex,
+            )
+        )
+    apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
+    if aperture and apex and abs(2.0 * math.log2(aperture) - apex) > _APEX_TOLERANCE:
+        doubts.append(
+            tr(
+                "states both f/{aperture:.3g} and f/{apex:.3g}",
+                aperture=aperture,
+                apex=2.0 ** (apex / 2),
+            )
+        )
+    return tuple(doubts)
+
+
+def _phone_doubts(spec: ImageSpec) -> tuple[str, ...]:
+    """Look for a phone's HDR rendering (EXIF CustomRendered, with Apple's values)."""
+    if _number(spec, "Exif:CustomRendered", (0.0, 99.0)) not in _PHONE_HDR:
+        return ()
+    return (tr("was rendered by the phone's HDR, which changes every pixel in its own way"),)
+
+
+def _is_part(spec: ImageSpec) -> bool:
+    """Whether GPano says that the picture is a part cut from a full panorama."""
+    for side in ("Width", "Height"):
+        shown = _number(spec, f"GPano:CroppedAreaImage{side}Pixels", (1.0, 1e6))
+        whole = _number(spec, f"GPano:FullPano{side}Pixels", (1.0, 1e6))
+        if shown is not None and whole is not None and shown < _WHOLE * whole:
+            return True
+    return False
+
+
+def _pose(spec: ImageSpec) -> Pose | None:
+    """GPano pose (Photo Sphere XMP); an angle that is not stated is 0, as its schema says."""
+    pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
+    roll = _number(spec, "GPano:PoseRollDegrees", (-180.0, 180.0))
+    if pitch is None and roll is None:
+        return None
+    heading = _number(spec, "GPano:PoseHeadingDegrees", (-360.0, 360.0))
+    return Pose(pitch or 0.0, roll or 0.0, heading)
+
+
+def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
+    """Part of the sphere that a picture shows by GPano; sizes are of the picture as it was made."""
+    sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
+    names = (
+        *(f"CroppedArea{side}" for side in sides),
+        "FullPanoWidthPixels",
+        "FullPanoHeightPixels",
+    )
+    read = [_number(spec, f"GPano:{name}", (0.0, 1e6)) for name in names]
+    known = [number for number in read if number is not None]
+    if len(known) < len(names) or min(known[0], known[1], known[4], known[5]) <= 0.0:
+        return None
+    wide, tall, left, top, full_wide, full_tall = known
+    edges = [360.0 * at / full_wide - 180.0 for at in (left, left + wide)]
+    rows = [90.0 - 180.0 * at / full_tall for at in (top, top + tall)]
+    return (edges[0], edges[1], rows[0], rows[1]) if edges[1] < 181.0 and rows[1] > -91.0 else None
+
+
+def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:
+    shutters = note.lens_shutters_s or ((shutter, shutter) if shutter else ())
+    if not note.lens_isos or not shutters:
+        return ()
+    pairs = zip(shutters, note.lens_isos, strict=True)
+    return tuple(LensExposure(float(seconds), iso) for seconds, iso in pairs)
+
+
+def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | None:
+    """Value of a tag as a number; None where it is absent, not a number or not believable."""
+    value = stated(spec, name)
+    if isinstance(value, tuple) and value:
+        value = value[0]
+    if not isinstance(value, (str, int, float)):
+        return None
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        return None
+    if not limits[0] <= number <= limits[1]:  # Not a number fails this too.
+        return None
+    return _shortest(number)
+
+
+def _shortest(value: float) -> float:
+    """Undo the trip through 32 bits that fractions make: 0.0020000000949949026 is 0.002."""
+    single = np.float32(value)
+    return float(str(single)) if float(single) == value else value
+
+
+def _text(spec: ImageSpec, name: str) -> str:
+    """Value of a tag as a text without the blanks and zeros that cameras pad it with."""
+    return " ".join(str(stated(spec, name) or "").replace("\0", " ").split())

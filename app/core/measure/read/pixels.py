@@ -1,0 +1,308 @@
+"""Pixels of a bracket: decoding, small pictures and samples for the analyses.
+
+A bracket that fits is decoded once and held in memory; a larger one is read again row by row
+when it is merged, so that the size of the pictures hardly matters. Either way the analyses
+(response, alignment, what moved) see the same small pictures and the same samples.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import Final, Self
+
+import numpy as np
+
+from app.core.base.arrays import Bools, Bytes, Float32, Indices
+from app.core.base.colour import srgb_encode
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Report, Token, silent
+from app.core.measure.read.decoding import (
+    READ_ROWS,
+    MemoryRows,
+    OpenedFrame,
+    Opener,
+    Pixels,
+    RawRows,
+    RowSource,
+    open_frame,
+    proxy_shape,
+    row_bands,
+    sample_places,
+    sampled,
+    shrunk,
+)
+from app.core.measure.read.frame import Bracket, Frame
+from app.core.text import tr
+
+MEMORY_BYTES: Final = 640 << 20
+"""Decoded frames up to this size together are held in memory."""
+
+_DECODERS: Final = 4
+_LEAST_FRAMES: Final = 2
+_MOST_UNKNOWN: Final = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class FrameStack:
+    """The frames of a bracket that could be read, and what the analyses look at.
+
+    Use it as a context manager, or call `close`: large brackets keep files open. `stops` are
+    nominal exposures. `proxies`, (h, w, 3) uint8 each, are area means of the coded values,
+    `proxy_shape` large: 16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below
+    `top`, or below 1. `samples`, (K, N, 3) uint8, are the same N pixels of every frame, coded
+    alike, not averaged, at `sample_places`, (N, 2), row and column in the full frames. `seen`,
+    (h, w) float32 each of the proxies' size, is 1 where a moved frame shows something and 0
+    where not; None for a frame that fills the picture; empty where no frame was moved.
+    """
+
+    frames: tuple[Frame, ...]
+    stops: tuple[float, ...]
+    proxies: tuple[Bytes, ...] = field(repr=False)
+    samples: Bytes = field(repr=False)
+    sample_places: Indices = field(repr=False)
+    top: float
+    sources: tuple[RowSource, ...] = field(repr=False)
+    seen: tuple[Float32 | None, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of every frame."""
+        return self.frames[0].shape
+
+    @property
+    def whole(self) -> tuple[bool, ...]:
+        """Which frames were decoded in full; the others are held at half their size."""
+        return tuple(
+            not isinstance(source, MemoryRows) or source.pixels.shape[:2] == self.shape
+            for source in self.sources
+        )
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether all frames are held in memory."""
+        return all(isinstance(source, MemoryRows) for source in self.sources)
+
+    def close(self) -> None:
+        """Close the files that are open; more than once is fine."""
+        for source in self.sources:
+            source.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.close()
+
+
+def workers(tasks: int) -> int:
+    """How many threads to use for so many independent tasks: at most four, at most the cores."""
+    return max(1, min(4, os.cpu_count() or 1, tasks))
+
+
+def open_frames(
+    bracket: Bracket,
+    *,
+    memory_bytes: int = MEMORY_BYTES,
+    opener: Opener = open_frame,
+    token: Token | None = None,
+    report: Report = silent,
+    halves: Sequence[bool] = (),
+) -> FrameStack:
+    """Read the pixels of a bracket once.
+
+    Frames are held when they take no more than `memory_bytes` together; otherwise they are read
+    again by rows. Damaged ones are left out, each named in a warning. ProbeError when fewer
+    than two can be read; Cancelled.
+    """
+    token = token or Token()
+    hold = sum(frame.decoded_bytes for frame in bracket.frames) <= memory_bytes
+    small = {f.path for f, half in zip(bracket.frames, halves, strict=False) if half and hold}
+
+    def first_pass(frame: Frame) -> OpenedFrame | ProbeError:
+        try:
+            found = opener(frame, hold=hold, token=token, half=frame.path in small)
+        except ProbeError as error:
+            return error
+        return _unsound(frame, found) or found
+
+    # One thread per frame even on two cores: three frames then end together. Frames at half size
+    # are done one after another beside the one in full.
+    threads = workers(len(bracket.frames)) if small else min(_DECODERS, len(bracket.frames))
+    results = _in_threads(first_pass, bracket.frames, threads, report)
+    if small and not all(isinstance(result, OpenedFrame) for result in results):
+        # What is left must say by itself what the lost frame was to say.
+        small.clear()
+        results = _in_threads(first_pass, bracket.frames, threads, report)
+    good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
+    opened = [result for result in results if isinstance(result, OpenedFrame)]
+    warnings = tuple(
+        tr("{message} The frame is left out.", message=result.message)
+        for result in results
+        if isinstance(result, ProbeError)
+    )
+    top = max((one.top for one in opened if one.top > 0.0), default=math.inf)
+    stack = FrameStack(
+        frames=tuple(bracket.frames[index] for index in good),
+        stops=tuple(bracket.stops[index] for index in good),
+        proxies=tuple(_coded(one.proxy, top) for one in opened),
+        samples=np.array([_coded(one.samples, top) for one in opened], np.uint8),
+        sample_places=sample_places(bracket.shape),
+        top=top,
+        sources=tuple(one.source for one in opened),
+        warnings=warnings,
+    )
+    if len(opened) < min(_LEAST_FRAMES, len(bracket.frames)):
+        stack.close()
+        errors = [result for result in results if isinstance(result, ProbeError)]
+        raise _too_few(errors, len(opened))
+    return stack
+
+
+def relaid(
+    stack: FrameStack,
+    ways: Sequence[Callable[[Pixels], Pixels] | None],
+    *,
+    seen: Sequence[Float32 | None] = (),
+    token: Token | None = None,
+    report: Report = silent,
+) -> FrameStack:
+    """Move single frames of a stack by `ways`, so that they lie on the others; None: it stays.
+
+    Proxies and samples are taken again; frames that stay are not touched. `seen` as in
+    `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
+    ProbeError when a file has been damaged meanwhile or the disk is full; Cancelled.
+    """
+    token = token or Token()
+    proxies, sources = list(stack.proxies), list(stack.sources)
+    samples = stack.samples.copy()
+    hold = stack.in_memory
+    for index, way in enumerate(ways):
+        token.check()
+        if way is None:
+            continue
+        pixels = way(_whole(sources[index], stack.frames[index], token))
+        sources[index].close()
+        proxies[index] = _coded(shrunk(pixels, proxy_shape(stack.shape)), stack.top)
+        places = stack.sample_places // (stack.shape[0] // pixels.shape[0])
+        samples[index] = _coded(sampled(pixels, places), stack.top)
+        sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
+        report((index + 1) / len(ways), tr("aligning frames"))
+    kept = _seen_by_all(stack, seen)
+    return replace(
+        stack,
+        proxies=tuple(proxies),
+        samples=samples[:, kept],
+        sample_places=stack.sample_places[kept],
+        sources=tuple(sources),
+        seen=tuple(seen),
+    )
+
+
+def _seen_by_all(stack: FrameStack, seen: Sequence[Float32 | None]) -> Bools:
+    """Find the samples that all frames show; (N,)."""
+    kept = np.ones(len(stack.sample_places), bool)
+    for mask in seen:
+        if mask is not None:
+            small = stack.sample_places * mask.shape // stack.shape
+            kept &= mask[small[:, 0], small[:, 1]] > 0.0
+    return kept
+
+
+def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
+    """Every frame, coded, so small that its longer side has no more than so many pixels."""
+    share = min(1.0, longest / max(stack.shape))
+    size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
+    return [
+        _coded(shrunk(_whole(source, frame, token), size), stack.top)
+        for source, frame in zip(stack.sources, stack.frames, strict=True)
+    ]
+
+
+def _in_threads(
+    work: Callable[[Frame], OpenedFrame | ProbeError],
+    frames: Sequence[Frame],
+    threads: int,
+    report: Report,
+) -> list[OpenedFrame | ProbeError]:
+    """Run one task per frame; when one of them fails, the others' frames are let go of."""
+    results: list[OpenedFrame | ProbeError] = []
+    with ThreadPoolExecutor(threads) as pool:
+        # The darkest, which is decoded in full, takes longest: it goes first.
+        futures = [pool.submit(work, frame) for frame in reversed(frames)][::-1]
+        try:
+            for index, future in enumerate(futures):
+                results.append(future.result())
+                report((index + 1) / len(frames), tr("reading frames"))
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            for future in futures:
+                _let_go(future)
+            raise
+    return results
+
+
+def _too_few(errors: Sequence[ProbeError], left: int) -> ProbeError:
+    rest = (
+        tr("With only one frame left there is nothing to merge.")
+        if left
+        else tr("With no frame left there is nothing to merge.")
+    )
+    return ProbeError(" ".join([*(error.message for error in errors), rest]), errors[0].hint)
+
+
+def _unsound(frame: Frame, opened: OpenedFrame) -> ProbeError | None:
+    """Tell whether too much of a frame of floating point is not numbers, by its samples."""
+    share = 1.0 - float(np.isfinite(opened.samples).all(axis=1).mean())
+    if share <= _MOST_UNKNOWN:
+        return None
+    opened.source.close()
+    return ProbeError(
+        tr(
+            "{name} is damaged: {share:.0f} % of it is NaN or infinite.",
+            name=frame.path.name,
+            share=100.0 * share,
+        ),
+        tr("Export it again."),
+    )
+
+
+def _let_go(future: Future[OpenedFrame | ProbeError]) -> None:
+    """Close what a task has opened after another one failed."""
+    if future.cancelled():
+        return
+    try:
+        result = future.result()
+    except Exception:  # noqa: BLE001
+        return  # the first failure is the one that is told
+    if isinstance(result, OpenedFrame):
+        result.source.close()
+
+
+def _whole(source: RowSource, frame: Frame, token: Token) -> Pixels:
+    """All pixels of a frame in one array."""
+    if isinstance(source, MemoryRows):
+        return source.pixels
+    first = source.rows(0, 1)
+    pixels: Pixels = np.empty((*frame.shape, 3), first.dtype)
+    for start, stop in row_bands(frame.shape[0], READ_ROWS):
+        token.check()
+        pixels[start:stop] = source.rows(start, stop)
+    return pixels
+
+
+def _coded(pixels: Pixels, top: float) -> Bytes:
+    """Pixels of any kind as 8-bit codes."""
+    if pixels.dtype == np.uint8:
+        return pixels
+    if pixels.dtype == np.uint16:
+        # 65535 / 257 = 255: exact for 8-bit pictures that were stored as 16.
+        return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    white = np.float32(top if math.isfinite(top) else 1.0)
+    share = np.clip(np.nan_to_num(pixels, posinf=float(white)), np.float32(0.0), white) / white
+    return np.asarray(np.rint(srgb_encode(share) * np.float32(255.0)).astype(np.uint8))

@@ -1,0 +1,293 @@
+"""Pictures of the sphere at another size or seen another way.
+
+A `Reduction` makes panoramas smaller while they are being made, band by band, without losing
+energy: the same means as `environment.environment.reduce_radiance`, weighted by solid angle
+along a column and by width along a row, for any pair of sizes. A band of rows contributes to the
+rows of the result that it overlaps, and the contributions add up.
+
+A `Chart` is a square picture centred on some direction, for work that a panorama's poles and edges
+would spoil. In the stereographic kind angles are kept (it is conformal), so that what is harmonic
+on it is harmonic on the sphere; in the equidistant kind the distance from the middle is the angle
+from the centre. Directions are in the axes of `app.core.base.sphere`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal, Self, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.arrays import Float32, Float64
+from app.core.base.colour import FloatImage
+from app.core.base.progress import Token
+from app.core.base.sphere import direction, wrapped
+from app.core.measure.read.pixels import workers
+
+_MOST_PERIOD: Final = 256
+_BAND_PIXELS: Final = 400_000
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction:
+    """From pictures of one size (rows, columns) to another, smaller or equal.
+
+    Make it with `Reduction.between`.
+    """
+
+    given: tuple[int, int]
+    wanted: tuple[int, int]
+    _given_edges: Float64 = field(repr=False)
+    _wanted_edges: Float64 = field(repr=False)
+    _period: Float32 | None = field(repr=False)
+
+    @classmethod
+    def between(cls, given: tuple[int, int], wanted: tuple[int, int], panorama: bool) -> Self:
+        """Prepare a reduction; rows of a panorama count by their solid angle.
+
+        ValueError when more rows or columns are wanted than given.
+        """
+        if wanted[0] > given[0] or wanted[1] > given[1] or min(wanted) < 1:
+            raise ValueError(f"cannot reduce {given} to {wanted}")
+        common = math.gcd(given[1], wanted[1])
+        period = given[1] // common, wanted[1] // common
+        matrix = _overlaps(*period).T.astype(np.float32) if period[0] <= _MOST_PERIOD else None
+        edges = _sines if panorama else lambda rows: 1.0 - np.arange(rows + 1) / rows
+        return cls(given, wanted, edges(given[0]), edges(wanted[0]), matrix)
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing is to be reduced."""
+        return self.given == self.wanted
+
+    def band_rows(self, pixels: int) -> int:
+        """Rows per band of about so many pixels, in whole periods of rows where they fit."""
+        rows = max(1, pixels // self.given[1])
+        period = self.given[0] // math.gcd(self.given[0], self.wanted[0])
+        return rows // period * period if period <= rows else rows
+
+    def rows(self, start: int, stop: int) -> tuple[int, Float32]:
+        """Return what given rows ``start..stop`` contribute to the rows of the result.
+
+        The first row that they touch, and shares for `reduced`, (k, n, m) float32: k blocks of m
+        rows each, in whole periods, go to n rows of their own. Over all bands the shares of one
+        row of the result sum to 1.
+        """
+        height, rows = self.given[0], self.wanted[0]
+        first, last = start * rows // height, -(-stop * rows // height)
+        top, bottom = self._wanted_edges[first:last, None], self._wanted_edges[first + 1 :, None]
+        bottom = bottom[: last - first]
+        given = self._given_edges[start : stop + 1]
+        overlap = np.minimum(top, given[:-1]) - np.maximum(bottom, given[1:])
+        shares = np.maximum(overlap, 0.0) / (top - bottom)
+        shares = shares.astype(np.float32)
+        common = math.gcd(height, rows)
+        made, taken = rows // common, height // common
+        if start % taken or stop % taken:
+            return first, shares[None]
+        # Nothing of one period goes to another: a quarter of the work, or less.
+        count = (stop - start) // taken
+        blocks = shares.reshape(count, made, count, taken)
+        return first, np.ascontiguousarray(blocks[np.arange(count), :, np.arange(count)])
+
+    def reduced(self, shares: Float32, plane: Float32) -> Float32:
+        """Reduce one channel's contiguous rows, (stop - start, W), by the shares of `rows`."""
+        narrow = self._columns(plane).reshape(len(shares), -1, self.wanted[1])
+        return np.asarray(shares @ narrow).reshape(-1, self.wanted[1])
+
+    def _columns(self, plane: Float32) -> Float32:
+        """Average rows, (n, W), to the columns wanted, (n, w)."""
+        count, width = plane.shape
+        if self._period is not None:
+            blocks: Float32 = plane.reshape(-1, self._period.shape[0]) @ self._period
+            return blocks.reshape(count, self.wanted[1])
+        # Sizes with hardly a common factor: differences of the running sum at the edges.
+        sums = np.zeros((count, width + 1))
+        np.cumsum(plane, axis=1, dtype=np.float64, out=sums[:, 1:])
+        edges = np.arange(self.wanted[1] + 1) * (width / self.wanted[1])
+        left = np.minimum(edges.astype(np.intp), width - 1)
+        share = edges - left
+        at = sums[:, left] * (1.0 - share) + sums[:, left + 1] * share
+        means: Float64 = np.diff(at, axis=1) * (self.wanted[1] / width)
+        return np.maximum(means, 0.0).astype(np.float32)
+
+
+def light_in_bands(
+    size: tuple[int, int],
+    samples: int,
+    whole: int,
+    band: Callable[[int, int], tuple[Float32, Float32]],
+    token: Token,
+) -> tuple[Float32, Float32]:
+    """Make a panorama of light, (*size, 3), and shares of area, (*size, 2), band by band.
+
+    `band` computes rows ``start..stop`` of both, `samples` times as fine; a band has a multiple of
+    `whole` rows. Cancelled.
+    """
+    fine = size[0] * samples, size[1] * samples
+    reduction = Reduction.between(fine, size, panorama=True)
+    rows = max(_BAND_PIXELS // fine[1] // whole, 1) * whole
+    result = np.zeros((*size, 5), np.float32)
+
+    def small(start: int) -> tuple[int, list[Float32]]:
+        token.check()
+        stop = min(start + rows, fine[0])
+        first, parts = reduction.rows(start, stop)
+        planes: Iterable[Any] = (plane for part in band(start, stop) for plane in cv2.split(part))
+        return first, [reduction.reduced(parts, np.asarray(plane, np.float32)) for plane in planes]
+
+    with ThreadPoolExecutor(workers(fine[0])) as pool:
+        for first, planes in pool.map(small, range(0, fine[0], rows)):
+            for channel, plane in enumerate(planes):
+                result[first : first + len(plane), :, channel] += plane
+    return result[..., :3], result[..., 3:]
+
+
+def _sines(rows: int) -> Float64:
+    """Sine of elevation of the rows' edges, from 1 down to -1."""
+    return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
+
+
+def _overlaps(given: int, wanted: int) -> Float64:
+    """Shares (wanted, given) of equal cells in fewer equal cells; each row sums to 1."""
+    start = np.arange(wanted)[:, None] * (given / wanted)
+    cell = np.arange(given)
+    overlap = np.minimum(start + given / wanted, cell + 1) - np.maximum(start, cell)
+    shares = np.maximum(overlap, 0.0)
+    return np.asarray(shares / shares.sum(axis=1, keepdims=True))
+
+
+Kind: TypeAlias = Literal["stereographic", "equidistant"]
+
+_MARGIN: Final = 2
+
+
+def azimuth_elevation(vector: Float64) -> tuple[float, float]:
+    """Azimuth and elevation, degrees, of a vector (3,) of any length but 0."""
+    x, y, z = (float(part) for part in vector)
+    return float(np.degrees(np.arctan2(-x, z))), float(np.degrees(np.arctan2(y, np.hypot(x, z))))
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """A square picture of the sphere around a direction, `side` pixels wide.
+
+    `centre` is azimuth and elevation of the middle, `reach_deg` the angle from there to the
+    middle of each edge, below 180; degrees.
+    """
+
+    centre: tuple[float, float]
+    reach_deg: float
+    side: int
+    kind: Kind = "stereographic"
+
+    @property
+    def axes(self) -> Float64:
+        """(3, 3): rightward, upward and outward unit vectors of the chart, one in each row.
+
+        Upward leads to the zenith by the shortest way; at the nadir, to the chart's own azimuth.
+        """
+        azimuth, elevation = np.radians(self.centre[0]), np.radians(self.centre[1])
+        right = direction(self.centre[0] + 90.0, 0.0)
+        flat = np.sin(elevation)
+        up = np.array([flat * np.sin(azimuth), np.cos(elevation), -flat * np.cos(azimuth)])
+        return np.stack([right, up, direction(*self.centre)])
+
+    def distances(self) -> FloatImage:
+        """(side, side): angle of each pixel from the middle, degrees."""
+        x, y = self._grid()
+        return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
+
+    def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
+        """Look a panorama, (H, W) or (H, W, C), up at the chart's pixels, side by side.
+
+        Bilinearly and across its seam; float32 or uint8 as given.
+        """
+        height, width = panorama.shape[:2]
+        x, y = self._grid()
+        radius = np.hypot(x, y)
+        angle = self._angle(radius)
+        flat = np.sin(angle) / np.maximum(radius, 1e-9)
+        right, up, out = self.axes.astype(np.float32)
+        where = [flat * (x * right[k] + y * up[k]) + np.cos(angle) * out[k] for k in range(3)]
+        azimuth = np.arctan2(-where[0], where[2])
+        elevation = np.arctan2(where[1], np.hypot(where[0], where[2]))
+        column = (azimuth / (2.0 * np.pi) + 0.5) * width - 0.5 + _MARGIN
+        row = (0.5 - elevation / np.pi) * height - 0.5
+        wide, border = wrapped(panorama, _MARGIN), cv2.BORDER_REPLICATE
+        column, row = column.astype(np.float32), row.astype(np.float32)
+        return np.asarray(cv2.remap(wide, column, row, cv2.INTER_LINEAR, borderMode=border))
+
+    def place(self, shape: tuple[int, int], rows: slice) -> tuple[FloatImage, FloatImage]:
+        """Find where some rows of a panorama of that shape lie on the chart.
+
+        Columns and rows, (rows, W) float32 each, whole numbers at pixels' middles; beyond
+        the edges where a texel is not on the chart.
+        """
+        x, y, z = self._seen(shape, rows)
+        if self.kind == "stereographic":
+            # tan(angle / 2) / sin(angle) = 1 / (1 + cos(angle))
+            scale = 1.0 / np.maximum(1.0 + z, np.float32(1e-4))
+        else:
+            across = np.hypot(x, y)
+            scale = np.arctan2(across, z) / np.maximum(across, np.float32(1e-9))
+        scale *= np.float32(self.side / 2.0 / self._edge())
+        half = np.float32(self.side / 2.0 - 0.5)
+        return x * scale + half, half - y * scale
+
+    def _seen(self, shape: tuple[int, int], rows: slice) -> list[FloatImage]:
+        """Components along the axes of the texels' directions."""
+        height, width = shape
+        elevation = np.pi * (0.5 - (np.arange(height)[rows] + 0.5) / height)
+        azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+        flat = np.cos(elevation).astype(np.float32)[:, np.newaxis]
+        upward = np.sin(elevation)[:, np.newaxis]
+        parts = []
+        for axis in self.axes:
+            around = np.cos(azimuth) * axis[2] - np.sin(azimuth) * axis[0]
+            parts.append(flat * around.astype(np.float32) + (axis[1] * upward).astype(np.float32))
+        return parts
+
+    def _edge(self) -> float:
+        reach = float(np.radians(self.reach_deg))
+        return float(np.tan(reach / 2.0)) if self.kind == "stereographic" else reach
+
+    def _grid(self) -> tuple[FloatImage, FloatImage]:
+        """Pixels' coordinates to the right and upward, in the unit of `_edge`."""
+        steps = (2.0 * (np.arange(self.side) + 0.5) / self.side - 1.0) * self._edge()
+        x, y = np.meshgrid(steps.astype(np.float32), -steps.astype(np.float32))
+        return x, y
+
+    def _angle(self, radius: FloatImage) -> FloatImage:
+        """Angle from the middle, radians, of a distance on the chart."""
+        if self.kind == "equidistant":
+            return np.minimum(radius, np.float32(np.pi))
+        return np.asarray(2.0 * np.arctan(radius), np.float32)
+
+
+def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
+    """Gaussian blur of a panorama (H, W) or (H, W, C), across its seam; sigma in pixels."""
+    room = min(int(np.ceil(3.0 * sigma)) + 1, picture.shape[1])
+    border = cv2.BORDER_REPLICATE
+    soft = cv2.GaussianBlur(wrapped(picture, room), (0, 0), sigma, borderType=border)
+    return np.asarray(soft[:, room:-room], np.float32)
+
+
+def log_light(light: Float32) -> Float32:
+    """Logarithmic luminance with a floor, stops."""
+    floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
+    return np.asarray(np.log2(light + np.float32(floor)), np.float32)
+
+
+def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
+    """Correlation of two panoramas where both see, the second turned by columns."""
+    weight = weights[0] * np.roll(weights[1], shift, axis=1)
+    total = max(float(weight.sum()), 1e-9)
+    off = [t - float((t * weight).sum()) / total for t in (looks[0], np.roll(looks[1], shift, 1))]
+    moments = [float((weight * a * b).sum()) for a, b in (off, off[:1] * 2, off[1:] * 2)]
+    return moments[0] / math.sqrt(max(moments[1] * moments[2], 1e-12))

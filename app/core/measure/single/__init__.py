@@ -1,0 +1,1 @@
+"""Estimate light from a single picture."""

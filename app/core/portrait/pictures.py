@@ -1,0 +1,104 @@
+"""Pictures and panoramas as they are shown: exposed, tone-mapped, scaled."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base import colour
+from app.core.base.arrays import Float64
+from app.core.base.colour import FloatImage
+from app.core.base.sphere import bounded
+from app.core.environment.environment import Environment
+
+WELL: Final = (0x2B, 0x2B, 0x2B)
+"""Neutral grey behind every picture, sRGB bytes."""
+
+_GREY_LEVEL: Final = 0.52
+_WIDEST: Final = 4096
+_BAND_ROWS: Final = 256
+
+
+def greyed(display: FloatImage) -> FloatImage:
+    """Make a picture grey and darker: out of reach.
+
+    Args:
+        display: Float32, (H, W, 3). sRGB in 0..1 on the well's grey.
+
+    Returns:
+        Float32, (H, W, 3). sRGB in 0..1; the well's grey stays as it is.
+    """
+    grey = colour.luminance(display)[..., np.newaxis]
+    well = np.float32(WELL[0] / 255.0)
+    # Only what is brighter than the background is dimmed, so that the head does not dissolve.
+    dimmed = np.minimum(grey, well) + np.maximum(grey - well, 0.0) * _GREY_LEVEL
+    return np.repeat(dimmed, 3, axis=2).astype(np.float32)
+
+
+def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -> FloatImage:
+    """Show a panorama with some azimuth in the centre column.
+
+    Args:
+        environment: The place. Texels that had to be repaired are filled in from their neighbours
+            here, and only here: a black ring around every lamp would draw the eye.
+        turn_deg: Azimuth in the centre, degrees.
+        size: Rows and columns wanted.
+
+    Returns:
+        Float32, (rows, columns, 3). sRGB in 0..1.
+    """
+    radiance = bounded(environment.radiance, _WIDEST)
+    if environment.repairs.total:
+        radiance = _filled(radiance)
+    rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
+    gain = colour.panorama_exposure(colour.luminance(rolled))
+    # In bands: its steps take ten times the memory of what they work on.
+    bands = np.array_split(rolled, max(len(rolled) // _BAND_ROWS, 1))
+    return scaled(np.concatenate([colour.tone_map(band, gain) for band in bands]), size)
+
+
+def _filled(radiance: FloatImage) -> FloatImage:
+    """Give texels with a zero the mean of the lit ones around them."""
+    dark = radiance.min(axis=2) <= 0.0
+    lit = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
+    around = (7, 7)
+    total = cv2.boxFilter(radiance * lit, -1, around, normalize=False)
+    count = cv2.boxFilter(lit, -1, around, normalize=False)
+    mean = total / np.maximum(count, 1.0)
+    return np.asarray(np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32))
+
+
+def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
+    """Bring a picture, sRGB in 0..1, to rows and columns."""
+    rows, columns = size
+    if rows <= display.shape[0]:
+        resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
+    else:
+        tall = _stretched(display, rows).swapaxes(0, 1)
+        resized = _stretched(tall, columns).swapaxes(0, 1)
+    return np.asarray(np.clip(resized, 0.0, 1.0).astype(np.float32))
+
+
+def mitchell(away: Float64) -> Float64:
+    """Weights of the Mitchell-Netravali filter up to two pixels away; four of them sum to 1.
+
+    It is smooth, with hardly any fringe: OpenCV's cubic draws a dark line around every bright head.
+    """
+    near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
+    far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
+    return np.where(away < 1.0, near, far)
+
+
+def _stretched(picture: FloatImage, rows: int) -> FloatImage:
+    """Stretch to more rows."""
+    count = picture.shape[0]
+    where = (np.arange(rows) + 0.5) * count / rows - 0.5
+    first = np.floor(where).astype(int)
+    result = np.zeros((rows, *picture.shape[1:]), np.float32)
+    # At every place the four weights sum to 1.
+    for index in (first - 1, first, first + 1, first + 2):
+        weights = mitchell(np.abs(where - index)).astype(np.float32)
+        result += weights[:, np.newaxis, np.newaxis] * picture[np.clip(index, 0, count - 1)]
+    return result

@@ -1,0 +1,378 @@
+"""Pictures of the head for the gallery of styles: many at once, all framed and exposed alike.
+
+`benchmarks.speed.plain_portrait` says how a portrait looks; here the same look is made
+fast enough to follow a hand. Framing is two small matrices, one for rows and one for columns, that
+cut, pad and scale in one product each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base import colour
+from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices
+from app.core.base.colour import FloatImage
+from app.core.environment.environment import SHAPE, solid_angles
+from app.core.portrait import pictures
+from app.core.portrait.pictures import WELL
+from app.core.solver.peaks import shift
+from app.core.solver.transport import Transport, load_named
+from app.core.styles.lamps import far_lamp
+from app.core.styles.styles import Style
+
+_FACE_COVERAGE: Final = 0.5
+_MEDIUM_HEAD: Final = "generic"
+_OTHER_SKINS: Final = ("light", "dark")
+_TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
+_MOST_LIGHT: Final = 1e4
+_BAND_PIXELS: Final = 1 << 15
+_SHOULDER_STEPS: Final = 1 << 10  # of a table, for a factor of e
+
+# Rows of a picture of 100 that are shown: from just above the crown to the neck in wide pictures,
+# to the shoulders in tall ones. The head fills them all alike, so faces keep one place.
+_TALL_ROWS: Final = 102.0
+_WIDE_ROWS: Final = 88.0
+_TALL_ASPECT: Final = 0.96
+_WIDE_ASPECT: Final = 1.38
+_MARGIN: Final = 0.045  # above the crown, of the rows shown
+_CLOSE: Final = (
+    78.0,
+    61.0,
+)  # rows and columns of the head alone, from crown to chin and ear to ear
+CLOSE_SHAPE: Final = _CLOSE[0] / _CLOSE[1]
+"""Height by width of a picture that shows the head alone."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taps:
+    """Which pixels of a line make up each pixel shown, and with what weight.
+
+    Attributes:
+        index: (k, n) intp. Pixels of the picture.
+        weight: (k, n) float32. Their weights; a sum below 1 lies partly outside of the picture.
+    """
+
+    index: Indices = field(repr=False)
+    weight: Float32 = field(repr=False)
+
+    def along_rows(self, planes: Float32) -> Float32:
+        """Scale (c, N, m) to (c, n, m); a few passes, where a full matrix would need BLAS."""
+        result: Float32 = planes[:, self.index[0]] * self.weight[0][:, np.newaxis]
+        for index, weight in zip(self.index[1:], self.weight[1:], strict=True):
+            result += planes[:, index] * weight[:, np.newaxis]
+        return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Framing:
+    """What part of a head's picture is shown, and how large.
+
+    Attributes:
+        rows, columns: Of the rows and columns shown.
+        picture, room: As of `framing`.
+        top, left, step: Upper left corner, and what becomes one pixel; pixels of the picture.
+    """
+
+    rows: Taps
+    columns: Taps
+    picture: int
+    room: float
+    top: float
+    left: float
+    step: float
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Rows and columns shown."""
+        return self.rows.index.shape[1], self.columns.index.shape[1]
+
+    def of(self, planes: Float32) -> Float32:
+        """Frame (c, N, N) as (c, w, h): rows and columns are exchanged."""
+        turned = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
+        return self.columns.along_rows(turned)
+
+    def cut(self, picture: Float32) -> Float32:
+        """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel; black around it."""
+        high, wide = (round(each * self.step) for each in self.size)
+        top, left = round(self.top), round(self.left)
+        part = picture[max(top, 0) : top + high, max(left, 0) : left + wide]
+        above, before = max(-top, 0), max(-left, 0)
+        edges = above, high - above - part.shape[0], before, wide - before - part.shape[1]
+        whole = cv2.copyMakeBorder(part, *edges, cv2.BORDER_CONSTANT) if any(edges) else part
+        way = cv2.INTER_AREA if self.step > 1 else cv2.INTER_LINEAR
+        return np.asarray(cv2.resize(whole, self.size[::-1], interpolation=way))
+
+
+@lru_cache(maxsize=32)
+def framing(
+    picture: int,
+    size: tuple[int, int],
+    close: bool = False,
+    room: float = 1.0,
+    above: float | None = None,
+) -> Framing:
+    """Frame a head: the same part of it for every size of the same proportions.
+
+    Args:
+        picture: Side of the head's square picture, pixels.
+        size: Rows and columns wanted, both at least 1.
+        close: Whether the head alone fills the picture, without neck and shoulders.
+        room: Height of the picture by that of a transport's, which ends at the crown.
+        above: The room for hair that is shown, as `room`, which it is by default.
+    """
+    height, width = size
+    above = room if above is None else above
+    side, hair = picture / room, 100.0 * (above - 1.0)
+    top = (room - above) * side
+    if close:
+        step = max((_CLOSE[0] + hair) / height, _CLOSE[1] / width) * side / 100.0
+    else:
+        aspect = width / height
+        part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
+        shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
+        if hair:
+            # The shoulders reach down to the edge.
+            step = min(shown + hair, 100.0 + hair) * side / 100.0 / height
+        else:
+            step = shown * side / 100.0 / height
+            top = -_MARGIN * shown * side / 100.0
+    left = 0.5 * (picture - width * step)
+    rows, columns = _taps(picture, height, top, step), _taps(picture, width, left, step)
+    return Framing(rows, columns, picture, room, top, left, step)
+
+
+Lit: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
+"""(H, W, 3) or (H, W) light as a head sees it, any exposure, or what works it out where it is
+needed; a style's own lamps; even light."""
+
+
+def skin_gains(transport: Transport, lights: Sequence[Lit]) -> list[float]:
+    """By how much less than its own face asks for a head is exposed in each light.
+
+    Pictures are exposed by the light, as with a grey card: as a face of medium skin would be in the
+    same light. So skins that are seen side by side differ as they do in life.
+
+    Returns:
+        One for each light, for `portraits`: below 1 for dark skin, above for light, 1 for medium.
+    """
+    if transport.header.skin not in _OTHER_SKINS or not lights:
+        return [1.0] * len(lights)
+    given = [_given(one) for one in lights]
+    if any(light.shape[:2] != transport.environment_shape for light in given):
+        return [1.0] * len(lights)
+    own, reference = _exposures(transport, given), _exposures(_medium(), given)
+    return [one / other for one, other in zip(reference, own, strict=True)]
+
+
+@lru_cache(maxsize=1)
+def _medium() -> Transport:
+    return load_named(_MEDIUM_HEAD)
+
+
+def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
+    """Gains that faces ask for under some lights, all in one product."""
+    columns = np.stack(
+        [np.broadcast_to(np.atleast_3d(light), (*light.shape[:2], 3)) for light in lights], axis=-1
+    ).astype(np.float32)
+    size = columns.shape[0] * columns.shape[1]
+    rows = (transport.texel_basis @ columns.reshape(size, -1)).reshape(-1, 3, len(lights))
+    seen = sum(
+        weight * (transport.pixel_basis[channel] @ np.ascontiguousarray(rows[:, channel]))
+        for channel, weight in enumerate(transport.header.luminance_weights)
+    )
+    return [colour.face_exposure(column) for column in np.asarray(seen)[transport.face].T]
+
+
+def _given(light: Lit) -> Floats:
+    if light is None or isinstance(light, Style):
+        return _studio(light)
+    return light() if callable(light) else light
+
+
+@lru_cache(maxsize=64)
+def _studio(style: Style | None) -> Float64:
+    """Light of a style's own lamps, moved far away, (32, 64); even where it has none."""
+    if style is None or not style.lamps:
+        return np.ones(SHAPE)
+    return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))
+
+
+def exposures(
+    values: Floats, coverage: FloatImage, gains: Sequence[float] = ()
+) -> tuple[float, ...]:
+    """By what pictures are multiplied to be looked at, at any size; any two may be compared.
+
+    By the rule of `app.core.base.colour.face_exposure`, of the transport's pictures as in
+    `portraits`: bald, so that hair does not count as face. `gains`: see `skin_gains`.
+    """
+    face = coverage >= _FACE_COVERAGE
+    return tuple(
+        colour.face_exposure(colour.luminance(picture[face])) * skin
+        for picture, skin in zip(values, gains or [1.0] * len(values), strict=True)
+    )
+
+
+def portraits(
+    values: Floats, coverage: FloatImage, wanted: Framing, exposed: Sequence[float] = ()
+) -> Bytes:
+    """Show pictures of the head on the neutral grey that lies behind every picture.
+
+    Args:
+        values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
+            share only.
+        coverage: (N, N) float32. Share of each pixel covered by the head.
+        exposed: Of each, see `exposures`; by its own light by default.
+
+    Returns:
+        Bytes, (n, h, w, 3). sRGB.
+    """
+    linear = np.asarray(values, np.float32)
+    height, width = wanted.size
+    well = np.float32(WELL[0] / 255.0)
+    behind = (1.0 - np.clip(coverage, 0.0, 1.0))[..., np.newaxis] * colour.srgb_decode(well)
+    result = np.empty((len(linear), height, width, 3), np.uint8)
+    gains = exposed or exposures(linear, coverage)
+    for picture, shown, gain in zip(linear, result, gains, strict=True):
+        light = _compressed(np.clip(picture * np.float32(gain), 0.0, _MOST_LIGHT))
+        # Outside of the picture there is only the well, so it is taken away before and comes back.
+        framed = wanted.of((_encoded(light + behind) - well).transpose(2, 0, 1))
+        framed += well
+        np.clip(framed, 0.0, 1.0, out=framed)
+        shown[...] = (framed * np.float32(255.0) + np.float32(0.5)).astype(np.uint8).T
+    return result
+
+
+def large_portrait(
+    picture: Float32, away: FloatImage, exposed: float, behind: Float32 | None = None
+) -> Bytes:
+    """Show a picture, (h, w, 3) linear, that is framed already; in a few milliseconds.
+
+    `away`: share of each value, (h, w, 3), that the head leaves free. `behind`: (h, w, 3) float32,
+    light behind the head, exposed with it; None: neutral grey.
+    """
+    shown = np.empty(picture.shape, np.uint8)
+    # In bands that stay in the processor's cache.
+    step = max(_BAND_PIXELS // picture.shape[1], 1)
+    for first in range(0, len(picture), step):
+        band = slice(first, first + step)
+        light = picture[band] if behind is None else picture[band] + away[band] * behind[band]
+        light = light * np.float32(exposed)
+        light = _compressed(np.clip(light, 0.0, _MOST_LIGHT, out=light))
+        if behind is None:
+            light += away[band] * colour.srgb_decode(np.float32(WELL[0] / 255.0))
+        light *= np.float32(_TONES)
+        shown[band] = colour.look_up(light.astype(np.uint16), _byte_curve())
+    return shown
+
+
+def _compressed(light: Float32) -> Float32:
+    """Compress highlights in place, as `colour.develop` does, by tables."""
+    largest = np.maximum(np.maximum(light[..., 0], light[..., 1]), light[..., 2])
+    if float(largest.max()) <= colour.SHOULDER_START:
+        return light
+    start = np.float32(colour.SHOULDER_START)
+    place = cv2.log(np.maximum(largest, start)) - np.log(start)
+    steps = (place * np.float32(_SHOULDER_STEPS)).astype(np.uint16)
+    factor, added = (cv2.merge([colour.look_up(steps, part)] * 3) for part in _shoulder())
+    light *= factor
+    light += added
+    return light
+
+
+def light_exposures(transport: Transport, lights: Sequence[Lit]) -> tuple[float, ...]:
+    """What `exposures` and `skin_gains` together come to for a head in some lights."""
+    other = transport.header.skin in _OTHER_SKINS
+    given = [_given(one) for one in lights]
+    return tuple(_exposures(_medium() if other else transport, given)) if given else ()
+
+
+def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
+    """Exposure of a face in light from all around, as strong as (32, 64, 3) is on average."""
+    solid = solid_angles(SHAPE)[:, np.newaxis]
+    mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
+    return light_exposures(transport, [None])[0] / max(mean, 1e-30)
+
+
+def greyed(shown: Bytes) -> Bytes:
+    """Make a portrait grey and darker: out of reach.
+
+    Args:
+        shown: Bytes, (h, w, 3). sRGB on the well's grey.
+
+    Returns:
+        Bytes, (h, w, 3). sRGB; the well's grey stays as it is.
+    """
+    return colour.to_bytes(pictures.greyed(shown.astype(np.float32) / np.float32(255.0)))
+
+
+def value_at(curve: Float64, turn_deg: float) -> float:
+    """Read a curve between the turns of the grid, by band-limited interpolation.
+
+    Args:
+        curve: (64,) float64. Values at turns of 5.625 k degrees.
+
+    Returns:
+        At a turn of the grid exactly the curve's own value.
+    """
+    return float(shift(curve, turn_deg)[0])
+
+
+def _encoded(linear: Float32) -> Float32:
+    steps = np.clip(linear, 0.0, 1.0) * np.float32(_TONES - 1) + np.float32(0.5)
+    return colour.look_up(steps.astype(np.uint16), _curve())
+
+
+@lru_cache(maxsize=1)
+def _curve() -> Float32:
+    return _full(colour.srgb_encode(np.linspace(0.0, 1.0, _TONES)))
+
+
+@lru_cache(maxsize=1)
+def _shoulder() -> tuple[Float32, Float32]:
+    """What `app.core.base.colour.develop` multiplies by and adds, by the largest channel."""
+    last = int(math.log(_MOST_LIGHT / colour.SHOULDER_START) * _SHOULDER_STEPS) + 1
+    largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
+    added = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
+    factor = np.asarray((added[:, 0] - added[:, 1]) / largest, np.float32)
+    return _full(factor), _full(added[:, 1])
+
+
+@lru_cache(maxsize=1)
+def _byte_curve() -> Bytes:
+    return _full(colour.to_bytes(colour.srgb_encode((np.arange(_TONES) + 0.5) / _TONES)))
+
+
+def _full(table: NDArray[Any]) -> NDArray[Any]:
+    """Extend a table to all 16-bit codes by repeating its last entry."""
+    return np.pad(table, (0, (1 << 16) - len(table)), "edge")
+
+
+def _taps(count: int, shown: int, start: float, step: float) -> Taps:
+    """Weigh `count` pixels for `shown` ones, each `step` wide from `start` on."""
+    first, weight = (_averaged if step >= 1 else _smooth)(shown, start, step)
+    index = first + np.arange(len(weight))[:, np.newaxis]
+    weight[(index < 0) | (index >= count)] = 0.0
+    return Taps(np.clip(index, 0, count - 1), np.asarray(weight, np.float32))
+
+
+def _averaged(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
+    """Share of each pixel in the area of each one shown, as a sensor would average."""
+    low = start + step * np.arange(shown)
+    first = np.floor(low).astype(np.intp)
+    place = first + np.arange(math.ceil(step) + 1)[:, np.newaxis]
+    overlap = np.minimum(low + step, place + 1.0) - np.maximum(low, place)
+    return first, np.maximum(overlap, 0.0) / step
+
+
+def _smooth(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
+    middle = start + step * (np.arange(shown) + 0.5) - 0.5
+    first = np.floor(middle).astype(np.intp) - 1
+    return first, pictures.mitchell(np.abs(middle - first - np.arange(4)[:, np.newaxis]))

@@ -1,0 +1,1 @@
+"""Studio styles, their lamps and their packs."""

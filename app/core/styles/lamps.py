@@ -1,0 +1,254 @@
+"""Studio lamps as environments: how large the photographer's are, and how much fill there is.
+
+A lamp's size and the lighting ratio are the photographer's choice; where a style's lamps stand is
+the style's own. Sizes are angles as the sitter sees them: a beauty dish at one metre is as hard as
+a large umbrella far away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Float64
+from app.core.base.errors import StyleError
+from app.core.styles.styles import Style, StyleLamp
+from app.core.text import tr
+
+_FINE: Final = 8  # samples per texel and direction
+_LEAST_DIAMETER_DEG: Final = 2.0
+_FILL_DEG: Final = 90.0  # across, in front at the height of the lens
+
+SOFTNESS_DEG: Final = {"hard": 10.0, "medium": 30.0, "large": 45.0}
+"""Lamp sizes with names."""
+
+MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 1.2, "window": 2.0}
+"""Width of what is put before a lamp, m."""
+
+RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
+"""Lighting ratios that are offered, (key + fill) to fill."""
+
+SIZES_DEG: Final = (2.0, 90.0)
+RATIO_RANGE: Final = (1.5, 32.0)
+_WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
+
+
+@dataclass(frozen=True, slots=True)
+class Studio:
+    """The lamps that a photographer has in mind. The default is each style's own, as in the paper.
+
+    Attributes:
+        softness_deg: Diameter of every lamp as the sitter sees it; None is each style's own.
+        ratio: Incident light of key and fill over that of the fill alone; None is no fill but what
+            a style has of its own.
+    """
+
+    softness_deg: float | None = None
+    ratio: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no studio has."""
+        size, ratio = self.softness_deg, self.ratio
+        if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
+            raise StyleError(
+                tr("A lamp cannot be {size:g}° across.", size=size),
+                tr("Choose {low:g} to {high:g}°.", low=SIZES_DEG[0], high=SIZES_DEG[1]),
+            )
+        if ratio is not None and not RATIO_RANGE[0] <= ratio <= RATIO_RANGE[1]:
+            raise StyleError(
+                tr("A lighting ratio of {ratio:g}:1 cannot be computed.", ratio=ratio),
+                tr("Choose {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0], high=RATIO_RANGE[1]),
+            )
+
+    def fit_for(self, style: Style) -> Studio:
+        """What of it a style bears: its own lamps where others would make another style of it."""
+        if style.signature.areas:
+            return AS_PUBLISHED
+        size = style.key_diameter_deg
+        if size is None or self.softness_deg is None or size[0] <= self.softness_deg <= size[1]:
+            return self
+        return replace(self, softness_deg=None)
+
+
+AS_PUBLISHED: Final = Studio()
+"""Each style's own bare lamps, as in the paper."""
+
+
+def parse_softness(text: str) -> float | None:
+    """Read the size of a lamp: degrees, a name, or a modifier and its distance.
+
+    Returns:
+        Degrees; None for "paper", each style's own.
+
+    Raises:
+        StyleError: If the text is not a lamp size.
+
+    Examples:
+        >>> parse_softness("medium"), parse_softness("25"), round(parse_softness("octabox@1.5"))
+        (30.0, 25.0, 44)
+    """
+    if text == "paper":
+        return None
+    if text in SOFTNESS_DEG:
+        return SOFTNESS_DEG[text]
+    name, _, distance = text.partition("@")
+    try:
+        number = float(distance or name)
+    except ValueError:
+        number = math.nan
+    if distance and name in MODIFIERS_M and 0.3 <= number <= 20.0:
+        return math.degrees(2.0 * math.atan(MODIFIERS_M[name] / 2.0 / number))
+    if distance or not math.isfinite(number):
+        raise StyleError(
+            tr("{text!r} is not the size of a lamp.", text=text),
+            tr(
+                "Give degrees, {names}, paper, or a modifier and its distance in metres: {widths}.",
+                names=", ".join(SOFTNESS_DEG),
+                widths=_WIDTHS,
+            ),
+        )
+    return number
+
+
+def parse_ratio(text: str) -> float | None:
+    """Read a lighting ratio: "4:1", or "none".
+
+    Raises:
+        StyleError: If the text is not a lighting ratio.
+
+    Examples:
+        >>> parse_ratio("4:1"), parse_ratio("none")
+        (4.0, None)
+    """
+    if text == "none":
+        return None
+    try:
+        ratio = float(text.removesuffix(":1"))
+    except ValueError:
+        ratio = math.nan
+    if not math.isfinite(ratio):
+        raise StyleError(
+            tr("{text!r} is not a lighting ratio.", text=text), tr("Write it as 4:1, or none.")
+        )
+    return ratio
+
+
+_NAMED: Final = {
+    "hard": tr("Hard"),
+    "medium": tr("Medium"),
+    "large": tr("Large"),
+    "dish@1": tr("Beauty dish at 1 m"),
+    "softbox@1": tr("Softbox at 1 m"),
+    "umbrella@1.5": tr("Umbrella at 1.5 m"),
+    "octabox@1.5": tr("Octabox at 1.5 m"),
+    "window@3": tr("Window at 3 m"),
+}
+
+# What is offered, as `parse_softness` and `parse_ratio` read it, and the words for it.
+SIZE_CHOICES: Final = {"paper": tr("As in the paper")} | {
+    key: f"{name} ({parse_softness(key):.0f}°)" for key, name in _NAMED.items()
+}
+RATIO_CHOICES: Final = {"none": tr("As it comes")} | {
+    words: words for words in (f"{ratio:g}:1" for ratio in RATIOS)
+}
+
+
+def choice_keys(studio: Studio) -> tuple[str, str]:
+    """Write size and ratio as `parse_softness` and `parse_ratio` read them."""
+    size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
+    same = [key for key in SIZE_CHOICES if parse_softness(key) == size]
+    return same[0] if same else f"{size:g}", ratio
+
+
+def studio_words(studio: Studio) -> str:
+    """Write the lamps of a studio in short.
+
+    Examples:
+        >>> studio_words(Studio(30.0, 4.0)), studio_words(AS_PUBLISHED)
+        ('30°, 4:1', 'as in the paper')
+    """
+    size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
+    ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
+    return ", ".join(filter(None, (size, ratio))) or tr("as in the paper")
+
+
+def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
+    """Give the lamps of a style in a studio, the fill last."""
+    lamps = style.lamps
+    if studio.softness_deg is not None:
+        lamps = tuple(replace(lamp, diameter_deg=studio.softness_deg) for lamp in lamps)
+    if studio.ratio is None:
+        return lamps
+    key = max(lamps, key=lambda lamp: lamp.power)
+    power = key.power / (studio.ratio - 1.0)
+    return (*lamps, StyleLamp(0.0, 0.0, _FILL_DEG, power, key.distance_m))
+
+
+def studio_light(style: Style, studio: Studio, shape: tuple[int, int]) -> Float64:
+    """Environment of a style in a studio, (H, W) float64 radiance at turn 0.
+
+    The power of each lamp is what an incident meter reads that is pointed at it.
+    """
+    found = np.zeros(shape)
+    for lamp in studio_lamps(style, studio):
+        seen = 0.5 * (1.0 + math.cos(math.radians(lamp.diameter_deg) / 2.0))
+        found += far_lamp(lamp, shape) / seen
+    return found
+
+
+@lru_cache(maxsize=256)
+def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
+    """Environment of one lamp of a style, moved far away, at turn 0.
+
+    Args:
+        lamp: Its azimuth counts toward the sitter's left, against the panorama's.
+        shape: (H, W) of the environment.
+
+    Returns:
+        (H, W) float64. Radiance of a round lamp of the lamp's diameter, true to area on the texel
+        grid, whose radiance times solid angle sums to the lamp's power.
+    """
+    height, width = shape
+    azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)
+    elevation = np.pi * (0.5 - (np.arange(height * _FINE) + 0.5) / (height * _FINE))
+    at, up = np.radians(-lamp.azimuth_deg), np.radians(lamp.elevation_deg)
+    radius = np.radians(max(lamp.diameter_deg, _LEAST_DIAMETER_DEG)) / 2
+    # Only the rows of texels that the lamp reaches.
+    near = (np.abs(elevation - up) <= radius).reshape(height, _FINE).any(axis=1)
+    elevation = elevation.reshape(height, _FINE)[near].ravel()
+    cosine = np.sin(up) * np.sin(elevation)[:, None] + np.cos(up) * np.outer(
+        np.cos(elevation), np.cos(azimuth - at)
+    )
+    power = (cosine >= np.cos(radius)) * np.cos(elevation)[:, None]
+    texels = np.zeros(shape)
+    texels[near] = power.reshape(-1, _FINE, width, _FINE).sum(axis=(1, 3))
+    edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
+    solid_angle = (2 * np.pi / width) * (edges[:-1] - edges[1:])
+    radiance = lamp.power * texels / texels.sum() / solid_angle[:, None]
+    radiance.flags.writeable = False
+    return np.asarray(radiance)
+
+
+def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
+    """Return the position of the style with the mirrored lamps, None where there is none."""
+    wanted = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
+    for position, other in enumerate(styles):
+        if sorted(_facts(lamp) for lamp in other.lamps) == wanted:
+            return position
+    return None
+
+
+def mirror_rows(styles: Sequence[Style]) -> list[int]:
+    """Position of each style's mirror image; its own where there is none."""
+    twins = (mirror_index(styles, style) for style in styles)
+    return [row if twin is None else twin for row, twin in enumerate(twins)]
+
+
+def _facts(lamp: StyleLamp, side: float = 1.0) -> tuple[float, ...]:
+    around = lamp.azimuth_deg if lamp.azimuth_deg == 180.0 else side * lamp.azimuth_deg
+    return (around, lamp.elevation_deg, lamp.diameter_deg, lamp.power, lamp.distance_m)

@@ -1,0 +1,173 @@
+"""Styles: the classic studio set-ups as lamps around the sitter, one TOML file each or each pair.
+
+A file's name without its ending is the style's name, as used on the command line. Built-in styles
+travel with the program: of a pair the left one, from which the right one follows. A folder of the
+user's own may add to them. Files are read by
+`app.core.styles.style_file`, strictly: an unknown key or a lamp inside the sitter is an error with
+a sentence, never a guess.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Final
+
+from app.core.base.errors import StyleError
+from app.core.base.paths import resources
+from app.core.styles.style_file import Side as Side
+from app.core.styles.style_file import Style as Style
+from app.core.styles.style_file import StyleLamp as StyleLamp
+from app.core.styles.style_file import is_painted, read_style
+from app.core.text import tr
+
+
+def mirror_name(name: str) -> str:
+    """Name of the mirrored style.
+
+    Returns:
+        With ``left-`` and ``right-`` exchanged; other names are their own mirror.
+
+    Examples:
+        >>> mirror_name("left-loop-rim"), mirror_name("badger")
+        ('right-loop-rim', 'badger')
+    """
+    for here, there in (("left-", "right-"), ("right-", "left-")):
+        if name.startswith(here):
+            return there + name.removeprefix(here)
+    return name
+
+
+def _with_mirrors(*names: str) -> tuple[str, ...]:
+    """Name each style and, after a left one, the right one that is its mirror image."""
+    return tuple(each for name in names for each in dict.fromkeys((name, mirror_name(name))))
+
+
+PAPER_NAMES: Final = _with_mirrors(
+    "butterfly",
+    "badger",
+    "below",
+    "flat",
+    "top",
+    "clamshell",
+    "left-loop",
+    "left-split",
+    "left-rim",
+    "left-below-side",
+    "left-loop-rim",
+)
+"""The sixteen styles of the paper (E, Fried, Agrawala, UIST 2019)."""
+
+NAMES: Final = (
+    *PAPER_NAMES,
+    *_with_mirrors("left-rembrandt", "left-kicker", "left-window"),
+    *("hair-light", "double-rim", "silhouette"),
+)
+"""All built-in styles, in the order in which they are listed everywhere."""
+
+RARE: Final = frozenset(
+    _with_mirrors("below", "top", "left-below-side", "hair-light", "silhouette")
+)
+"""Built-in styles that a portrait photographer seldom wants: never proposed first."""
+
+_MAX_USER_STYLES: Final = 200
+_TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
+
+
+def mirror(style: Style) -> Style:
+    """Mirror a style at the sitter's middle plane.
+
+    Returns:
+        Name, side, every lamp's azimuth, and the words left and right exchanged.
+    """
+    around = style.key_azimuth_deg
+    sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
+    lamps = tuple(
+        # 180 degrees is its own mirror, and 0 must not become -0.
+        dataclasses.replace(lamp, azimuth_deg=-lamp.azimuth_deg)
+        if lamp.azimuth_deg not in (0.0, 180.0)
+        else lamp
+        for lamp in style.lamps
+    )
+    return dataclasses.replace(
+        style,
+        name=mirror_name(style.name),
+        title=_other_way(style.title),
+        side=sides[style.side],
+        place=_other_way(style.place),
+        note=_other_way(style.note),
+        lamps=lamps,
+        signature=style.signature.mirrored,
+        key_azimuth_deg=around and (-around[1] + 0.0, -around[0] + 0.0),
+    )
+
+
+def _other_way(words: str) -> str:
+    return re.sub(r"\b(left|right|Left|Right)\b", lambda found: _TURNED[found[0]], words)
+
+
+def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
+    """Load the built-in styles and, after them, the user's own by name.
+
+    Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
+
+    Raises:
+        StyleError: When a file is missing or not valid, or a user's style takes a built-in name.
+    """
+    built_in = _built_in()
+    if user_folder is None or not user_folder.is_dir():
+        return built_in
+    files = [file for file in sorted(user_folder.glob("*.toml")) if not is_painted(file)]
+    if len(files) > _MAX_USER_STYLES:
+        raise StyleError(
+            tr(
+                "{folder} has {count} styles; at most {most} are read.",
+                folder=user_folder,
+                count=len(files),
+                most=_MAX_USER_STYLES,
+            ),
+            tr("Move some of them elsewhere."),
+        )
+    for file in files:
+        if file.stem in NAMES:
+            raise StyleError(
+                tr("{file} has the name of a built-in style.", file=file),
+                tr("Give it a name of its own."),
+            )
+    return built_in + tuple(read_style(file) for file in files)
+
+
+def _built_in() -> tuple[Style, ...]:
+    """Read the built-in styles; a right one is the mirror image of its left one."""
+    found: dict[str, Style] = {}
+    for name in NAMES:
+        twin = found.get(mirror_name(name))
+        path = resources() / "styles" / f"{name}.toml"
+        found[name] = read_style(path) if twin is None else mirror(twin)
+    return tuple(found.values())
+
+
+def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style, ...]:
+    """Choose styles by name.
+
+    Args:
+        names: Iterable[str] or None. Names wanted; None or none at all means every style.
+
+    Raises:
+        StyleError: When a name is unknown, with the nearest known name.
+    """
+    wanted = set(names or ())
+    known = [style.name for style in styles]
+    for name in sorted(wanted):
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = (
+                tr("Did you mean {near}?", near=near[0])
+                if near
+                else tr("'turnlight styles' lists them all.")
+            )
+            raise StyleError(tr("There is no style {name!r}.", name=name), hint)
+    return tuple(style for style in styles if not wanted or style.name in wanted)

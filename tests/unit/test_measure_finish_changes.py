@@ -1,0 +1,111 @@
+"""What a change of the light does to the answers, and how it is put into words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.base.errors import EnvironmentFileError
+from app.core.measure.finish.finish import Change, changes, sentence
+from app.core.solver.solve import solve_all
+from app.core.styles.style_pack import StylePack
+from tests.helpers.synthetic import synthetic_pack
+
+
+@pytest.fixture(scope="module")
+def pack() -> StylePack:
+    return synthetic_pack()
+
+
+def room(azimuth: float, fill: float = 0.02) -> np.ndarray:
+    """One lamp in a dim room, (32, 64, 3)."""
+    light = np.full((32, 64, 3), fill, np.float32)
+    light[10:14, (round(azimuth / 5.625) + np.arange(30, 34)) % 64] += 1.0
+    return light
+
+
+def test_the_same_light_at_any_exposure_changes_nothing(pack: StylePack) -> None:
+    found = changes(room(0.0), 7.0 * room(0.0), pack)
+    assert [each.style for each in found] == [style.name for style in pack.styles]
+    for each in found:
+        assert each.change_deg == pytest.approx(0.0, abs=1e-3)
+        assert each.given_up == pytest.approx(0.0, abs=1e-6)
+    assert sentence(found, "the tripod") == "Without the tripod no turn changes."
+
+
+def test_a_lamp_that_moved_takes_every_turn_with_it(pack: StylePack) -> None:
+    found = changes(room(0.0), room(90.0), pack)
+    # Without signatures one lamp may pass for one of two, on either side.
+    single = {style.name for style in pack.styles if len(style.lamps) == 1}
+    reached = [each for each in found if each.attainable_before and each.style in single]
+    assert reached
+    for each in reached:
+        assert each.change_deg == pytest.approx(90.0, abs=0.1)
+        assert each.turn_after_deg != each.turn_before_deg
+    worst = max(reached, key=lambda each: each.given_up)
+    assert worst.given_up > 0.3
+    words = sentence(found, "the person")
+    assert words.startswith("Without the person ")
+    assert "give up" in words
+    assert (worst.title or worst.style) in words
+
+
+def test_given_up_is_what_the_old_turn_loses_on_the_new_curve(pack: StylePack) -> None:
+    before, after = room(0.0), room(0.0) + 0.8 * room(60.0)
+    found = changes(before, after, pack, "paper")
+    new = solve_all(pack, after @ np.array([0.2126, 0.7152, 0.0722], np.float32), "paper")
+    old = solve_all(pack, before @ np.array([0.2126, 0.7152, 0.0722], np.float32), "paper")
+    for each, b, a in zip(found, old, new, strict=True):
+        curve = a.quality_curve
+        expected = (curve.max() - curve[b.turn_index]) / np.ptp(curve)
+        assert each.given_up == pytest.approx(expected, abs=1e-6)
+        assert 0.0 <= each.given_up <= 1.0
+
+
+def test_a_black_environment_is_refused(pack: StylePack) -> None:
+    with pytest.raises(EnvironmentFileError, match="black"):
+        changes(room(0.0), np.zeros((32, 64, 3), np.float32), pack)
+
+
+def change(
+    moved: float, cost: float = 0.0, *, before: bool = True, after: bool = True, name: str = "loop"
+) -> Change:
+    return Change(name, name.title(), 10.0, 10.0 + moved, moved, cost, before, after)
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        ([change(1.4), change(-0.3)], "Without the tripod no turn changes by more than 2 degrees."),
+        ([change(0.8)], "Without the tripod no turn changes by more than 1 degree."),
+        ([change(0.1)], "Without the tripod no turn changes."),
+        (
+            [change(0.1), change(90.0, 0.5, before=False, after=False)],
+            "Without the tripod no turn changes.",
+        ),
+        (
+            [change(170.0, 0.002)],
+            "Without the tripod no turn gets worse. Turns move by up to 170 degrees, "
+            "but the old ones are as good within 1 %.",
+        ),
+        (
+            [change(12.0, 0.08), change(1.0)],
+            "Without the tripod 1 of 2 turns changes, most of all Loop: from 10° to 22°; "
+            "the old turn would give up 8 % of its range.",
+        ),
+        (
+            [change(0.0), change(0.2, before=False, name="rim")],
+            "Without the tripod no turn changes. Now within reach: Rim.",
+        ),
+        (
+            [change(0.0), change(0.2, after=False, name="rim")],
+            "Without the tripod no turn changes. No longer within reach: Rim.",
+        ),
+        (
+            [change(5.0, before=False, after=False)],
+            "Without the tripod, as with it, no style is within reach.",
+        ),
+    ],
+)
+def test_changes_are_said_in_words(found: list[Change], expected: str) -> None:
+    assert sentence(found, "the tripod") == expected
