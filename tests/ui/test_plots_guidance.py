@@ -15,13 +15,13 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import difference
 from app.core.guidance.plan import Mark, Plan
+from app.ui.plots.guidance import BigDegrees, TurnArrow
+from app.ui.plots.mask_canvas import draw_brush_ring
+from app.ui.plots.plan import PlanView
+from app.ui.plots.weights import WeightLegend, WeightScale
 from app.ui.screens.turn.state import Scale
 from app.ui.screens.turn.view.strip import BackgroundStrip
 from app.ui.theme import set_theme, theme
-from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
-from app.ui.widgets.plots.mask_canvas import draw_brush_ring
-from app.ui.widgets.plots.plan import PlanView
-from app.ui.widgets.plots.weights import WeightLegend, WeightScale
 
 GROUND = "#1e1e1e"
 

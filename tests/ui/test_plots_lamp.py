@@ -14,11 +14,11 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.solver.head_shape import HeadShape
+from app.ui.plots.head_views import AboveView, SideView
+from app.ui.plots.lamps import LampPlot, SkyMap
 from app.ui.screens.light.pictures import sky_of
 from app.ui.screens.light.state import HeadsState
 from app.ui.theme import set_theme
-from app.ui.widgets.plots.head_views import AboveView, SideView
-from app.ui.widgets.plots.lamps import LampPlot, SkyMap
 
 KEY, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 

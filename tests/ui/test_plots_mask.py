@@ -12,8 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.ui.plots.mask_canvas import MaskCanvas
 from app.ui.theme import theme
-from app.ui.widgets.plots.mask_canvas import MaskCanvas
 
 PLAIN = Qt.KeyboardModifier.NoModifier
 

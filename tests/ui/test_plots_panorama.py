@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import difference
+from app.ui.plots.panorama import PanoramaView, SceneLamp
 from app.ui.theme import theme
-from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 
 LEFT = Qt.MouseButton.LeftButton
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -11,9 +11,9 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import at_turn, difference
+from app.ui.plots.polar import PolarPlot
+from app.ui.plots.weights import WeightPanorama, dimmed, tinted
 from app.ui.theme import set_theme, theme
-from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.plots.weights import WeightPanorama, dimmed, tinted
 from tests.helpers.pace import units
 
 ORANGE, BLUE = (255, 140, 30), (40, 140, 255)

@@ -29,6 +29,8 @@ from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
 from app.core.solver.transport import load_named
 from app.core.styles.style_pack import load_named_pack
+from app.ui.plots.polar import PolarPlot
+from app.ui.plots.weights import WeightPanorama
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import PaintScreen
@@ -37,8 +39,6 @@ from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.dialogs import LineSheet
 from app.ui.widgets.paint import draw_tag
-from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.plots.weights import WeightPanorama
 from tests.helpers.paint_studio import Studio, studio
 
 LEFT, MIDDLE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton

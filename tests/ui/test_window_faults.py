@@ -29,6 +29,7 @@ from app.core.styles.styles import NAMES
 from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
+from app.ui.plots.guidance import BigDegrees
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
@@ -36,7 +37,6 @@ from app.ui.screens.turn.view.parts import Well
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
-from app.ui.widgets.plots.guidance import BigDegrees
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.cameras import Rig
 from tests.helpers.fragile_webcam import FragileWebcam

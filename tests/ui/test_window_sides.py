@@ -23,6 +23,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import difference, wrap
 from app.core.base.images import write_exr
+from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import StyleCard, TurnWords
 from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
@@ -30,7 +31,6 @@ from app.ui.shell.start import App
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Term
 from app.ui.widgets.labels import Text
-from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.pdf import pdf_text
 from tests.helpers.turn_rig import FakeWebcam, frame_of, see_what_is_written

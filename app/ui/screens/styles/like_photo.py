@@ -81,7 +81,7 @@ class LikeState:
     hint: str = ""
     trouble: str = ""
 
-    # How plots of a lamp see it, see `app.ui.widgets.plots.lamps.Heads`.
+    # How plots of a lamp see it, see `app.ui.plots.lamps.Heads`.
     distance_m: float = 1.0
     place_light_deg: float | None = None
 

@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import metres
+from app.ui.plots.head_views import AboveView, SideView
+from app.ui.plots.lamps import LampPlot, SkyMap
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.state import (
     DISTANCES_M,
@@ -30,8 +32,6 @@ from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.paint import MIDDLE, RIGHT, STALE, Painted, put_text, text_width
-from app.ui.widgets.plots.head_views import AboveView, SideView
-from app.ui.widgets.plots.lamps import LampPlot, SkyMap
 from app.ui.widgets.surfaces import Card, Frame, Menu, Scroll, Surface
 
 HEIGHT: Final = 76

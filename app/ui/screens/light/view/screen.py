@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import lux_words
+from app.ui.plots.mask_canvas import MaskCanvas
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.light.lamps import Source
 from app.ui.screens.light.mask import RADII_DEG, MaskEdit, MaskState
@@ -43,7 +44,6 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, column, grid, row, stacked
 from app.ui.widgets.messages import Empty, StaleVeil
-from app.ui.widgets.plots.mask_canvas import MaskCanvas
 from app.ui.widgets.surfaces import Room
 
 _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")

@@ -24,12 +24,12 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
+from app.ui.plots.base import Plot
 from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown, head_words
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.tools import Viewing, ZoomBox, fitting
 from app.ui.theme import px
 from app.ui.widgets.accessibility import describe, give_role
-from app.ui.widgets.plots.base import Plot
 
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together
 _STEP: Final = 1.2  # of the zoom box

@@ -16,12 +16,12 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
+from app.ui.plots.base import device_ratio
+from app.ui.plots.mask_canvas import BrushSign, draw_brush_ring
 from app.ui.screens.paint.state import HeadLook
 from app.ui.screens.paint.view.tools import Viewing
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
-from app.ui.widgets.plots.base import device_ratio
-from app.ui.widgets.plots.mask_canvas import BrushSign, draw_brush_ring
 
 Pixels: TypeAlias = NDArray[np.uint32]
 Colour: TypeAlias = tuple[int, int, int]

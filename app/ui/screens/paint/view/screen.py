@@ -15,6 +15,8 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
+from app.ui.plots.polar import PolarPlot
+from app.ui.plots.weights import WeightLegend, WeightPanorama, WeightScale
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
@@ -29,8 +31,6 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.messages import StaleVeil
 from app.ui.widgets.paint import put_text, text_width
-from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama, WeightScale
 from app.ui.widgets.surfaces import Menu, Room, Scroll, Surface
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}

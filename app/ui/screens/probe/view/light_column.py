@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.quantities import ev_words
+from app.ui.plots.panorama import PanoramaView, SceneLamp
 from app.ui.presenters.places_list import PlacesListRow
 from app.ui.screens.probe.presenter import ProbePresenter
 from app.ui.screens.probe.state import LAYERS, LampRow, Live, ProbeState, RoughCard, Sign
@@ -27,7 +28,6 @@ from app.ui.widgets.layouts import add, boxed, clear, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import MIDDLE, Painted, box, faint, put_text, text_width
-from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 from app.ui.widgets.surfaces import Card, Frame, Scroll
 
 _CARDS: Final = 3

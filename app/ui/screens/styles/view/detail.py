@@ -10,6 +10,8 @@ from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.core.text import tr
+from app.ui.plots.polar import PolarPlot
+from app.ui.plots.weights import WeightPanorama
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.styles.state import DetailState
@@ -22,8 +24,6 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Sign, Text
 from app.ui.widgets.layouts import Item, boxed, column, row
 from app.ui.widgets.messages import StaleVeil
-from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.plots.weights import WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 _MARGIN: Final = 24

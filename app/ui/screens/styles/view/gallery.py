@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from app.core.styles.lamps import RATIO_CHOICES
 from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES
+from app.ui.plots.panorama import PanoramaView
 from app.ui.screens.styles.state import CardState, LampsState, LensState, StylesState
 from app.ui.screens.styles.view.card import (
     DamagedCard,
@@ -29,7 +30,6 @@ from app.ui.widgets.dialogs import KeysSheet, Term
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.plots.panorama import PanoramaView
 from app.ui.widgets.surfaces import Scroll, Surface
 
 _GAP: Final = 8

@@ -11,6 +11,8 @@ from PySide6.QtGui import QMouseEvent, QPainter
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
+from app.ui.plots.base import disc, draw_text
+from app.ui.plots.lamps import SkyMap
 from app.ui.screens.styles.like_photo import RATIOS, SIDE, LikePhoto, LikeState
 from app.ui.theme import px, theme
 from app.ui.widgets.buttons import Button
@@ -20,8 +22,6 @@ from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.plots.base import disc, draw_text
-from app.ui.widgets.plots.lamps import SkyMap
 
 _GAP = 16
 _SIZES_DEG = (8.0, 80.0)

@@ -9,6 +9,7 @@ from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFo
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
+from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
@@ -16,7 +17,6 @@ from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
-from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.core.text.turns import direction_words
+from app.ui.plots.plan import PlanView
 from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
@@ -20,7 +21,6 @@ from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.plots.plan import PlanView
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:

@@ -14,10 +14,8 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
-from app.ui.theme import Theme, px, theme
-from app.ui.widgets.paint import faint, pen, text_width
-from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
-from app.ui.widgets.plots.geometry import (
+from app.ui.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
+from app.ui.plots.geometry import (
     Dial,
     Point,
     head_outline,
@@ -26,6 +24,8 @@ from app.ui.widgets.plots.geometry import (
     turn_at,
     value_at,
 )
+from app.ui.theme import Theme, px, theme
+from app.ui.widgets.paint import faint, pen, text_width
 
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
 _CORE: Final = 26.0  # radius of the value 0: the head stands inside it

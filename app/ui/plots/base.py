@@ -24,13 +24,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.core.base.visible import visible
+from app.ui.plots.geometry import Point, smooth
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
-from app.ui.widgets.plots.geometry import Point, smooth
 
 if TYPE_CHECKING:
-    from app.ui.widgets.plots.graphics import PanoramaPanel
+    from app.ui.plots.graphics import PanoramaPanel
 
 _ARROWS: Final = {
     Qt.Key.Key_Left: (-1.0, 0.0),
@@ -169,7 +169,7 @@ class Plot(Paints, QWidget):
         """The panorama of a plot that shows one; made when it is first asked for."""
         if self._panel is None:
             # Not before it is needed: see there.
-            from app.ui.widgets.plots.graphics import PanoramaPanel
+            from app.ui.plots.graphics import PanoramaPanel
 
             self._panel = PanoramaPanel(self, lambda p: self.draw_over(p, device_ratio(p)))
             self._panel.setGeometry(self.panel_rect())

@@ -22,15 +22,15 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words
+from app.ui.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
+from app.ui.plots.geometry import Point
+from app.ui.plots.mapping import Viewport
+from app.ui.plots.marks import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, pen
-from app.ui.widgets.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
-from app.ui.widgets.plots.geometry import Point
-from app.ui.widgets.plots.mapping import Viewport
-from app.ui.widgets.plots.marks import draw_corners
 
 if TYPE_CHECKING:
-    from app.ui.widgets.plots.graphics import PanoramaLayer
+    from app.ui.plots.graphics import PanoramaLayer
 
 
 WeightSign: TypeAlias = Literal["plus", "minus"]

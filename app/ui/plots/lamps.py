@@ -21,11 +21,11 @@ from PySide6.QtGui import (
 from app.core.base.angles import wrap
 from app.core.solver.head_shape import HeadShape
 from app.core.text import tr
+from app.ui.plots.base import Plot, arrow_step, disc, draw_text
+from app.ui.plots.geometry import Point
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box, faint, pen
-from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
-from app.ui.widgets.plots.geometry import Point
 
 _LABELS: Final = 24  # height of the line of words below
 _ABOVE: Final = 6  # room for the dot where the lamp is raised as far as it goes

@@ -13,11 +13,11 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import arc_width, at_turn, difference
 from app.core.guidance.plan import Kind, Mark, Plan
 from app.core.text import tr
+from app.ui.plots.base import Plot, closed_path, disc, draw_text, polygon
+from app.ui.plots.geometry import Point, head_outline, sector
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box, faint, pen, text_width
-from app.ui.widgets.plots.base import Plot, closed_path, disc, draw_text, polygon
-from app.ui.widgets.plots.geometry import Point, head_outline, sector
 
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)

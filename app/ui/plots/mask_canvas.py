@@ -13,15 +13,15 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResiz
 
 from app.core.base.angles import wrap
 from app.core.text import tr
+from app.ui.plots.base import Plot, arrow_step, disc
+from app.ui.plots.geometry import Point
+from app.ui.plots.mapping import Viewport
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import pen
-from app.ui.widgets.plots.base import Plot, arrow_step, disc
-from app.ui.widgets.plots.geometry import Point
-from app.ui.widgets.plots.mapping import Viewport
 
 if TYPE_CHECKING:
-    from app.ui.widgets.plots.graphics import PanoramaLayer
+    from app.ui.plots.graphics import PanoramaLayer
 
 
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]

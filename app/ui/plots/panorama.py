@@ -21,10 +21,9 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.core.text.turns import turn_words, whole
-from app.ui.theme import px, theme
-from app.ui.widgets.plots.base import Plot, arrow_step
-from app.ui.widgets.plots.mapping import Viewport
-from app.ui.widgets.plots.marks import (
+from app.ui.plots.base import Plot, arrow_step
+from app.ui.plots.mapping import Viewport
+from app.ui.plots.marks import (
     MarkerGrip,
     Marks,
     SceneLamp,
@@ -32,9 +31,10 @@ from app.ui.widgets.plots.marks import (
     draw_marks,
     draw_scale,
 )
+from app.ui.theme import px, theme
 
 if TYPE_CHECKING:
-    from app.ui.widgets.plots.graphics import Hatching, PanoramaLayer
+    from app.ui.plots.graphics import Hatching, PanoramaLayer
 
 __all__ = ["PanoramaView", "SceneLamp"]
 

@@ -24,7 +24,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app.core.base.arrays import Bytes
-from app.ui.widgets.plots.mapping import Viewport
+from app.ui.plots.mapping import Viewport
 
 _SMALLEST: Final = 512  # columns below which no smaller copy is made
 _GAP: Final = 1 / 340  # of the width, half of the widest gap: 3 texels of 1,024

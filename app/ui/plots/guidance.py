@@ -10,10 +10,10 @@ from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPolygon
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
+from app.ui.plots.base import Plot, polygon
+from app.ui.plots.geometry import arrow_shape
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import pen
-from app.ui.widgets.plots.base import Plot, polygon
-from app.ui.widgets.plots.geometry import arrow_shape
 
 _FIGURE: Final = 224
 _LINE: Final = 176
