@@ -6,15 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
-import numpy as np
 import pytest
 
 from app.devices.capture import fetching
 from app.devices.capture.recovery import Contact
 from app.devices.capture.session import Session
-from app.devices.errors import CaptureFailed, DeviceError, DownloadFailed
-from app.devices.simulated.exchange import Reply, Request, text_reply
+from app.devices.errors import DeviceError, DownloadFailed
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import rig, without_merging, without_waiting_for_the_disk
 from tests.helpers.simulated import stored
@@ -88,74 +85,6 @@ def test_a_picture_that_only_decoding_finds_damaged_is_left_out(
     result = made.shoot("full")
     assert len(result.frames) == len(result.plan.shots) - 1
     assert list((made.folder / "originals").glob("*.damaged"))
-
-
-def displaced(data: bytes) -> bytes:
-    """Do to a JPEG what damage in its coded data does: the rest is moved sideways."""
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None
-    half = len(picture) // 2
-    picture[half:] = np.roll(picture[half:], 64, axis=1)
-    made = cv2.imencode(".jpg", picture)[1].tobytes()
-    end = 2
-    while data[end] == 0xFF and 0xE0 <= data[end + 1] <= 0xEF:
-        end += 2 + int.from_bytes(data[end + 2 : end + 4], "big")
-    return data[:end] + made[2:]
-
-
-@pytest.mark.parametrize("place", [0, 1, 2])
-def test_damage_that_decodes_is_fetched_again(tmp_path: Path, place: int) -> None:
-    made = rig(tmp_path, shape=(128, 256))
-    answer = made.camera.answer
-    spoiled: list[str] = []
-
-    def once(request: Request) -> Reply:
-        reply = answer(request)
-        files = [each for each in made.camera.storage.files if each.take and each.take.program == 1]
-        path = files[place].path if len(files) == 3 else ""
-        if request.target != path or spoiled:
-            return reply
-        spoiled.append(path)
-        return text_reply(displaced(files[place].data), "image/jpeg")
-
-    made.camera.answer = once  # type: ignore[method-assign]
-    result = made.shoot()
-    assert spoiled
-    assert [p.read_bytes() for p in result.frames] == [f.data for f in stored(made.camera)]
-
-
-def test_damage_on_the_camera_itself_is_asked_about(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = rig(tmp_path, shape=(128, 256))
-
-    def spoil_one() -> None:
-        file = stored(made.camera)[1]
-        file._made["file"] = displaced(file.data)
-
-    before_fetching(monkeypatch, spoil_one)
-    with pytest.raises(CaptureFailed, match="not match the other frames") as caught:
-        made.shoot()
-    assert caught.value.code == "misfit"
-    assert stored(made.camera)[1].name in caught.value.message
-    # To go on all the same is to use it.
-    assert len(made.shoot().frames) == 3
-
-
-def test_of_many_frames_the_one_that_does_not_fit_is_left_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = rig(tmp_path, shape=(128, 256))
-
-    def spoil_one() -> None:
-        file = stored(made.camera)[1]
-        file._made["file"] = displaced(file.data)
-
-    before_fetching(monkeypatch, spoil_one)
-    result = made.shoot("full")
-    assert len(result.frames) >= 3
-    assert stored(made.camera)[1].data not in [path.read_bytes() for path in result.frames]
-    assert any("could not be brought over whole" in line for line in result.warnings)
 
 
 def test_too_few_whole_files_are_a_failure_but_all_were_fetched(

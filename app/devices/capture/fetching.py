@@ -21,11 +21,9 @@ from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import atomic_write_bytes, file_opener, flush_folder
 from app.core.base.progress import Token
 from app.core.measure.bracket.bracket import EQUAL_STOPS
-from app.core.measure.bracket.contradiction import disagreeing
-from app.core.measure.read.decoding import Pixels
 from app.core.measure.read.metadata import read_header
 from app.core.places.journal import SessionFrame
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 from app.core.text.quantities import listed
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_file, whole_picture
 from app.devices.capture.preparation import Job
@@ -35,7 +33,6 @@ from app.devices.errors import (
     LOSSES,
     BadReply,
     CameraRefused,
-    CaptureFailed,
     DeviceError,
     DownloadFailed,
     Unreachable,
@@ -434,72 +431,7 @@ def fetch(job: Job) -> None:
             error = _again(job, view, number, entries[frame.url])
             if error is not None:
                 failed[frame.url] = error
-    if entries:
-        _compare(job, view, entries, failed)
     _settle(job, failed)
-
-
-def _compare(
-    job: Job, view: _View, entries: Mapping[str, FileEntry], failed: dict[str, DeviceError]
-) -> None:
-    """Fetch frames once more that do not fit the others; leave them out, or ask, if they stay so.
-
-    Damage inside a JPEG that can still be decoded is seen only beside the other frames.
-    """
-    frames = job.session.journal.frames
-    for number in _misfits(job, failed):
-        if frames[number].url in entries:
-            view.show(
-                tr("Fetching {name} again: it does not fit the others", name=frames[number].name)
-            )
-            error = _again(job, view, number, entries[frames[number].url])
-            if error is not None:
-                failed[frames[number].url] = error
-    misfits = _misfits(job, failed) if view.fetched_again else ()
-    if not misfits:
-        return
-    others = [
-        job.session.path_of(frame)
-        for number, frame in enumerate(frames)
-        if number not in misfits and frame.url not in failed
-    ]
-    names = listed([frames[number].name for number in misfits])
-    what = tr_plural(
-        "{names} does not match the other frames, even when fetched again.",
-        "{names} do not match the other frames, even when fetched again.",
-        len(misfits),
-        names=names,
-    )
-    if _different(others) < _ENOUGH:
-        raise CaptureFailed(
-            what,
-            tr(
-                "Something changed during the bracket, or the file is damaged on the "
-                "camera. Open this session again to use all frames, or capture again."
-            ),
-            "misfit",
-        )
-    for number in misfits:
-        _set_aside(job, frames[number])
-        failed[frames[number].url] = DownloadFailed(what, tr("Take the bracket again."), "damaged")
-
-
-def _misfits(job: Job, failed: Mapping[str, DeviceError]) -> tuple[int, ...]:
-    """Numbers of the frames that look damaged beside the others."""
-    here: list[int] = []
-    small: list[Pixels] = []
-    stops: list[float] = []
-    for number, frame in enumerate(job.session.journal.frames):
-        path = job.session.path_of(frame)
-        picture = None if frame.url in failed else job.arriving.proxy(path, job.token)
-        exposure = None if picture is None else read_header(path).frame.exposure
-        if picture is None or exposure is None or picture.dtype != "uint8":
-            continue
-        if picture.shape[1] == 2 * picture.shape[0]:
-            here.append(number)
-            small.append(picture)
-            stops.append(exposure.ev)
-    return tuple(here[place] for place in disagreeing(small, stops))
 
 
 def _set_aside(job: Job, frame: SessionFrame) -> None:
@@ -547,7 +479,6 @@ class _View:
 
     def __init__(self, job: Job, rows: list[FrameProgress]) -> None:
         self.job, self.rows = job, rows
-        self.fetched_again = False
 
     def set(self, number: int, **changes: object) -> None:
         """Change a row and say how far everything is."""
@@ -584,7 +515,6 @@ def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError 
     """Fetch a file once more whose length was right but whose picture is damaged."""
     path = job.session.originals / job.session.local_name(entry)
     _set_aside(job, job.session.journal.frames[number])
-    view.fetched_again = True
     view.set(number, done=False)
     error = _one(job, view, number, entry, whole_picture)
     if error is None:

@@ -19,7 +19,7 @@ from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.progress import Report, Token, silent
 from app.core.measure.bracket.pipeline import Probe, measure, rehearse
 from app.core.measure.finish.finish import MergeOptions
-from app.core.measure.read.decoding import OpenedFrame, Pixels, open_frame
+from app.core.measure.read.decoding import OpenedFrame, open_frame
 from app.core.measure.read.frame import Frame
 from app.core.measure.read.metadata import read_header
 from app.core.measure.read.pixels import MEMORY_BYTES, workers
@@ -91,14 +91,6 @@ class ArrivingFrames:
         except ProbeError as error:
             return error.message
         return ""
-
-    def proxy(self, path: Path, token: Token | None = None) -> Pixels | None:
-        """Show a small picture of a file that was added, once it has been read; else None."""
-        try:
-            read = self._of(path, token)
-        except ProbeError:
-            return None
-        return None if read is None else read.opened.proxy
 
     def _of(self, path: Path, token: Token | None) -> _Read | None:
         """Wait for a file that was added; None for another one."""

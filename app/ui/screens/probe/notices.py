@@ -99,9 +99,6 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
         isinstance(error, DownloadFailed) and error.code in _LOST
     ):
         return _lost(error, far)
-    if getattr(error, "code", "") == "misfit" and isinstance(error, DeviceError):
-        hint = tr("Something changed during the bracket, or the file is damaged on the camera.")
-        return Notice("error", error.message, hint, (("resume", tr("Use all frames")), _AGAIN))
     buttons = (_RESUME, _AGAIN) if far.resumable and far.total else (_AGAIN,)
     if isinstance(error, (DeviceError, CoreError)):
         return Notice("error", error.message, error.hint, buttons)
