@@ -38,6 +38,7 @@ from app.devices.theta.client import Info, OscClient
 from app.devices.theta.discovery import FoundCamera, check_address, discover, look_at, remember
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.link import Credentials, Link
+from app.words.progress import progress_words
 
 _STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
 _MOST_DELAY_S: Final = 10
@@ -143,7 +144,9 @@ class StatusTeller:
         if not status.message or (what == self._last and now - self._time < _SAY_AGAIN_S):
             return
         self._last, self._time = what, now
-        words = ", ".join(part for part in (status.message, status.left_words) if part)
+        words = ", ".join(
+            part for part in (progress_words(status.message), status.left_words) if part
+        )
         say(f"{100 * status.fraction:3.0f} %  {words}")
 
 

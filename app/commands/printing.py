@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from app.core.text import tr
 from app.core.text.quantities import about_words
+from app.words.progress import progress_words
 from app.words.reach import reason_sentence
 
 if TYPE_CHECKING:
     import argparse
 
+    from app.core.base.progress import Progress
     from app.core.second_light.search import Placed
     from app.core.solver.solve import PeakResult, StyleResult
 
@@ -81,17 +83,17 @@ class ProgressPrinter:
         self._first: tuple[float, float] | None = None
         self._said = ""
 
-    def __call__(self, fraction: float, message: str) -> None:
+    def __call__(self, fraction: float, step: Progress | str) -> None:
         """Say how far the work is; what was said already is not said again."""
-        now = time.monotonic()
+        now, message = time.monotonic(), progress_words(step)
         if self._first is None or fraction < self._first[0]:
             self._first = (fraction, now)
         gained = fraction - self._first[0]
-        told = message
+        words = message
         if gained > 0.02 and fraction < 1:
             left = about_words((now - self._first[1]) / gained * (1 - fraction))
-            told = tr("{message}, about {time} left", message=message, time=left)
-        line = f"{100 * fraction:3.0f} %  {told}"
+            words = tr("{message}, about {time} left", message=message, time=left)
+        line = f"{100 * fraction:3.0f} %  {words}"
         due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
         if line != self._said and due:
             say(line)

@@ -10,7 +10,7 @@ from app.core.base.progress import Token, silent
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.base.progress import Report
+    from app.core.base.progress import PhraseReport
 
 T = TypeVar("T")
 
@@ -24,7 +24,7 @@ class ImmediateRunner:
     def submit(
         self,
         key: str,
-        work: Callable[[Token, Report], T],
+        work: Callable[[Token, PhraseReport], T],
         *,
         title: str = "",
         done: Callable[[T], None] | None = None,

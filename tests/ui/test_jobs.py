@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from pytestqt.qtbot import QtBot
 
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Token
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def runner(qtbot: QtBot, failures: list[Exception]) -> Iterator[QtRunner]:
     assert made.shutdown()
 
 
-def until_stopped(token: Token, report: Report) -> None:
+def until_stopped(token: Token, report: PhraseReport) -> None:
     while True:
         token.check()
         time.sleep(0.001)
@@ -43,7 +43,7 @@ def until_stopped(token: Token, report: Report) -> None:
 def test_an_answer_comes_on_the_thread_of_the_screens(qtbot: QtBot, runner: QtRunner) -> None:
     threads = list[int]()
 
-    def work(token: Token, report: Report) -> int:
+    def work(token: Token, report: PhraseReport) -> int:
         threads.append(threading.get_ident())
         return 7
 
@@ -61,7 +61,7 @@ def test_a_newer_job_of_the_same_key_takes_the_place_of_the_older(
     ends = list[str]()
     started = threading.Event()
 
-    def endless(token: Token, report: Report) -> None:
+    def endless(token: Token, report: PhraseReport) -> None:
         started.set()
         until_stopped(token, report)
 
@@ -80,7 +80,7 @@ def test_an_answer_that_is_on_its_way_is_dropped_once_cancelled(
 ) -> None:
     finished, ends = threading.Event(), list[str]()
 
-    def quick(token: Token, report: Report) -> None:
+    def quick(token: Token, report: PhraseReport) -> None:
         finished.set()
 
     runner.submit(
@@ -97,7 +97,7 @@ def test_a_failure_goes_to_whom_it_concerns(
 ) -> None:
     mine = list[Exception]()
 
-    def failing(token: Token, report: Report) -> None:
+    def failing(token: Token, report: PhraseReport) -> None:
         raise CoreError("No.")
 
     runner.submit("a", failing, failed=mine.append)
@@ -111,7 +111,7 @@ def test_progress_is_shown_for_work_with_a_title_only(qtbot: QtBot, runner: QtRu
     runner.line_changed.connect(lines.append)
     go_on = threading.Event()
 
-    def work(token: Token, report: Report) -> None:
+    def work(token: Token, report: PhraseReport) -> None:
         report(0.5, "half")
         go_on.wait(PATIENCE_S)
 
@@ -139,7 +139,7 @@ def test_many_jobs_leave_nothing_behind(qtbot: QtBot, runner: QtRunner) -> None:
     """Some hundred jobs in a row: what once crashed when job objects were deleted by Qt."""
     answers = list[int]()
 
-    def work(number: int) -> Callable[[Token, Report], int]:
+    def work(number: int) -> Callable[[Token, PhraseReport], int]:
         return lambda token, report: number
 
     for number in range(300):

@@ -13,7 +13,7 @@ from app.core.baking.lanes import select_variant
 from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources
-from app.core.base.progress import Token
+from app.core.base.progress import Progress, Token
 from benchmarks.speed.plain_search import matrix
 from tests.helpers.meshes import sphere, write_obj
 
@@ -205,7 +205,7 @@ class TestWithMitsuba:
         head = load_head("generic", HEADS / "generic.ply", HEADS / "generic-eyes.ply")
 
         def run(work: Path, token: Token, stop_at: float = 2.0) -> np.ndarray:
-            def report(fraction: float, message: str) -> None:
+            def report(fraction: float, step: Progress) -> None:
                 if fraction >= stop_at:
                     token.cancel()
 

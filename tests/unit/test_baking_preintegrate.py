@@ -12,7 +12,7 @@ from app.core.baking.lanes import select_variant
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError, Cancelled
-from app.core.base.progress import Token
+from app.core.base.progress import Progress, Token
 from app.core.styles.style_pack_build import build_pack
 from app.core.styles.styles import load_styles
 from benchmarks.answers.evaluation.preintegrate import Effort, Preintegrated, preintegrate_styles
@@ -33,9 +33,8 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(file: Path, token: Token) -> Preintegrated:
-    def report(share: float, message: str) -> None:
+    def report(share: float, step: Progress | str) -> None:
         assert 0 <= share <= 1
-        assert message
 
     return preintegrate_styles(
         load_head("ball", file, None),

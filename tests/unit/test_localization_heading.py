@@ -14,7 +14,7 @@ from app.core.base import sphere
 from app.core.base.angles import difference
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.paths import resources
-from app.core.base.progress import Token
+from app.core.base.progress import Progress, Task, Token
 from app.core.environment.environment import read_environment
 from app.core.localization import rotation
 from app.core.localization.features import HeadingIndex, build_index
@@ -163,15 +163,15 @@ def test_a_masked_picture(index: HeadingIndex) -> None:
 def test_an_index_can_be_stopped_and_says_how_far_it_is() -> None:
     token, told = Token(), []
 
-    def report(fraction: float, message: str) -> None:
-        told.append((fraction, message))
+    def report(fraction: float, step: Progress) -> None:
+        told.append((fraction, step))
         if len(told) == 3:
             token.cancel()
 
     with pytest.raises(Cancelled):
         build_index(demo_panorama(), token, report)
     assert [fraction for fraction, _ in told] == sorted(fraction for fraction, _ in told)
-    assert told[0][1] == "Learning the background"
+    assert told[0][1] == Progress(Task.LEARNING_BACKGROUND)
 
 
 def test_a_blank_panorama_is_said_to_be_one() -> None:

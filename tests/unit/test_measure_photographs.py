@@ -14,7 +14,7 @@ import pytest
 from app.cli import main
 from app.core.base.errors import Cancelled
 from app.core.base.paths import resources
-from app.core.base.progress import Token, silent
+from app.core.base.progress import Progress, Token, silent
 from app.core.base.sphere import rotation
 from app.core.environment.environment import read_environment
 from app.core.measure.finish.finish import MergeOptions
@@ -156,7 +156,7 @@ def test_too_few_and_damaged_files_are_refused(
 def test_stitching_can_be_stopped(cafe: Taken) -> None:
     token = Token()
 
-    def stop(fraction: float, message: str) -> None:
+    def stop(fraction: float, step: Progress) -> None:
         if fraction > 0.35:
             token.cancel()
 

@@ -17,7 +17,7 @@ from app.cli import main
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import resources
-from app.core.base.progress import Token, silent
+from app.core.base.progress import Progress, Token, silent
 from app.core.painting.canvas import from_style, make_canvas
 from app.core.painting.library import save_user_style
 from app.core.painting.user_style import UserStyle
@@ -100,7 +100,7 @@ def test_a_place_that_cannot_be_saved_is_open_all_the_same(tmp_path: Path) -> No
 def test_a_cancelled_opening_leaves_no_place(tmp_path: Path) -> None:
     token, steps = Token(), list[float]()
 
-    def report(fraction: float, message: str) -> None:
+    def report(fraction: float, step: Progress) -> None:
         steps.append(fraction)
         token.cancel()
 

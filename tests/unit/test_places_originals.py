@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.base.errors import Cancelled
-from app.core.base.progress import Token
+from app.core.base.progress import Progress, Task, Token
 from app.core.places.originals import adopt_files, publish, safe_file_name, sweep
 from app.core.places.place import PlaceError
 
@@ -52,16 +52,16 @@ def state(folder: Path) -> list[tuple[str, bytes, int]]:
 
 def test_copies_are_the_files_with_their_time(card: Path, place: Path) -> None:
     before = state(card)
-    told: list[tuple[float, str]] = []
+    told: list[tuple[float, Progress]] = []
     paths = sorted(card.iterdir(), reverse=True)
-    copies = adopt_files(place, paths, Token(), lambda share, words: told.append((share, words)))
+    copies = adopt_files(place, paths, Token(), lambda share, step: told.append((share, step)))
     assert [copy.name for copy in copies] == ["R2.JPG", "R1.JPG", "R0.JPG"]
     assert state(place / "originals") == before
     assert state(card) == before
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
-    assert any(words == "Copying 3 of 3" for _, words in told)
+    assert told[-2][1] == Progress(Task.COPYING, number=3, count=3)
 
 
 def test_same_files_again_are_not_copied_again(card: Path, place: Path) -> None:
@@ -92,8 +92,8 @@ def test_empty_list_is_fine(place: Path) -> None:
 def test_stopping_keeps_what_is_whole_and_nothing_else(card: Path, place: Path) -> None:
     token = Token()
 
-    def stop(share: float, words: str) -> None:
-        if words == "Copying 2 of 2" and share > 0.01:
+    def stop(share: float, step: Progress) -> None:
+        if step == Progress(Task.COPYING, number=2, count=2) and share > 0.01:
             token.cancel()
 
     with pytest.raises(Cancelled):
@@ -135,8 +135,8 @@ def test_too_large_and_too_many_are_sentences(
 
 @pytest.mark.parametrize("change", ["grows", "shrinks"])
 def test_file_that_changes_meanwhile_is_not_taken(card: Path, place: Path, change: str) -> None:
-    def touch(share: float, words: str) -> None:
-        del words
+    def touch(share: float, step: Progress) -> None:
+        del step
         if 0.0 < share < 0.9:
             with (card / "R0.JPG").open("r+b") as stream:
                 stream.truncate(BIG * 2 if change == "grows" else BIG - (1 << 20))

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.core.base.errors import Cancelled
-from app.core.base.progress import Token
+from app.core.base.progress import Progress, Token
 from app.core.places.library import (
     delete_place,
     empty_trash,
@@ -140,7 +140,7 @@ def test_an_emptied_trash_is_empty(root: Path, folder: Path, tmp_path: Path) -> 
     count, size = trash_size(root)
     assert count == 2
     assert size > len(b"picture")
-    reports: list[str] = []
+    reports: list[Progress] = []
     assert empty_trash(root, Token(), lambda share, words: reports.append(words)) == 2
     assert list_trash(root) == ()
     assert trash_size(root) == (0, 0)

@@ -42,7 +42,11 @@ def test_token_is_seen_by_another_thread() -> None:
 
 def test_span_maps_a_part_onto_the_whole_and_clips() -> None:
     said: list[tuple[float, str]] = []
-    part = span(lambda fraction, message: said.append((fraction, message)), 0.2, 0.6)
+
+    def report(fraction: float, message: str) -> None:
+        said.append((fraction, message))
+
+    part = span(report, 0.2, 0.6)
     for fraction in (0.0, 0.5, 1.0, -3.0, 7.0):
         part(fraction, "x")
     assert [fraction for fraction, _ in said] == pytest.approx([0.2, 0.4, 0.6, 0.2, 0.6])

@@ -52,12 +52,11 @@ from app.core.baking.walk import (
     trace_profile,
 )
 from app.core.base.arrays import Float32, Float64
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Progress, Report, Task, Token
 from app.core.portrait.head_views import pack_view
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.transport import Transport, TransportHeader
 from app.core.styles.styles import Style
-from app.core.text import tr
 
 _BATCH_PATHS = 1 << 22
 _BATCH_PIXELS = 96
@@ -206,11 +205,11 @@ class _Progress:
     report: Report
     token: Token
 
-    def part(self, start: float, stop: float, message: str) -> Watch:
+    def part(self, start: float, stop: float, task: Task) -> Watch:
         """Watch of a part that takes progress from `start` to `stop`."""
 
         def watch(share: float) -> None:
-            self.report(share, message)
+            self.report(share, Progress(task))
             self.token.check()
 
         return part_of(watch, start, stop)
@@ -271,7 +270,7 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
     cache = BakeCache(how["work"] / key)
     progress = _Progress(how["report"], how["token"])
     scene = build_scene(head, skin, camera)
-    looking = progress.part(0.0, 0.01, tr("Looking at the head"))
+    looking = progress.part(0.0, 0.01, Task.VIEWING_HEAD)
     covered = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
     points = place_points(
         scene,
@@ -356,7 +355,7 @@ def _light_cache(cache: BakeCache, prefix: str) -> Keep:
 
 def _measured(job: _Job, cache: BakeCache, progress: _Progress, end: float) -> _Light:
     """Measure how the skin takes light, and the light that reaches its points."""
-    measuring = tr("Measuring where light reaches the skin")
+    measuring = Task.MEASURING_SKIN
     profile = measure_profile(
         job.tables, job.pixels, job.seed, cache.keep, progress.part(0.01, 0.02, measuring)
     )
@@ -368,7 +367,7 @@ def _matrix(
 ) -> Float32:
     """Rows of the transport for all pixels, (P, columns, 3)."""
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
-    following = progress.part(*part, tr("Following light through the skin"))
+    following = progress.part(*part, Task.FOLLOWING_LIGHT)
     for start, stop in _batches(len(matrix), job.quality.paths):
         watch = part_of(following, start / len(matrix), stop / len(matrix))
         watch(0.0)

@@ -1,19 +1,74 @@
 """Cancelling and reporting for long work, without knowing anything of threads or screens.
 
 A long function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few times
-a second) and ``report(fraction, message)`` when there is something new to say. Who runs it,
-in which thread, and how progress is shown is the caller's affair.
+a second) and ``report(fraction, progress)`` when there is something new. Who runs it, in which
+thread, and how it is shown is the caller's affair; `app.words.progress` makes the words.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Generic, TypeAlias, TypedDict, TypeVar
 
 from app.core.base.errors import Cancelled
 
-Report: TypeAlias = Callable[[float, str], None]
-"""Callable ``(fraction, message)``: fraction in [0, 1], message a short plain phrase."""
+
+class Task(StrEnum):
+    """What long work does at a moment."""
+
+    READING = "reading"
+    COPYING = "copying"
+    COPIED = "copied"
+    DELETING = "deleting"
+    SAVING_PLACE = "saving place"
+    READING_FRAMES = "reading frames"
+    ALIGNING_FRAMES = "aligning frames"
+    CHECKING_EXPOSURES = "checking exposures"
+    MERGING = "merging"
+    STITCHING = "stitching"
+    FINDING_LAMPS = "finding lamps"
+    READING_PHOTOS = "reading photos"
+    COMPARING_PHOTOS = "comparing photos"
+    WATCHING_FILM = "watching film"
+    FINDING_LIGHT = "finding light"
+    LEARNING_BACKGROUND = "learning background"
+    FINDING_BACKGROUND = "finding background"
+    FINDING_LAMP = "finding lamp"
+    TURNING_LAMP = "turning lamp"
+    TRYING_LAMP = "trying lamp"
+    SORTING_SHADOWS = "sorting shadows"
+    HOLDING_LAMP = "holding lamp"
+    VIEWING_HEAD = "viewing head"
+    MEASURING_SKIN = "measuring skin"
+    FOLLOWING_LIGHT = "following light"
+    DONE = "done"
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far long work is, as data.
+
+    Attributes:
+        name: Of the file, place or lamp that it is about; "" where there is none.
+        number, count: Which one of how many, from 1; 0 where nothing is counted.
+    """
+
+    task: Task
+    name: str = ""
+    number: int = 0
+    count: int = 0
+
+
+Report: TypeAlias = Callable[[float, Progress], None]
+"""Callable ``(fraction, step)``: fraction in [0, 1]."""
+
+PhraseReport: TypeAlias = Callable[[float, Progress | str], None]
+"""The same above core, where a short phrase will do, too."""
+
+
+M = TypeVar("M")
 
 
 class Token:
@@ -50,7 +105,7 @@ class Token:
             raise Cancelled
 
 
-def silent(fraction: float, message: str) -> None:
+def silent(fraction: float, message: object) -> None:
     """Report nothing: the default.
 
     Args:
@@ -58,7 +113,9 @@ def silent(fraction: float, message: str) -> None:
     """
 
 
-def span(report: Report, start: float, stop: float) -> Report:
+def span(
+    report: Callable[[float, M], None], start: float, stop: float
+) -> Callable[[float, M], None]:
     """Map a part's own 0..1 onto ``start..stop`` of the whole.
 
     Args:
@@ -73,7 +130,7 @@ def span(report: Report, start: float, stop: float) -> Report:
         0.75 rendering
     """
 
-    def mapped(fraction: float, message: str) -> None:
+    def mapped(fraction: float, message: M) -> None:
         inside = min(max(fraction, 0.0), 1.0)
         report(start + (stop - start) * inside, message)
 

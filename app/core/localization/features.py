@@ -22,7 +22,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Int64
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes, open_file
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.localization.views import Lens, bearings, look
 from app.core.text import tr
 
@@ -88,10 +88,10 @@ def build_index(
     for done, (azimuth, pitch) in enumerate(views):
         if token is not None:
             token.check()
-        report(done / len(views), tr("Learning the background"))
+        report(done / len(views), Progress(Task.LEARNING_BACKGROUND))
         found = describe(look(panorama, float(azimuth), lens, pitch), _VIEW_POINTS)
         parts.append(_squarely_seen(found, lens, float(azimuth), pitch))
-    report(1.0, tr("Learning the background"))
+    report(1.0, Progress(Task.LEARNING_BACKGROUND))
     descriptors = np.concatenate([features.descriptors for features, _ in parts])
     vectors = np.concatenate([vectors for _, vectors in parts])
     if len(vectors) < _LEAST_POINTS:

@@ -17,7 +17,7 @@ import cv2
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.faces.finder import Face
 from app.core.guidance.guide import Goal, Reading, guide
 from app.core.localization.features import HeadingIndex
@@ -46,7 +46,7 @@ _SHORTEST: Final = 200
 _PANORAMA: Final = 2.0
 _PANORAMA_OFF: Final = 0.01
 _NO_SITTER: Final = 0.7
-_SEEN: Final = tr("Looking for the background")
+_SEARCH: Final = Progress(Task.FINDING_BACKGROUND)
 _CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
 _WIDER: Final = 1.15
 _PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, without one
@@ -230,7 +230,7 @@ def search_photo(
             break  # from elsewhere, perhaps, but the right way round
         search.with_sitter = None
         picture = photo.flipped.picture if flip else photo.picture
-        report(0.5 * flip, _SEEN)
+        report(0.5 * flip, _SEARCH)
         token.check()
         assumed = assumed_fov((picture.shape[1], picture.shape[0]))
         sitter = _sitter_in(picture, first or assumed)
@@ -238,7 +238,7 @@ def search_photo(
         sights: dict[Sitter | None, Sight] = {}
         for number, (width, who) in enumerate(dict.fromkeys(tries)):
             token.check()
-            report(0.5 * flip + 0.1 * (number + 1), _SEEN)
+            report(0.5 * flip + 0.1 * (number + 1), _SEARCH)
             if who not in sights:
                 mask = None if who is None else background_mask(who, picture.shape[:2])
                 sights[who] = see(picture, mask, FINE)

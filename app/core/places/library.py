@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.core.base.files import make_folder, os_errors_as, words_of
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
 from app.core.places.store import EARLIEST, PlaceSummary, summarise
 from app.core.text import tr
@@ -154,7 +154,7 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
     trouble: OSError | None = None
     for number, path in enumerate(entries):
         token.check()
-        report(number / len(entries), tr("Deleting {name}", name=_ENTRY.sub(r"\2", path.name)))
+        report(number / len(entries), Progress(Task.DELETING, _ENTRY.sub(r"\2", path.name)))
         try:
             path.rename(path.with_name(f"{_GOING}{path.name}"))
             count += 1

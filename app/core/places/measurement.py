@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Progress, Report, Task, Token
 from app.core.environment.environment import Environment, from_radiance, read_environment
 from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.finish.findings import find
@@ -23,7 +23,6 @@ from app.core.second_light.scale import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.turn_choice import Limits
 from app.core.styles.style_pack import load_named_pack
-from app.core.text import tr
 from app.core.text.quantities import place_name
 
 if TYPE_CHECKING:
@@ -176,7 +175,7 @@ def measure_intake(
         Cancelled: When the token was cancelled.
     """
     if intake.environment is not None:
-        report(0.1, tr("Reading {name}", name=intake.environment.name))
+        report(0.1, Progress(Task.READING, intake.environment.name))
         environment = read_environment(intake.environment, intake.layer)
         check_stitched(environment.radiance, intake.environment.name)
         light = _in_stored_precision(environment)

@@ -10,7 +10,7 @@ from typing import Final, TypeAlias
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import Cancelled, CoreError
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Progress, Report, Task, Token
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.measure.film.in_place import keep_frames
 from app.core.measure.film.movie_header import read_movie_header
@@ -96,7 +96,7 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
         front = read_movie_header(intake.film).front_camera
         facts = replace(facts, warnings=(*facts.warnings, *[_FRONT_CAMERA] * front))
     token.check()
-    report(0.9, tr("Saving the place"))
+    report(0.9, Progress(Task.SAVING_PLACE))
     # It is unknown when the light of files was measured: their place has no age.
     place = Place(intake.name, options.now, head=settings.head, location=location, capture=facts)
     place = replace(place, studios=settings.studios)

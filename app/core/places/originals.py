@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from app.core.base.files import is_private, make_folder, os_errors_as, umask, words_of
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
 from app.core.text import tr
 
@@ -177,16 +177,16 @@ def adopt_files(
     together, before = max(sum(sizes), 1), 0
     copies: list[Path] = []
     for number, (path, size) in enumerate(zip(paths, sizes, strict=True), 1):
-        words = tr("Copying {number} of {count}", number=number, count=len(paths))
+        step = Progress(Task.COPYING, number=number, count=len(paths))
 
-        def told(done: int, before: int = before, words: str = words) -> None:
+        def copied(done: int, before: int = before, step: Progress = step) -> None:
             token.check()
-            report(min((before + done) / together, 1.0), words)
+            report(min((before + done) / together, 1.0), step)
 
-        told(0)
-        copies.append(_adopt(path, size, target, told))
+        copied(0)
+        copies.append(_adopt(path, size, target, copied))
         before += size
-    report(1.0, tr("Copied"))
+    report(1.0, Progress(Task.COPIED))
     return tuple(copies)
 
 

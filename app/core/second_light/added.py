@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32, Float64, Floats, Int64
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token, silent, span
+from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.environment.environment import SHAPE, solid_angles
 from app.core.second_light.captured import PlacedLamp
 from app.core.second_light.contrast import (
@@ -117,13 +117,13 @@ def near_luminances(
             continue
         if token is not None:
             token.check()
-        report(number / COUNT, tr("Trying the lamp all around"))
+        report(number / COUNT, Progress(Task.TRYING_LAMP))
         found[number] = _picture(near, columns, lamp, *placement(number))[:, 0]
         done[number] = True
         if twins is not None:
             other = MIRRORED[number]
             found[other], done[other] = found[number][twins], True
-    report(1.0, tr("Trying the lamp all around"))
+    report(1.0, Progress(Task.TRYING_LAMP))
     return found
 
 
@@ -329,10 +329,10 @@ def from_numbers(
     pictures = near_luminances(near, lamp, token, span(report, 0.0, 0.7))
     alpha = coverage(lamp, SHAPE)
     hidden = find_hidden(alpha)
-    report(0.7, tr("Sorting what the lamp hides"))
+    report(0.7, Progress(Task.SORTING_SHADOWS))
     lit, beside = _in_basis(face, pictures)
     contrast = find_contrast(face, hidden, lit, beside)
-    report(1.0, tr("done"))
+    report(1.0, Progress(Task.DONE))
     return AddedLight(
         name=lamp.kind,
         title=lamp.title,
@@ -360,13 +360,13 @@ def from_captured(
     Raises CoreError if the head or the lamp is of another size, or the lamp is none.
     """
     _check(placed)
-    report(0.3, tr("Sorting what {title} hides", title=placed.title))
+    report(0.3, Progress(Task.SORTING_SHADOWS, placed.title))
     hidden = find_hidden(placed.alpha)
     parts = two_parts(placed.light, face.mixing).reshape(COUNT, -1)
     contrast = find_contrast(face, hidden, face.rows @ parts.T, np.zeros(COUNT))
-    report(0.8, tr("Holding {title} all around", title=placed.title))
+    report(0.8, Progress(Task.HOLDING_LAMP, placed.title))
     pictures = _luminances(transport, placed.light, token)
-    report(1.0, tr("done"))
+    report(1.0, Progress(Task.DONE))
     return AddedLight(
         name=placed.name,
         title=placed.title,

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
 from app.core.environment.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
 from app.core.environment.environment_file import repair
@@ -216,7 +216,7 @@ def placed(
     alpha = np.empty((COUNT, *shape), np.float32)
     for row, altitude in enumerate(ALTITUDES_DEG):
         (token or Token()).check()
-        report(row / len(ALTITUDES_DEG), tr("Turning the lamp"))
+        report(row / len(ALTITUDES_DEG), Progress(Task.TURNING_LAMP))
         raised = rotation(0.0, float(altitude)) @ ahead_of_face
         ahead, hidden = _turned(fine, mask, raised, shape)
         for column in range(columns):

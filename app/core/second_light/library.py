@@ -31,7 +31,7 @@ from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.base.image_input import clear_error, open_image
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
-from app.core.base.progress import Report, Token, silent, span
+from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import bounded, remap_frame
 from app.core.environment.environment import from_radiance
 from app.core.environment.environment_file import read_panorama
@@ -163,7 +163,7 @@ def capture_lamp(
             tr("These pictures are not full panoramas (2:1)."),
             tr("Capture the lamp with the 360 camera that measures places."),
         )
-    report(0.8, tr("Finding the lamp"))
+    report(0.8, Progress(Task.FINDING_LAMP))
     merged = probe.merged
     mask = find_mask(merged.radiance, merged.clipped)
     cameras = {frame.camera for frame in probe.bracket.frames if frame.camera}

@@ -17,7 +17,7 @@ from typing import Final, Literal
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.images import write_exr
-from app.core.base.progress import Token, span
+from app.core.base.progress import Progress, Token, span
 from app.core.measure.bracket.arriving import ArrivingFrames
 from app.core.measure.bracket.pipeline import Probe
 from app.core.measure.finish.finish import MergeOptions
@@ -235,8 +235,8 @@ def _merge(job: Job) -> None:
         times = file_integrity.planned_times(job.paths, job.plan)
         wishes = job.wishes if times is None else replace(job.wishes, times=times)
 
-        def report(fraction: float, message: str) -> None:
-            job.board.show(Stage.MERGING, message, fraction)
+        def report(fraction: float, step: Progress) -> None:
+            job.board.show(Stage.MERGING, step, fraction)
 
         job.probe = probe = job.arriving.measure(
             job.paths, job.pack, wishes, token=job.token, report=span(report, 0.0, 0.95)

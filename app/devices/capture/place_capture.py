@@ -16,7 +16,7 @@ from typing import Literal
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
-from app.core.base.progress import Report, Token
+from app.core.base.progress import PhraseReport, Token
 from app.core.localization.recapture_registration import Registered, register_again
 from app.core.measure.bracket.pipeline import measure
 from app.core.measure.finish.finish import MergeOptions
@@ -152,7 +152,7 @@ def capture(
     connect: Callable[[FoundCamera, Credentials | None], Link],
     clock: Clock,
     token: Token,
-    report: Report,
+    report: PhraseReport,
 ) -> CapturedPlace:
     """Take a bracket and merge it.
 
@@ -187,7 +187,7 @@ def capture(
 
 
 def merge_kept(
-    order: CaptureOrder, recording: Recording, token: Token, report: Report
+    order: CaptureOrder, recording: Recording, token: Token, report: PhraseReport
 ) -> CapturedPlace:
     """Merge the frames of an unfinished session that are here, without the camera.
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
 
+from app.core.base.progress import Progress
 from app.core.text import tr
 
 _ALMOST_S: Final = 1.5
@@ -56,7 +57,7 @@ class Status:
     """
 
     stage: Stage = Stage.IDLE
-    message: str = ""
+    message: Progress | str = ""
     fraction: float = 0.0
     shot: int = 0
     shots: int = 0
@@ -110,7 +111,9 @@ class Board:
         self._tell = tell
         self.status = Status()
 
-    def show(self, stage: Stage, message: str, part: float = 0.0, **changes: Any) -> None:
+    def show(
+        self, stage: Stage, message: Progress | str, part: float = 0.0, **changes: Any
+    ) -> None:
         """Say what is being done.
 
         * `part`: share of the stage that is done, 0 to 1.

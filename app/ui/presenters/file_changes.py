@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar, Unpack
 
 from app.core.base.errors import CoreError
-from app.core.base.progress import Handlers, Report, Token
+from app.core.base.progress import Handlers, PhraseReport, Token
 from app.core.painting.library import (
     EXPORT_ENDING,
     delete,
@@ -47,7 +47,7 @@ class SerialQueue:
         self._waiting: deque[Callable[[], None]] = deque()
         self._busy = False
 
-    def submit(self, work: Callable[[Token, Report], T], **how: Unpack[Handlers[T]]) -> None:
+    def submit(self, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]) -> None:
         """Do it once everything before it has ended; see `Runner.submit`."""
         done, cancelled = how.get("done"), how.get("cancelled")
         told = how.get("failed") or self.services.notify.tell_error

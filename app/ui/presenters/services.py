@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Protocol, TypeAl
 
 from numpy.typing import NDArray
 
-from app.core.base.progress import Handlers, Report, Token
+from app.core.base.progress import Handlers, PhraseReport, Token
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Runner(Protocol):
     """Runs long work somewhere else and brings its answer back to the thread of the screens."""
 
     def submit(
-        self, key: str, work: Callable[[Token, Report], T], **how: Unpack[Handlers[T]]
+        self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
         """Start `work`; an older one of the same key is cancelled and answers no more."""
 

@@ -21,7 +21,8 @@ from typing import Any, Final, TypeVar, Unpack
 from PySide6.QtCore import QObject, Qt, QThreadPool, Signal, Slot
 
 from app.core.base.errors import Cancelled
-from app.core.base.progress import Handlers, Report, Token
+from app.core.base.progress import Handlers, PhraseReport, Progress, Token
+from app.words.progress import progress_words
 
 _MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # numbers of malloc.h
 _LARGE = 1 << 20  # bytes
@@ -105,7 +106,7 @@ class _Job:
     """One piece of work; which it is tells its answers from those of an older one."""
 
     key: str
-    work: Callable[[Token, Report], Any]
+    work: Callable[[Token, PhraseReport], Any]
     title: str = ""
     done: Callable[[Any], None] | None = None
     failed: Callable[[Exception], None] | None = None
@@ -120,6 +121,10 @@ class _Bridge(QObject):
     finished = Signal(object, object, object)
 
 
+def _report(bridge: _Bridge, job: _Job, fraction: float, step: Progress | str) -> None:
+    bridge.progressed.emit(job, fraction, progress_words(step))
+
+
 def _work(job: _Job, bridge: _Bridge) -> None:
     """Do the work of a job on the pool; every way it can end becomes one signal."""
     answer: Any = None
@@ -127,7 +132,7 @@ def _work(job: _Job, bridge: _Bridge) -> None:
     began = time.thread_time()
     try:
         job.token.check()
-        answer = job.work(job.token, partial(bridge.progressed.emit, job))
+        answer = job.work(job.token, partial(_report, bridge, job))
     except Exception as problem:  # noqa: BLE001 - carried over to the screens
         error = problem
     if time.thread_time() - began > _HEAVY_S:
@@ -160,7 +165,7 @@ class QtRunner(QObject):
         self._closed = False
 
     def submit(
-        self, key: str, work: Callable[[Token, Report], T], **how: Unpack[Handlers[T]]
+        self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
         """Start work; see `app.ui.presenters.services.Runner.submit`."""
         if self._closed:

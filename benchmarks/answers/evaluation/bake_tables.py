@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Token
     from app.core.styles.styles import Style
 
 _OWN_ENVIRONMENT: Final = (32, 64)
@@ -47,7 +47,7 @@ def bake_tables(
     others: Sequence[HeadFiles],
     styles: Sequence[Style],
     *,
-    report: Report,
+    report: PhraseReport,
     token: Token,
 ) -> Tables:
     """Make the tables of evaluation.
@@ -86,7 +86,7 @@ def _table(
     environment: tuple[int, int],
     pictures: Sequence[int],
     effort: Effort,
-    report: Report,
+    report: PhraseReport,
     token: Token,
 ) -> tuple[NDArray[np.float32], TableNote]:
     head = load_head(files.name, files.skin, files.eyes, unit_mm=files.unit_mm)

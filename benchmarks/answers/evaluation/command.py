@@ -35,7 +35,7 @@ from benchmarks.answers.evaluation.tables import load_tables, save_tables, table
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.base.progress import Report
+    from app.core.base.progress import PhraseReport
     from app.core.styles.style_pack import StylePack
     from benchmarks.answers.evaluation.bake_tables import HeadFiles
     from benchmarks.answers.evaluation.evaluate import Evaluation
@@ -151,7 +151,7 @@ def _heads() -> list[str]:
     return [GENERIC, *(name for name in names if name != GENERIC)]
 
 
-def _tables(args: argparse.Namespace, report: Report, token: Token) -> Tables:
+def _tables(args: argparse.Namespace, report: PhraseReport, token: Token) -> Tables:
     path = tables_path(args.tables)
     if not args.bake:
         return load_tables(path)
@@ -202,7 +202,7 @@ def _page(
     tables: Tables,
     scenes: tuple[Scene, ...],
     pack: StylePack,
-    report: Report,
+    report: PhraseReport,
     token: Token,
 ) -> str:
     # Only a report needs its drawing.

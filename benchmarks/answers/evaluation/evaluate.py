@@ -21,7 +21,7 @@ from benchmarks.answers.evaluation.tables import styles_digest
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Progress, Token
     from app.core.solver.lens_search import ViewTables
     from app.core.solver.solve import StyleResult
     from app.core.solver.turn_choice import Objective
@@ -181,7 +181,7 @@ def evaluate(
     *,
     objective: Objective,
     views: Sequence[ViewTables] = (),
-    report: Report,
+    report: PhraseReport,
     token: Token,
 ) -> Evaluation:
     """Evaluate the paper's styles in some scenes.
@@ -199,7 +199,7 @@ def evaluate(
     rows = [tables.styles.index(style.name) for style in styles]
     tables = _only(tables, rows)
 
-    def step(share: float, words: str) -> None:
+    def step(share: float, words: Progress | str) -> None:
         token.check()
         report(share, words)
 
@@ -312,7 +312,7 @@ def _answers(
     packs: Mapping[str, StylePack],
     lights: Sequence[NDArray[Any]],
     styles: Sequence[str],
-    step: Report,
+    step: PhraseReport,
 ) -> tuple[_Answered, _Answered]:
     """Answers of the generic head by both objectives, and of all heads by match."""
     generic = {name: solved(packs[GENERIC], lights, name, styles) for name in OBJECTIVES}

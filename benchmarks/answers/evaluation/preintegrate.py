@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from app.core.baking.columns import Columns
     from app.core.baking.skin import Skin
     from app.core.baking.walk import SceneTables
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Token
     from app.core.styles.styles import Style
 
 Float32: TypeAlias = NDArray[np.float32]
@@ -105,7 +105,7 @@ def preintegrate_styles(
     pictures: Sequence[int],
     effort: Effort,
     seed: int,
-    report: Report,
+    report: PhraseReport,
     token: Token,
 ) -> Preintegrated:
     """Compute F of every style for several sizes of the picture.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.paths import resources
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import PhraseReport, Token, silent
 from app.core.environment.environment import read_environment, reduce
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def find_scenes(folder: Path) -> tuple[Path, ...]:
 
 
 def read_scenes(
-    files: Sequence[Path], report: Report = silent, token: Token | None = None
+    files: Sequence[Path], report: PhraseReport = silent, token: Token | None = None
 ) -> tuple[tuple[Scene, ...], tuple[str, ...]]:
     """Read and reduce panoramas.
 

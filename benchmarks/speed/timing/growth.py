@@ -24,7 +24,7 @@ from benchmarks.speed.timing.search import lively, plain_quality
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Token
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
@@ -62,7 +62,7 @@ class Growth:
 def grow(
     transport: Transport,
     pack: StylePack,
-    report: Report,
+    report: PhraseReport,
     token: Token,
     *,
     shape: tuple[int, int] = _FRAME_SHAPE,

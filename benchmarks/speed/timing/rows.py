@@ -20,7 +20,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Token
 
 Doer: TypeAlias = Literal["thread", "threads", "process"]
 Work: TypeAlias = Callable[[], Any]
@@ -151,7 +151,9 @@ def _processor(by: Doer) -> float:
     return time.process_time()
 
 
-def time_all(cases: Sequence[Case], speed: float, report: Report, token: Token) -> tuple[Row, ...]:
+def time_all(
+    cases: Sequence[Case], speed: float, report: PhraseReport, token: Token
+) -> tuple[Row, ...]:
     """Time hot paths, each beside its plain implementation, its limit and its peers.
 
     Args:

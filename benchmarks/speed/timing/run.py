@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import ModuleType
 
-    from app.core.base.progress import Report
+    from app.core.base.progress import PhraseReport
     from app.core.portrait.head_views import HeadViews
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
@@ -73,7 +73,7 @@ def find_peers() -> dict[str, ModuleType]:
 def run_all(
     transport: Transport,
     pack: StylePack,
-    report: Report,
+    report: PhraseReport,
     token: Token,
     *,
     views: HeadViews | None = None,

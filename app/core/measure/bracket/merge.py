@@ -22,7 +22,7 @@ import numpy as np
 
 from app.core.base.arrays import Float32, Indices
 from app.core.base.colour import to_rec709
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.measure.bracket.half_size import HalfLight, half_lights, merge_halved
 from app.core.measure.bracket.response import Response
 from app.core.measure.bracket.weighted_merge import Band, lift_black, merge_band
@@ -241,7 +241,7 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
             for part in _flow(pool, merge_rows, bands):
                 plan.token.check()
                 _put(result, part)
-                report(part.stop / height, "merging")
+                report(part.stop / height, Progress(Task.MERGING))
     return result
 
 

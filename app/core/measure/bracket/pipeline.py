@@ -24,7 +24,7 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
-from app.core.base.progress import Report, Token, silent, span
+from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.environment.environment import Environment, energy, from_radiance, kept_shares
 from app.core.environment.holes import GOES_ON, canvas
@@ -178,12 +178,12 @@ def measure(
         _check_options(bracket, options)
     found = _to_light(bracket, options, opener, token, span(report, 0.0, 0.9))
     token.check()
-    report(0.9, tr("finding lamps"))
+    report(0.9, Progress(Task.FINDING_LAMPS))
     found, blind = _without_gaps(found, token)
     with ThreadPoolExecutor(1) as beside:
         display = beside.submit(display_panorama, found.merged.radiance)
         finished = _finished(found, pack, options, blind)
-    report(1.0, "done")
+    report(1.0, Progress(Task.DONE))
     notes = tuple(note for note in (found.levelling.note, *finished.notes) if note)
     return replace(found, finished=finished, display=display.result(), notes=notes)
 
@@ -220,12 +220,12 @@ def measure_ball(
         for probe, ball in zip(probes, balls, strict=True)
     ]
     seen = sides[0] if len(sides) == 1 else joined(sides[0], sides[1], wanted.from_deg)
-    report(0.9, tr("finding lamps"))
+    report(0.9, Progress(Task.FINDING_LAMPS))
     light = probes[0].merged.moved(seen.texels[..., :3], seen.texels[..., 3:])
     light, room = fill(light, seen.blind), _room(brackets[0])
     finished = finish(light, pack, options, room_stops=room, blind=seen.blind)
     share = float(energy(seen.blind)) / (4.0 * math.pi)
-    report(1.0, "done")
+    report(1.0, Progress(Task.DONE))
     return replace(
         probes[0],
         finished=finished,
@@ -334,7 +334,7 @@ def _light_of(
                 return _without(bracket, stack, foreign, options, token, report)
             used = replace(bracket, frames=stack.frames, stops=stack.stops)
             found = _ball_in(stack, token) if ball else None
-            report(0.5, tr("checking the exposures"))
+            report(0.5, Progress(Task.CHECKING_EXPOSURES))
             known = response.response.name == "sRGB"
             motion = deghosting.trust(
                 stack.proxies,
@@ -360,7 +360,7 @@ def _light_of(
             )
     stitching = None
     if circles is not None:
-        report(1.0, "stitching")
+        report(1.0, Progress(Task.STITCHING))
         merged, stitching = to_panorama(merged, circles, used.frames[0].camera, size, token)
     names = [frame.path.name for frame in stack.frames]
     merged = _levelled(merged, level)
@@ -555,7 +555,7 @@ class _Aligned:
 
 def _align(stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report) -> _Aligned:
     """Lay frames on each other where they do not lie so already, if they are to be moved at all."""
-    report(0.0, tr("aligning frames"))
+    report(0.0, Progress(Task.ALIGNING_FRAMES))
     if not moves:
         return _Aligned(stack, (), ())
     found = align.estimate(stack.proxies, stack.stops)

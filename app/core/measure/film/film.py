@@ -14,7 +14,7 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import FloatImage, luminance
 from app.core.base.errors import ProbeError
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.environment.environment import reduce_radiance
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FRONTAL_DEG
@@ -244,12 +244,12 @@ def read_film(
     with FilmReader() as reader:
         for time_s, share, picture in frames:
             token.check()
-            report(0.95 * share, tr("looking at the film"))
+            report(0.95 * share, Progress(Task.WATCHING_FILM))
             reader.add(time_s, picture)
             reader.check_begin()
-        report(0.95, tr("finding the light"))
+        report(0.95, Progress(Task.FINDING_LIGHT))
         film = reader.film()
-    report(1.0, tr("done"))
+    report(1.0, Progress(Task.DONE))
     return film
 
 

@@ -21,12 +21,11 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float64
-from app.core.base.progress import Report, Token
+from app.core.base.progress import Progress, Report, Task, Token
 from app.core.base.sphere import from_vector
 from app.core.localization.features import Features, describe, pair, thinned
 from app.core.localization.recapture_registration import fit_rotation
 from app.core.localization.rotation import unit_rays
-from app.core.text import tr
 
 LONGEST: Final = 720
 """Pixels of the longer side of the pictures that are compared."""
@@ -70,7 +69,7 @@ def find_links(
     links = []
     with ThreadPoolExecutor(2) as pool:
         for done, link in enumerate(pool.map(partial(_link, views, token), pairs)):
-            report(done / len(pairs), tr("finding what photographs share"))
+            report(done / len(pairs), Progress(Task.COMPARING_PHOTOS))
             links += [] if link is None else [link]
     return links
 

@@ -24,7 +24,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import srgb_light
 from app.core.base.errors import ProbeError
-from app.core.base.progress import Report, Token, span
+from app.core.base.progress import Progress, Report, Task, Token, span
 from app.core.base.sphere import angles_of, directions
 from app.core.environment.environment import solid_angles
 from app.core.environment.holes import GOES_ON
@@ -141,7 +141,7 @@ def stitch(
         return _finished(_panorama(paths[0], fov_deg, token), pack, options, report)
     photographs = _read(files, token, span(report, 0.0, 0.3))
     photographs, words = _place(photographs, token, span(report, 0.3, 0.55))
-    report(0.55, tr("checking the exposures"))
+    report(0.55, Progress(Task.CHECKING_EXPOSURES))
     taken = [photograph for photograph in photographs if photograph.rotation is not None]
     codes, seen = _look_up(taken)
     choice = _curve(taken, codes, seen)
@@ -183,13 +183,13 @@ def _finished(light: _Light, pack: StylePack, options: MergeOptions, report: Rep
         clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in taken),
     )
     merged, blind = _filled(merged, covered, words)
-    report(0.9, tr("finding lamps"))
+    report(0.9, Progress(Task.FINDING_LAMPS))
     finished = finish(merged, pack, options, blind=(~covered).astype(np.float32))
     told = (*light.choice.remarks, *words)
     bracket = Bracket(tuple(p.frame for p in taken), stops, told, unstitched=True)
     steps = (bracket, light.choice, (), (), Levelling(), Moved(()), finished, told, finished.notes)
     probe = Probe(*steps, display=display_panorama(merged.radiance))
-    report(1.0, "done")
+    report(1.0, Progress(Task.DONE))
     return Stitched(probe, blind, tuple(light.photographs))
 
 
@@ -249,7 +249,7 @@ def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograp
     with ThreadPoolExecutor(2) as pool:
         for photograph in pool.map(partial(_read_one, token), files):
             photographs.append(photograph)
-            report(len(photographs) / len(files), tr("reading photographs"))
+            report(len(photographs) / len(files), Progress(Task.READING_PHOTOS))
     return _bracketed(photographs)
 
 

@@ -20,14 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.base.sphere import directions_at
 from app.core.measure.bracket.merge import SIZE
 from app.core.measure.bracket.response import srgb_response
 from app.core.measure.bracket.weighted_merge import merge_band
 from app.core.measure.bracket.weighting import FrameLight, float_tables, frame_tables
 from app.core.measure.read.pixels import workers
-from app.core.text import tr
 
 _TILE, _MOST_SAMPLES = 96, 3  # texels of a side, and samples of a texel
 _FEATHER: Final = 0.4  # of half a side, over which a photograph loses its say
@@ -101,7 +100,7 @@ def light_around(
     work = partial(_fill_tile, planes, order, lights, samples, token or Token())
     with ThreadPoolExecutor(workers(shape[0])) as pool:
         for done, _ in enumerate(pool.map(work, tiles), 1):
-            report(done / len(tiles), tr("merging"))
+            report(done / len(tiles), Progress(Task.MERGING))
     return planes[0], planes[1][..., 0] > 0.0, planes[2][..., 0]
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Bytes, Float32, Indices
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
-from app.core.base.progress import Report, Token, silent
+from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.measure.read.decoding import (
     READ_ROWS,
     MemoryRows,
@@ -191,7 +191,7 @@ def relaid(
         places = stack.sample_places // (stack.shape[0] // pixels.shape[0])
         samples[index] = _coded(sampled(pixels, places), stack.top)
         sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
-        report((index + 1) / len(ways), tr("aligning frames"))
+        report((index + 1) / len(ways), Progress(Task.ALIGNING_FRAMES))
     kept = _seen_by_all(stack, seen)
     return replace(
         stack,
@@ -237,7 +237,7 @@ def _in_threads(
         try:
             for index, future in enumerate(futures):
                 results.append(future.result())
-                report((index + 1) / len(frames), tr("reading frames"))
+                report((index + 1) / len(frames), Progress(Task.READING_FRAMES))
         except BaseException:
             for future in futures:
                 future.cancel()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token
+from app.core.base.progress import PhraseReport, Token
 from app.core.text import tr, tr_plural
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import Clock, wait
@@ -106,7 +106,7 @@ class CameraFinder:
 
     def _find(
         self,
-        work: Callable[[Token, Report], T],
+        work: Callable[[Token, PhraseReport], T],
         done: Callable[[T], None],
         failed: Callable[[Exception], None],
     ) -> None:
@@ -369,7 +369,7 @@ class Watching:
         if folder is None:
             return
 
-        def work(token: Token, report: Report) -> IncomingBracket:
+        def work(token: Token, report: PhraseReport) -> IncomingBracket:
             relay.job = token
             report(0.0, tr("Waiting for pictures in {name}", name=folder.name))
             if relay.brackets is None:

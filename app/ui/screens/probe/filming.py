@@ -16,7 +16,7 @@ from typing import Final
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
-from app.core.base.progress import Report, Token
+from app.core.base.progress import PhraseReport, Token
 from app.core.measure.film.film import Film, FilmReader, flip
 from app.core.text import tr
 from app.devices.mailbox import Mailbox
@@ -118,7 +118,7 @@ class Filming:
 
 
 def _take(
-    roll: _Roll, token: Token, report: Report
+    roll: _Roll, token: Token, report: PhraseReport
 ) -> tuple[Film, Path, tempfile.TemporaryDirectory[str]]:
     """Read a film as it comes; with it a video, in a folder that goes when it is not wanted."""
     folder = tempfile.TemporaryDirectory(prefix="turnlight-")

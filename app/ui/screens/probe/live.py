@@ -10,7 +10,7 @@ import contextlib
 from collections.abc import Callable
 from typing import Final
 
-from app.core.base.progress import Report, Token
+from app.core.base.progress import PhraseReport, Token
 from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.single.preview import RoughAnswer, preview_light, rough_answers
 from app.core.styles.style_pack import load_named_pack
@@ -68,7 +68,7 @@ class LivePreview:
             facts, pictures = camera_facts(found.model), self._pictures
             size = facts.previews[0] if facts is not None and facts.previews else None
 
-            def work(token: Token, report: Report) -> None:
+            def work(token: Token, report: PhraseReport) -> None:
                 while True:
                     self._link = self._services.devices.link(found, keys)
                     with contextlib.closing(self._link):
@@ -104,7 +104,7 @@ class LivePreview:
         head, pictures = self._services.model.head, self._pictures
         limits = self._services.model.settings.limits
 
-        def work(token: Token, report: Report) -> Live:
+        def work(token: Token, report: PhraseReport) -> Live:
             pack = load_named_pack("generic") if head is None else head.pack
             picture = decode(jpeg)
             seen = None if picture is None else preview_light(picture, pack.header.environment)
@@ -129,7 +129,11 @@ class LivePreview:
                 self._changed()
 
     def _read(
-        self, size: tuple[int, int, int] | None, into: Mailbox[bytes], token: Token, report: Report
+        self,
+        size: tuple[int, int, int] | None,
+        into: Mailbox[bytes],
+        token: Token,
+        report: PhraseReport,
     ) -> None:
         """Pass on pictures until the camera ends them or goes away."""
         assert self._link is not None

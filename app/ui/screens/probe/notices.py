@@ -26,6 +26,7 @@ from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
+from app.words.progress import progress_words
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
@@ -56,7 +57,7 @@ _SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 def sign_of(status: Status, count: int, delay_s: int) -> Sign:
     """Say what is seen from three metres; `count`: seconds that the self-timer has still to go."""
-    message, early = _timed(status.message, status), status.stage in _BEFORE
+    message, early = _timed(progress_words(status.message), status), status.stage in _BEFORE
     if not early and (status.may_move or status.stage not in _SHOOTING):
         return Sign("move", _MOVE, message, spoken=_MOVE)
     if status.seeking:

@@ -16,7 +16,7 @@ from app.core.places.frames import clipped_in
 from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
-from app.core.text.quantities import time_words, upper_first
+from app.core.text.quantities import time_words
 from app.devices.capture.place_capture import (
     CapturedPlace,
     CaptureOrder,
@@ -116,9 +116,7 @@ class Taking:
         if recording is None:
             return None
         status = Status() if seen is None else seen.status
-        # What merging says of itself begins with a small letter.
-        message = upper_first(status.message)
-        sign = sign_of(replace(status, message=message), self._count, recording.order.delay_s)
+        sign = sign_of(status, self._count, recording.order.delay_s)
         if self._stopping:
             sign = Sign(big=tr("Stopping"), caption=_STOPPING)
         return Running(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token
+from app.core.base.progress import PhraseReport, Token
 from app.core.faces.finder import find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.guidance.guide import Goal
@@ -148,7 +148,7 @@ class Shots:
         if folder is None or not missing:
             return
 
-        def work(token: Token, _report: Report) -> dict[str, Bytes]:
+        def work(token: Token, _report: PhraseReport) -> dict[str, Bytes]:
             made = {}
             for one in missing:
                 token.check()
@@ -187,7 +187,7 @@ class Shots:
         if asked is None:
             return False
 
-        def work(token: Token, report: Report) -> tuple[tuple[str, ...], tuple[Shot, ...]]:
+        def work(token: Token, report: PhraseReport) -> tuple[tuple[str, ...], tuple[Shot, ...]]:
             index = asked.index or build_index(asked.light.display, token)
             fits = looks_mirrored(film_frames(video, GLANCES, WIDTH), index)
             mirrored = asked.mirrored if fits is None else fits
@@ -250,7 +250,7 @@ class Shots:
         )
 
     def _run(
-        self, work: Callable[[Token, Report], T], done: Callable[[T], None], title: str = ""
+        self, work: Callable[[Token, PhraseReport], T], done: Callable[[T], None], title: str = ""
     ) -> None:
         """Look at what was given, and say so meanwhile."""
         self._busy += 1
@@ -300,7 +300,7 @@ class Shots:
         clock = self._services.clock
         watched: list[WatchedFolder] = []
 
-        def work(token: Token, report: Report) -> list[Path]:
+        def work(token: Token, report: PhraseReport) -> list[Path]:
             report(0.0, tr("Waiting for photos in {name}", name=folder.name))
             watched[:] = watched or [WatchedFolder(folder, clock)]
             while not (arrived := watched[0].poll()):
@@ -430,7 +430,7 @@ def _panorama_among(paths: tuple[Path, ...]) -> bool:
     return any(shapes)
 
 
-def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
+def _taken(path: Path, asked: _Asked, token: Token, report: PhraseReport) -> Shot:
     """Read, locate, judge and keep a photograph: work for another thread."""
     report(0.0, tr("Reading the photo"))
     photo = read_photo(path, token)
@@ -461,7 +461,7 @@ def _checked(photo: Photo, taken: Taken, asked: _Asked) -> tuple[Check, Promise]
     return check_face(photo.picture, faces[0], promised, photo.focal_px, lens), promised
 
 
-def _located(photo: Photo, asked: _Asked, token: Token, report: Report) -> Taken:
+def _located(photo: Photo, asked: _Asked, token: Token, report: PhraseReport) -> Taken:
     index = asked.index
     try:
         display = asked.light.display

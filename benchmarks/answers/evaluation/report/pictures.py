@@ -17,7 +17,7 @@ from app.core.solver.transport import render, to_image
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.base.progress import Report, Token
+    from app.core.base.progress import PhraseReport, Token
     from app.core.solver.solve import StyleResult
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
@@ -45,7 +45,7 @@ def draw_sheets(
     pack: StylePack,
     transport: Transport,
     *,
-    report: Report,
+    report: PhraseReport,
     token: Token,
 ) -> Sheets:
     """Render the head at every best turn.
