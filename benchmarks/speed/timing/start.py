@@ -41,7 +41,7 @@ def start_case() -> Case:
         "all commands imported first",
         lambda: _run(["-c", "import numpy, OpenImageIO"]),
         "Python with NumPy and OpenImageIO",
-        rounds=4,
+        rounds=2,
         least=1,
         budget_s=0.0,
         by="process",
