@@ -42,7 +42,15 @@ def run_slow_tests(kind: str, arguments: list[str]) -> int:
     if arguments:
         return run("pytest", "-m", kind, *arguments)
     code = run("pytest", "-m", f"{kind} and not alone", *WORKERS)
-    return code if code not in COMPLETED else run("pytest", "-m", f"{kind} and alone") or code
+    if code not in COMPLETED:
+        return code
+    return run("pytest", "-m", f"{kind} and alone", *timing_files()) or code
+
+
+def timing_files() -> list[str]:
+    """List the files that measure time: importing all the others takes half a minute."""
+    files = sorted((ROOT / "tests").rglob("test_*.py"))
+    return [str(file) for file in files if ".alone" in file.read_text(encoding="utf-8")]
 
 
 def main(arguments: list[str]) -> int:

@@ -26,7 +26,7 @@ from tests.helpers.simulated import stored
 
 NAMES = sorted(FAULTS)
 MODELS = tuple(person.name for person in PERSONALITIES)
-SLOW_RUNS, BLOCK = 560, 70
+SLOW_RUNS, BLOCK = 560, 35
 # How a capture may end with a trouble that lasts; with all others it is done. Equal exposures go
 # away, but must never pass for a bracket.
 ENDS = {

@@ -236,7 +236,9 @@ PROTECTED: Final = [(call, "folder") for call in CALLS] + [
 ]
 
 
-@pytest.mark.parametrize(("call", "what"), quick_first(PROTECTED, 3))
+@pytest.mark.parametrize(
+    ("call", "what"), [*quick_first(PROTECTED[:8], 3), *sample_first(PROTECTED[8:], 0)]
+)
 def test_what_somebody_has_protected(
     call: str, what: str, zygote: Zygote, inputs: Path, tmp_path: Path
 ) -> None:

@@ -64,7 +64,7 @@ def check(found: dict[str, Any], within_deg: float = 0.3) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("orientation", sample_first([6, 3, 1, 2, 4, 5, 7, 8], 2))
+@pytest.mark.parametrize("orientation", sample_first([6, 3, 1, 2, 4, 5, 7, 8], 1))
 def test_whichever_way_it_is_stored(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], orientation: int
 ) -> None:
@@ -92,7 +92,7 @@ def test_an_upright_phone(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("focal_mm", sample_first([None, 77, 13, 26], 2))
+@pytest.mark.parametrize("focal_mm", sample_first([None, 77, 13, 26], 1))
 def test_the_focal_length_is_only_a_hint(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], focal_mm: int | None
 ) -> None:
@@ -117,7 +117,7 @@ def test_a_mirrored_selfie(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "kind",
-    sample_first(["16.tif", "webp", "alpha.png", "grey.jpg", "grey.png", "16.png"], 2),
+    sample_first(["16.tif", "webp", "alpha.png", "grey.jpg", "grey.png", "16.png"], 1),
 )
 def test_other_kinds(tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str) -> None:
     stored: Any = np.ascontiguousarray(seen()[..., ::-1])

@@ -27,6 +27,7 @@ from app.core.solver.place_light import prepare
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import Limits
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo
+from tests.helpers.quick import sample_first
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 
 LANDSCAPE = np.zeros((240, 320, 3), np.uint8)
@@ -164,7 +165,9 @@ def test_it_can_be_stopped(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("turn", "aim"), [(93.0, 0.0), (-127.0, 8.0), (20.0, -8.0)])
+@pytest.mark.parametrize(
+    ("turn", "aim"), sample_first([(-127.0, 8.0), (93.0, 0.0), (20.0, -8.0)], 1)
+)
 def test_a_known_turn_with_the_sitter_beside_the_middle(turn: float, aim: float) -> None:
     view = taken_from(turn, aim)
     taken = locate_photo(Photo(view.picture, (4000, 3000), None, 30.0), demo_index())

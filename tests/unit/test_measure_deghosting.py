@@ -124,7 +124,7 @@ def turns_given_up(wanted: np.ndarray, got: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("curve", ["srgb", "filmic"])
-@pytest.mark.parametrize("name", quick_first(SCENES))
+@pytest.mark.parametrize("name", [*quick_first(SCENES[:4]), *sample_first(SCENES[4:], 0)])
 def test_a_still_scene_is_left_alone(name: str, curve: str) -> None:
     # Noise, JPEG, frames a little off one another, unequal lenses, a curve 3 % wrong.
     ripple = 1.0 + 0.03 * np.sin(np.linspace(0.0, 9.0, 256))

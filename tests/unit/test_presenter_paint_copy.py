@@ -22,11 +22,10 @@ from app.ui.presenters.model import Step
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.styles.state import Sizes
 from app.words.reach import out_of_reach_sentence
-from tests.helpers.quick import quick_first
+from tests.helpers.quick import quick_first, sample_first
 from tests.helpers.styles_screen import Table, head, scene_light
 
 _SIZE = (60, 50)
-_HEADS = ("generic", "generic-dark")
 _SETTINGS: dict[str, Callable[[Table], None]] = {
     "plain": lambda table: None,
     "lamps": lambda table: table.desk.choose_lamps(Studio(30.0, 2.0)),
@@ -80,8 +79,17 @@ def _equal(one: StyleResult, other: StyleResult) -> None:
         assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b, name
 
 
-@pytest.mark.parametrize("setting", quick_first(_SETTINGS, 2))
-@pytest.mark.parametrize("name", quick_first(_HEADS, 1))
+_CASES = [("generic", "plain"), ("generic", "lamps")]
+_SLOW_CASES = [("generic-dark", "short"), ("generic", "marker")]
+_FURTHER_CASES = [("generic", "short")] + [
+    ("generic-dark", setting) for setting in ("plain", "lamps", "marker")
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "setting"),
+    [*quick_first(_CASES + _SLOW_CASES), *sample_first(_FURTHER_CASES, 0)],
+)
 def test_painting_without_strokes_shows_the_style(table: Table, name: str, setting: str) -> None:
     table.desk.load_head(name)
     _SETTINGS[setting](table)
