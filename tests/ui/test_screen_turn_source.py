@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-import cv2
-import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtGui import QImage
@@ -118,7 +116,7 @@ def test_the_password_appears_when_it_is_wanted(shown: Shown) -> None:
     assert part.password.text() == ""
 
 
-def test_a_video_and_a_folder_are_asked_for(
+def test_a_video_is_chosen_in_a_dialog(
     shown: Shown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown.choose("video")
@@ -133,18 +131,11 @@ def test_a_video_and_a_folder_are_asked_for(
         return names[len(asked) - 1], ""
 
     monkeypatch.setattr(QFileDialog, "getOpenFileName", ask_file)
-    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path))
     shown.press(files.choose)
     assert not files.trouble.isVisible()
     shown.press(files.choose)
     assert "missing.mp4 is not there" in files.trouble.text()
     assert "*.mp4" in str(asked[0][-1])
-    cv2.imwrite(str(tmp_path / "a.png"), np.full((64, 96, 3), 90, np.uint8))
-    shown.choose("stills")
-    assert files.choose.text() == "Choose a folder…"
-    shown.press(files.choose)
-    assert shown.rig.camera.chosen == LiveSource("stills", str(tmp_path))
-    assert files.name.text() == tmp_path.name
 
 
 def test_the_field_of_view(shown: Shown) -> None:
@@ -241,7 +232,7 @@ def test_it_fits_in_every_theme(
             assert shown.sheet._scroll.rect().contains(place), "Tab scrolls to where it goes"
 
 
-@pytest.mark.parametrize("key", ["network", "video", "stills", "webcam:0"])
+@pytest.mark.parametrize("key", ["network", "video", "webcam:0"])
 def test_every_kind_is_all_in_sight(shown: Shown, key: str) -> None:
     shown.choose(key)
     shown.tick()

@@ -1,4 +1,4 @@
-"""Video files and folders of pictures in place of a webcam, on virtual time."""
+"""Films, and a video in place of a webcam, on virtual time."""
 
 from __future__ import annotations
 
@@ -17,13 +17,10 @@ from numpy.typing import NDArray
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.files import (
-    EVERY_S,
     FrameClock,
-    StillsFolder,
     VideoFile,
     check_video,
     film_frames,
-    stills_in,
 )
 from tests.helpers.films import retimed, write_film
 from tests.helpers.scaled_clock import ScaledClock
@@ -249,110 +246,3 @@ class Lying:
 
     def release(self) -> None:
         self.released += 1
-
-
-def put(folder: Path, name: str, number: int) -> Path:
-    path = folder / name
-    assert cv2.imwrite(str(path), level(number))
-    return path
-
-
-class TestStills:
-    def shown(self, pile: StillsFolder, clock: VirtualClock, seconds: float) -> list[int]:
-        """Read for so long, and give the numbers in turn, without repetitions."""
-        numbers: list[int] = []
-        end = clock.now() + seconds
-        while clock.now() < end:
-            picture = pile.read()
-            assert picture is not None
-            if not numbers or numbers[-1] != number_of(picture):
-                numbers.append(number_of(picture))
-        return numbers
-
-    def test_names_in_their_order(self, tmp_path: Path) -> None:
-        for number, name in enumerate(("IMG_10.png", "img_9.PNG", "a.jpg", "b.txt", ".hidden.jpg")):
-            if name.endswith("txt"):
-                (tmp_path / name).write_text("no picture")
-            else:
-                put(tmp_path, name, number)
-        (tmp_path / "inside").mkdir()
-        assert stills_in(tmp_path) == ["a.jpg", "img_9.PNG", "IMG_10.png"]
-        assert stills_in(tmp_path / "missing") == []
-
-    def test_they_come_at_a_pace_and_around(self, tmp_path: Path) -> None:
-        for number in range(3):
-            put(tmp_path, f"{number}.png", number)
-        clock = VirtualClock()
-        pile = StillsFolder(tmp_path, clock, every_s=EVERY_S, width=1000)
-        pile.connect()
-        assert self.shown(pile, clock, 3.5 * EVERY_S) == [0, 1, 2, 0]
-
-    def test_a_picture_stays_for_its_time(self, tmp_path: Path) -> None:
-        for number in range(4):
-            put(tmp_path, f"{number}.png", number)
-        clock = VirtualClock()
-        pile = StillsFolder(tmp_path, clock, every_s=math.inf, width=1000)
-        pile.connect()
-        assert self.shown(pile, clock, 100.0) == [0]
-        same = pile.read()
-        assert same is pile.read(), "the same picture is the same array"
-
-    def test_what_arrives_and_what_goes(self, tmp_path: Path) -> None:
-        for number in (0, 2, 4):
-            put(tmp_path, f"{number}.png", number)
-        clock = VirtualClock()
-        pile = StillsFolder(tmp_path, clock, width=1000)
-        pile.connect()
-        assert self.shown(pile, clock, 0.5 * EVERY_S) == [0]
-        put(tmp_path, "1.png", 1)
-        assert self.shown(pile, clock, EVERY_S) == [0, 1]
-        (tmp_path / "1.png").unlink()
-        assert self.shown(pile, clock, EVERY_S) == [1, 2]
-
-    def test_what_cannot_be_read_is_passed_over(self, tmp_path: Path) -> None:
-        put(tmp_path, "3.png", 3)
-        (tmp_path / "1.jpg").write_bytes(b"")
-        (tmp_path / "2.jpg").write_bytes(b"\xff\xd8\xff\xd9")
-        bomb = bytearray(put(tmp_path, "4.png", 4).read_bytes())
-        bomb[16:24] = (60_000).to_bytes(4) * 2
-        (tmp_path / "4.png").write_bytes(bomb)
-        clock = VirtualClock()
-        pile = StillsFolder(tmp_path, clock, every_s=EVERY_S, width=1000)
-        pile.connect()
-        assert self.shown(pile, clock, 3 * EVERY_S) == [3]
-        (tmp_path / "3.png").unlink()
-        clock.sleep(EVERY_S)
-        assert code_of(pile.read) == "bad-file"
-
-    def test_no_folder_and_an_empty_one(self, tmp_path: Path) -> None:
-        clock = VirtualClock()
-        assert code_of(StillsFolder(tmp_path, clock, every_s=1.0, width=1000).connect) == "no-file"
-        missing = StillsFolder(tmp_path / "x", clock, every_s=1.0, width=1000)
-        with pytest.raises(WebcamError, match="is not there"):
-            missing.connect()
-
-    def test_large_pictures_become_smaller(self, tmp_path: Path) -> None:
-        cv2.imwrite(str(tmp_path / "a.png"), np.full((300, 400, 3), 90, np.uint8))
-        pile = StillsFolder(tmp_path, VirtualClock(), every_s=1.0, width=100)
-        pile.connect()
-        picture = pile.read()
-        assert picture is not None
-        assert picture.shape == (75, 100, 3)
-
-    def test_a_folder_that_goes_and_comes(self, tmp_path: Path) -> None:
-        folder = tmp_path / "walk"
-        folder.mkdir()
-        put(folder, "a.png", 1)
-        webcam = StillsFolder(folder, ScaledClock(10.0), every_s=0.5)
-        assert webcam.name == "walk"
-        assert webcam.fov_deg is None
-        webcam.open()
-        until(lambda: webcam.count > 2)
-        assert webcam.shown == "a.png"
-        assert webcam.error is None
-        folder.rename(tmp_path / "away")
-        until(lambda: (error := webcam.error) is not None and error.code == "no-file")
-        count = webcam.count
-        (tmp_path / "away").rename(folder)
-        until(lambda: webcam.count > count)
-        webcam.close(PATIENCE_S)

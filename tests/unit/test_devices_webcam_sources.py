@@ -10,7 +10,7 @@ import pytest
 
 from app.devices.clock import VirtualClock
 from app.devices.webcam import LiveSource, PanoramaWebcam, SourceView, SourceViews, WebcamError
-from app.devices.webcam.files import StillsFolder, VideoFile
+from app.devices.webcam.files import VideoFile
 from app.devices.webcam.network import MjpegWebcam, RtspWebcam
 from app.devices.webcam.opencv import linux_names, shown_names
 from app.devices.webcam.sources import make_source
@@ -22,7 +22,6 @@ def test_sources_are_written_and_read_again(tmp_path: Path) -> None:
         LiveSource.network("10.0.0.7:8080/video"),
         LiveSource.network("rtsp://cam.local/live"),
         LiveSource("video", str(tmp_path / "a.mp4")),
-        LiveSource("stills", str(tmp_path)),
         LiveSource("panorama", str(tmp_path / "a.exr")),
     ):
         assert LiveSource.parse(source.text) == source
@@ -46,7 +45,7 @@ def test_sources_are_written_and_read_again(tmp_path: Path) -> None:
         "webcam:²",
         "disk:/x",
         "video:relative.mp4",
-        "stills:..",
+        "stills:/home/anna/photos",  # a source of older versions
         "network:file:///etc/passwd",
         "network:http://a:b@c/",
         "video:/" + "x" * 3000,
@@ -74,7 +73,6 @@ def test_each_kind_is_made(tmp_path: Path) -> None:
         (LiveSource.network("https://10.0.0.7"), MjpegWebcam),
         (LiveSource.network("rtsp://10.0.0.7"), RtspWebcam),
         (LiveSource("video", str(tmp_path / "a.mp4")), VideoFile),
-        (LiveSource("stills", str(tmp_path)), StillsFolder),
         (LiveSource("panorama", str(tmp_path / "a.exr")), PanoramaWebcam),
     ):
         assert isinstance(make_source(source, clock, width=640), kind)
@@ -112,12 +110,12 @@ def test_damaged_views_are_as_if_nothing_was_set(text: str) -> None:
 def test_the_oldest_views_make_way() -> None:
     views = SourceViews()
     for number in range(30):
-        views = views.with_(LiveSource("stills", f"/{'x' * 500}/{number}"), width=640)
+        views = views.with_(LiveSource("video", f"/{'x' * 500}/{number}"), width=640)
     kept = SourceViews.parse(views.text)
     assert 3 < len(kept.views) <= 12
-    assert kept.of(LiveSource("stills", f"/{'x' * 500}/29")).width == 640
+    assert kept.of(LiveSource("video", f"/{'x' * 500}/29")).width == 640
     assert len(views.text) <= 4000
-    huge = SourceViews().with_(LiveSource("stills", "/" + "x" * 5000), width=640)
+    huge = SourceViews().with_(LiveSource("video", "/" + "x" * 5000), width=640)
     assert huge.text == ""
 
 

@@ -20,7 +20,6 @@ import app
 from app.core.base.image_input import picture_bytes
 from app.core.places.frames import small_picture
 from app.core.places.shots import Shot, thumbnail_of
-from app.devices.webcam.files import _read as still
 from app.ui.presenters.places_list import _thumbnail
 
 SHOT = Shot("a.jpg", "2026-11-21T14:05:00", True, "loop", "Loop", 0.0, key="shot-0001")
@@ -39,7 +38,6 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "a tile of the capture": small_picture,
     "the list of places": _thumbnail,
     "the list of photographs": _shot,
-    "a folder in place of a webcam": still,
 }
 
 

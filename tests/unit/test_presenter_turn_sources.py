@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import MagicMock
 
-import cv2
 import numpy as np
 import pytest
 
@@ -109,7 +108,7 @@ def test_webcams_are_listed_by_name_and_chosen() -> None:
     rig = Rig()
     rig.start()
     assert [item[1] for item in rig.state.items[:2]] == ["Camera 0", "Camera 1"]
-    assert [item[0] for item in rig.state.items[2:]] == ["network", "video", "stills"]
+    assert [item[0] for item in rig.state.items[2:]] == ["network", "video"]
     assert rig.state.key == "webcam:0"
     assert rig.state.status == "Connecting…"
     rig.presenter.show_kind("webcam:1")
@@ -237,7 +236,7 @@ def test_a_password_from_the_keyring_is_used() -> None:
     assert (keys.user, keys.password) == ("anna", "a:b")
 
 
-def test_a_video_and_a_folder(tmp_path: Path) -> None:
+def test_a_video_is_checked_before_it_is_used(tmp_path: Path) -> None:
     rig = Rig()
     rig.start()
     video = tmp_path / "walk.avi"
@@ -251,14 +250,7 @@ def test_a_video_and_a_folder(tmp_path: Path) -> None:
     assert rig.made[-1][0] == LiveSource("video", str(video))
     assert rig.state.file == "walk.avi"
     assert rig.state.file_error == ""
-    rig.presenter.choose_folder(tmp_path)
-    assert "no pictures" in rig.state.file_error
-    assert rig.camera.chosen.kind == "video"
-    cv2.imwrite(str(tmp_path / "a.png"), shot())
-    rig.presenter.choose_folder(tmp_path)
-    assert rig.made[-1][0] == LiveSource("stills", str(tmp_path))
-    assert rig.state.file == tmp_path.name
-    assert rig.settings.live_source == f"stills:{tmp_path}"
+    assert rig.settings.live_source == f"video:{video}"
 
 
 def test_the_field_of_view_is_estimated_until_it_is_set() -> None:

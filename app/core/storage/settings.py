@@ -399,7 +399,7 @@ class Settings:
     live_source: str = _line(
         tr("Live camera"),
         "",
-        tr("A network camera, a video or a folder in place of a webcam."),
+        tr("A network camera or a video in place of a webcam."),
         longest=2000,
         empty_means=tr("the webcam"),
     )

@@ -1,4 +1,4 @@
-"""Live pictures: webcams, network cameras, files and folders, and simulated ones."""
+"""Live pictures: webcams, network cameras, films, and simulated ones."""
 
 from __future__ import annotations
 

@@ -1,12 +1,11 @@
-"""Files in place of a webcam: a folder of pictures in the order of their names, or a video.
+"""Films: a video in place of a webcam, the frames of a film, and writing one.
 
-Pictures are shown at a pace; a video plays at its own pace and begins again at its end.
+In place of a webcam a video plays at its own pace and begins again at its end.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
@@ -15,13 +14,12 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.base.image_input import read_picture
 from app.core.base.native import native_path
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream, open_url
-from app.devices.webcam.protocol import Manner, Webcam, WebcamError, as_rgb, fitted
+from app.devices.webcam.protocol import Manner, WebcamError, as_rgb, fitted
 
 _VIDEO: Final = Manner(
     noun=tr("video"),
@@ -38,20 +36,6 @@ _LONGEST_FILM_S: Final = 300.0
 _HEAD_BYTES: Final = 400
 _PACKET: Final = 188
 _ATOMS: Final = frozenset({b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"})
-
-ENDINGS: Final = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
-"""Of files that are looked at."""
-
-EVERY_S: Final = 2.0
-"""Each picture is shown so long, seconds."""
-
-_STILLS: Final = Manner(noun=tr("folder"), revive=tr("Choose another folder."), still=True)
-_FPS: Final = 12.0  # so often the same picture is given again
-_WIDTH: Final = 1920
-_MOST_FILES: Final = 5000
-_MOST_BYTES: Final = 100 << 20
-_MOST_PIXELS: Final = 120_000_000
-_DIGITS: Final = re.compile(r"(\d{1,18})")
 
 
 class VideoFile(CaptureStream):
@@ -261,121 +245,4 @@ def _bad(path: Path) -> WebcamError:
         tr("{name} cannot be played as a video.", name=path.name),
         tr("Choose another file."),
         "bad-file",
-    )
-
-
-class StillsFolder(Webcam):
-    """Photographs as a camera.
-
-    Pictures that arrive in the folder are shown when their turn comes; those that cannot be read
-    are passed over. After the last comes the first.
-
-    * `shown`: name of the file that is shown; empty before the first.
-    * `every_s`: each is shown so long, seconds.
-    * `width`: most columns of what is given; 0 stands for 1920.
-    """
-
-    def __init__(
-        self,
-        folder: Path,
-        clock: Clock,
-        *,
-        every_s: float = EVERY_S,
-        width: int = 0,
-    ) -> None:
-        super().__init__(folder.name or str(folder), None, clock, _STILLS)
-        self._folder = folder
-        self._every_s = every_s
-        self._width = width or _WIDTH
-        self._until_s = 0.0
-        self._picture: Bytes | None = None
-        self.shown = ""
-
-    def connect(self) -> None:
-        """Look whether there are pictures."""
-        self._due_s = self._clock.now()
-        if not stills_in(self._folder):
-            raise _empty(self._folder)
-        self._picture = None
-
-    def read(self) -> Bytes | None:
-        """Give the picture whose turn it is."""
-        self.pace(1.0 / _FPS, 1.0 / _FPS)
-        if self._picture is None:
-            self._take(0 if self.shown else 1)
-        elif self._clock.now() >= self._until_s:
-            self._take(1)
-        return self._picture
-
-    def disconnect(self) -> None:
-        """Nothing is held."""
-
-    def _take(self, by: int) -> None:
-        """Read the file so many places on, or the next that can be read."""
-        names = stills_in(self._folder)
-        if not names:
-            raise _empty(self._folder)
-        place = _place(names, self.shown, by)
-        for tried in range(len(names)):
-            name = names[(place + tried) % len(names)]
-            if name != self.shown or self._picture is None:
-                picture = _read(self._folder / name)
-                if picture is None:
-                    continue
-                self._picture, self.shown = fitted(picture, self._width), name
-            self._until_s = self._clock.now() + self._every_s
-            return
-        raise WebcamError(
-            tr("None of the pictures in {name} can be read.", name=self._folder.name),
-            tr("Choose another folder."),
-            "bad-file",
-        )
-
-
-def stills_in(folder: Path) -> list[str]:
-    """List the pictures of a folder.
-
-    Names in their order, numbers in them by value; none where the folder is not there. Of a folder
-    with very many files, those that the system gives first.
-    """
-    names = []
-    try:
-        for number, entry in enumerate(folder.iterdir()):
-            if number >= _MOST_FILES:
-                break
-            if entry.suffix.lower() in ENDINGS and not entry.name.startswith("."):
-                names.append(entry.name)
-    except OSError:
-        return []
-    return sorted(names, key=_order)
-
-
-def _order(name: str) -> tuple[list[tuple[int, str]], str]:
-    parts = _DIGITS.split(name.casefold())
-    return [(int(p), "") if p.isdecimal() else (-1, p) for p in parts], name
-
-
-def _place(names: list[str], shown: str, by: int) -> int:
-    """Return where to resume from the name shown last, which may be gone by now."""
-    if shown in names:
-        return (names.index(shown) + by) % len(names)
-    return next((n for n, name in enumerate(names) if shown and _order(name) > _order(shown)), 0)
-
-
-def _read(path: Path) -> Bytes | None:
-    """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB; None where none is."""
-    return read_picture(path, _MOST_BYTES, _MOST_PIXELS)
-
-
-def _empty(folder: Path) -> WebcamError:
-    if not folder.is_dir():
-        return WebcamError(
-            tr("The folder {name} is not there.", name=folder.name),
-            tr("Reconnect its disk to continue, or choose another folder."),
-            "no-file",
-        )
-    return WebcamError(
-        tr("There are no pictures in {name}.", name=folder.name),
-        tr("Put JPEG or PNG files there. It resumes automatically."),
-        "no-file",
     )

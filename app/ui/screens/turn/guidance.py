@@ -69,13 +69,6 @@ _SOURCES: Final = {
         tr("Choose it again."),
         tr("No video"),
     ),
-    "stills": _SourceWords(
-        tr("folder of pictures"),
-        tr("Opening the folder of pictures"),
-        tr("The pictures stopped"),
-        tr("Choose the folder again."),
-        tr("No pictures"),
-    ),
     "panorama": _SourceWords(
         tr("panorama"),
         tr("Opening the panorama"),

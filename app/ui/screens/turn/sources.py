@@ -11,7 +11,7 @@ from app.core.guidance.guide import Source
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.text import tr
 from app.devices.webcam import LiveSource, WebcamError
-from app.devices.webcam.files import check_video, stills_in
+from app.devices.webcam.files import check_video
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
 from app.devices.webcam.wire import LONGEST_ADDRESS
 from app.ui.presenters.services import Services
@@ -26,7 +26,6 @@ VIDEO_FILES: Final = tr("Videos") + f" ({' '.join('*' + ending for ending in VID
 _ITEMS: Final[tuple[Item, ...]] = (
     ("network", tr("Network camera…"), "", "wifi"),
     ("video", tr("Video file…"), "", "play"),
-    ("stills", tr("Folder of pictures…"), "", "folder"),
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
 NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug one in."))
@@ -159,12 +158,7 @@ class SourcesPresenter:
     def choose_video(self, path: Path | str) -> None:
         """Use a video file; one that is none is not taken."""
         whole = Path(path).absolute()
-        self._check("video", whole, lambda: check_video(whole))
-
-    def choose_folder(self, path: Path | str) -> None:
-        """Use a folder of pictures; one without any is not taken."""
-        whole = Path(path).absolute()
-        self._check("stills", whole, lambda: _check_folder(whole))
+        self._check(whole)
 
     def estimate(self, on: bool) -> None:
         """Have the field of view estimated, or set it to what it was estimated to be."""
@@ -275,13 +269,13 @@ class SourcesPresenter:
 
     # -- work ----------------------------------------------------------------------------------
 
-    def _check(self, kind: str, path: Path, look: Callable[[], None]) -> None:
-        """Look at a file or folder, which may be on a slow disk, and use it."""
+    def _check(self, path: Path) -> None:
+        """Check a video, which may be on a slow disk, and use it."""
         self._forget()
-        self._key = kind
+        self._key = "video"
         self._services.runner.submit(
             _CHECK,
-            lambda token, report: _looked_at(look, LiveSource.parse(f"{kind}:{path}")),
+            lambda token, report: _video_source(path),
             done=self._checked,
             failed=self._unfit,
         )
@@ -314,18 +308,9 @@ class SourcesPresenter:
             self._view.show_state(self.resolve())
 
 
-def _looked_at(look: Callable[[], None], source: LiveSource) -> LiveSource:
-    look()
-    return source
-
-
-def _check_folder(folder: Path) -> None:
-    if not stills_in(folder):
-        raise WebcamError(
-            tr("There are no pictures in {name}.", name=folder.name),
-            tr("Choose another folder."),
-            "no-file",
-        )
+def _video_source(path: Path) -> LiveSource:
+    check_video(path)
+    return LiveSource.parse(f"video:{path}")
 
 
 def _learnt(learnt_deg: float | None) -> str:

@@ -14,7 +14,7 @@ from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import LabelledSlider, Segmented
-from app.ui.widgets.dialogs import Sheet, ask_file, ask_folder
+from app.ui.widgets.dialogs import Sheet, ask_file
 from app.ui.widgets.fields import IconLine, ListField, TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import Item, add, column, row
@@ -23,18 +23,6 @@ from app.ui.widgets.surfaces import Scroll
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
 _FIELD_OF_VIEW_DEG: Final = (30.0, 120.0, 65.0, 1.0)  # least, most, usual, step
 _RING: Final = 4
-_FILES: Final = {
-    "video": (
-        tr("Choose a video…"),
-        tr("No video chosen yet."),
-        tr("It plays at its own pace, again and again."),
-    ),
-    "stills": (
-        tr("Choose a folder…"),
-        tr("No folder chosen yet."),
-        tr("Its pictures come by name, two seconds each."),
-    ),
-}
 
 
 class SourceSheet(Sheet):
@@ -75,7 +63,7 @@ class SourceSheet(Sheet):
         self.source.choose(state.key)
         self.network.setVisible(state.key == "network")
         self.network.show_state(state)
-        self.files.setVisible(state.key in _FILES)
+        self.files.setVisible(state.key == "video")
         self.files.show_state(state)
         self.lens.setVisible(state.adjustable)
         self.lens.show_state(state)
@@ -95,16 +83,10 @@ class SourceSheet(Sheet):
         return self._status.text()
 
     def ask_file(self) -> None:
-        """Ask which video or folder it is to be."""
-        key = "" if self._state is None else self._state.key
-        if key == "video":
-            video = ask_file(self, tr("Video"), VIDEO_FILES)
-            if video is not None:
-                self._presenter.choose_video(str(video))
-        elif key == "stills":
-            folder = ask_folder(self, tr("Folder of pictures"))
-            if folder is not None:
-                self._presenter.choose_folder(str(folder))
+        """Let the user choose a video."""
+        video = ask_file(self, tr("Video"), VIDEO_FILES)
+        if video is not None:
+            self._presenter.choose_video(str(video))
 
     def _chosen(self, key: str) -> None:
         self._presenter.show_kind(key)
@@ -185,22 +167,18 @@ class _NetworkPart(_Part):
 
 
 class _FilePart(_Part):
-    """Which video or folder is in use, and the button that chooses another."""
+    """The video in use, and the button that chooses another."""
 
     def __init__(self) -> None:
         super().__init__()
         self.name = Text("", 14, 600, elide=True)
-        self.how = Text("", 12, role="dim", wrap=True)
-        self.choose = Button(tr("Choose…"))
+        self.how = Text(tr("It plays at its own pace, again and again."), 12, role="dim", wrap=True)
+        self.choose = Button(tr("Choose a video…"))
         self.trouble = IconLine()
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
 
     def show_state(self, state: SourcesState) -> None:
-        if state.key in _FILES:
-            button, none, how = _FILES[state.key]
-            self.choose.set_text(button)
-            self.name.set_text(state.file or none)
-            self.how.set_text(how)
+        self.name.set_text(state.file or tr("No video chosen yet."))
         self.trouble.say(state.file_error, "error")
 
 
