@@ -1,4 +1,4 @@
-"""Simulated webcams that are unplugged, frozen and covered, as a clumsy foot would."""
+"""A simulated webcam that is unplugged, frozen and covered, as a clumsy foot would."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.devices.webcam.protocol import no_webcam, unplugged
-from app.devices.webcam.simulated import PanoramaWebcam, SimulatedWebcam, _SimulatedStream
+from app.devices.webcam.simulated import SimulatedWebcam
 
-__all__ = ["FragilePanorama", "FragileWebcam"]
+__all__ = ["FragileWebcam"]
 
 
-class _Fragile(_SimulatedStream):
+class FragileWebcam(SimulatedWebcam):
     plugged = True
     frozen = black = False
 
@@ -27,11 +27,3 @@ class _Fragile(_SimulatedStream):
         if self.frozen or picture is None:
             return None
         return np.zeros_like(picture) if self.black else picture
-
-
-class FragileWebcam(_Fragile, SimulatedWebcam):
-    pass
-
-
-class FragilePanorama(_Fragile, PanoramaWebcam):
-    pass

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.devices.clock import VirtualClock
-from app.devices.webcam import LiveSource, PanoramaWebcam, SourceView, SourceViews, WebcamError
+from app.devices.webcam import LiveSource, SourceView, SourceViews, WebcamError
 from app.devices.webcam.files import VideoFile
 from app.devices.webcam.network import MjpegWebcam, RtspWebcam
 from app.devices.webcam.opencv import linux_names, shown_names
@@ -22,7 +22,6 @@ def test_sources_are_written_and_read_again(tmp_path: Path) -> None:
         LiveSource.network("10.0.0.7:8080/video"),
         LiveSource.network("rtsp://cam.local/live"),
         LiveSource("video", str(tmp_path / "a.mp4")),
-        LiveSource("panorama", str(tmp_path / "a.exr")),
     ):
         assert LiveSource.parse(source.text) == source
         assert source.keepable
@@ -45,7 +44,8 @@ def test_sources_are_written_and_read_again(tmp_path: Path) -> None:
         "webcam:²",
         "disk:/x",
         "video:relative.mp4",
-        "stills:/home/anna/photos",  # a source of older versions
+        "stills:/home/anna/photos",  # sources of older versions
+        "panorama:/home/anna/room.exr",
         "network:file:///etc/passwd",
         "network:http://a:b@c/",
         "video:/" + "x" * 3000,
@@ -73,7 +73,6 @@ def test_each_kind_is_made(tmp_path: Path) -> None:
         (LiveSource.network("https://10.0.0.7"), MjpegWebcam),
         (LiveSource.network("rtsp://10.0.0.7"), RtspWebcam),
         (LiveSource("video", str(tmp_path / "a.mp4")), VideoFile),
-        (LiveSource("panorama", str(tmp_path / "a.exr")), PanoramaWebcam),
     ):
         assert isinstance(make_source(source, clock, width=640), kind)
     with pytest.raises(WebcamError):

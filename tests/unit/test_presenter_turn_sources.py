@@ -355,13 +355,11 @@ def test_what_can_be_moved_from_here() -> None:
     rig.start()
     rig.connect()
     assert movable(rig) is None
-    panorama = LiveSource("panorama", str(Path("/tmp/a.exr")))
-    rig.camera.use(panorama)
+    rig.camera.use(LiveSource("demo", str(Path("/tmp/demo"))))
     rig.others[-1].set_turn = lambda turn_deg: None  # type: ignore[attr-defined]
     assert movable(rig) is rig.others[-1]
     rig.presenter.attach(rig.view)
-    assert rig.state.key == "panorama"
-    assert rig.state.widths == ()
+    assert rig.state.key == "demo"
 
 
 def test_nobody_looks() -> None:

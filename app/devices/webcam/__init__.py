@@ -1,17 +1,16 @@
-"""Live pictures: webcams, network cameras, films, and simulated ones."""
+"""Live pictures: webcams, network cameras, films, and the demo's."""
 
 from __future__ import annotations
 
 from app.devices.webcam.opencv import OpenCvWebcam, list_webcams
 from app.devices.webcam.protocol import GUESS_FOV_DEG, Webcam, WebcamError, WebcamFrame, WebcamState
-from app.devices.webcam.simulated import PanoramaWebcam, SimulatedWebcam
+from app.devices.webcam.simulated import SimulatedWebcam
 from app.devices.webcam.sources import LiveSource, SourceView, SourceViews, make_source
 
 __all__ = [
     "GUESS_FOV_DEG",
     "LiveSource",
     "OpenCvWebcam",
-    "PanoramaWebcam",
     "SimulatedWebcam",
     "SourceView",
     "SourceViews",

@@ -1,4 +1,4 @@
-"""Simulated webcams: one that stands at the demo location, and one inside any panorama.
+"""A simulated webcam at the demo location.
 
 The demo location has views every 5 deg, with depth. Between two of them the background of both is
 moved by its depth to where the camera would see it, and blended; the sitter, who faces the camera
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import math
-from abc import abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,14 +19,10 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Float32
-from app.core.base.errors import CoreError
-from app.core.environment.environment import read_environment
-from app.core.localization.heading_conversion import heading_of_turn, turn_of_heading
-from app.core.localization.views import Lens, look
-from app.core.measure.finish.display import display_panorama
+from app.core.localization.heading_conversion import heading_of_turn
 from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
-from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError, unplugged
+from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError
 
 _KEPT: Final = 12  # views in memory
 _SKY_M: Final = 1000.0
@@ -244,10 +239,7 @@ def _missing() -> WebcamError:
 
 
 FPS: Final = 24.0
-"""Pictures per second at the demo location."""
-
-PANORAMA_FPS: Final = 15.0
-"""Pictures per second inside a panorama."""
+"""Pictures per second."""
 
 SIZE: Final = (1280, 720)
 """Columns and rows of their pictures."""
@@ -261,45 +253,7 @@ FOV_DEG: Final = 60.0
 _STILL: Final = replace(WEBCAM, still=True)
 
 
-class _SimulatedStream(Webcam):
-    """A webcam that shows its place at a steady pace, and is pointed."""
-
-    def __init__(
-        self, name: str, fov_deg: float, clock: Clock | None, fps: float, size: tuple[int, int]
-    ) -> None:
-        super().__init__(name, fov_deg, clock or SystemClock(), _STILL)
-        self._step_s = 1.0 / fps
-        self._size = size
-        self._last: tuple[float, Bytes] | None = None
-        self._aim = 0.0  # deg
-
-    @abstractmethod
-    def load(self) -> None:
-        """Read what is needed, the first time; raises `WebcamError`."""
-
-    @abstractmethod
-    def view(self, across_deg: float) -> Bytes:
-        """Return what is seen, (H, W, 3) uint8 sRGB, a new array."""
-
-    def connect(self) -> None:
-        """Read what is needed at once."""
-        self.load()
-        self._due_s = self._clock.now()
-
-    def read(self) -> Bytes | None:
-        """Give the next picture when it is time for it."""
-        # Behind by more than a picture, it skips some, as a camera does.
-        self.pace(self._step_s, self._step_s)
-        aim = self._aim
-        if self._last is None or self._last[0] != aim:
-            self._last = (aim, self.view(aim))
-        return self._last[1]
-
-    def disconnect(self) -> None:
-        """Nothing is held."""
-
-
-class SimulatedWebcam(_SimulatedStream):
+class SimulatedWebcam(Webcam):
     """Shows the sitter of the demo location, and what is behind them at the turn it is set to.
 
     Its camera looks at the sitter, who is in the middle of the picture and faces it: its heading is
@@ -318,7 +272,10 @@ class SimulatedWebcam(_SimulatedStream):
         distance_m: float = 1.2,
         size: tuple[int, int] = SIZE,
     ) -> None:
-        super().__init__(tr("Demo webcam"), FOV_DEG, clock, FPS, size)
+        super().__init__(tr("Demo webcam"), FOV_DEG, clock or SystemClock(), _STILL)
+        self._size = size
+        self._last: tuple[float, Bytes] | None = None
+        self._aim = 0.0  # deg
         self._folder = views
         self._views: DemoViews | None = None
         self.distance_m = distance_m
@@ -337,83 +294,29 @@ class SimulatedWebcam(_SimulatedStream):
         """Go to another turn (deg, positive clockwise); from the next picture on."""
         self._aim = wrap(turn_deg)
 
-    def load(self) -> None:
+    def connect(self) -> None:
         """Read the list of views, the first time."""
         if self._views is None:
             aspect = self._size[0] / self._size[1]
             self._views = DemoViews(self._folder, self.distance_m, aspect)
             self.distance_m = self._views.distance_m
+        self._due_s = self._clock.now()
 
-    def view(self, across_deg: float) -> Bytes:
+    def read(self) -> Bytes | None:
+        """Give the next picture when it is time for it."""
+        # Behind by more than a picture, it skips some, as a camera does.
+        self.pace(1.0 / FPS, 1.0 / FPS)
+        aim = self._aim
+        if self._last is None or self._last[0] != aim:
+            self._last = (aim, self.view(aim))
+        return self._last[1]
+
+    def disconnect(self) -> None:
+        """Nothing is held."""
+
+    def view(self, turn_deg: float) -> Bytes:
         """Return what is seen at a turn, (H, W, 3) uint8 sRGB."""
         if self._views is None:
             raise WebcamError(tr("The webcam is not open."), tr("Open it first."), "no-webcam")
-        picture = self._views.picture(across_deg)
+        picture = self._views.picture(turn_deg)
         return np.asarray(cv2.resize(picture, self._size, interpolation=cv2.INTER_LINEAR), np.uint8)
-
-
-class PanoramaWebcam(_SimulatedStream):
-    """Shows a panorama from its middle, as a pinhole camera there would see it.
-
-    There is no sitter in its pictures and no parallax: its heading is exact, and its turn that of a
-    camera which looks at the sitter.
-
-    * `panorama`, Path or (H, 2 H, 3) uint8: an OpenEXR or Radiance file, or sRGB.
-    * `fov_deg`: horizontal field of view, deg, 20 to 150.
-    * `size`: columns and rows.
-    """
-
-    def __init__(
-        self,
-        panorama: Path | Bytes,
-        clock: Clock | None = None,
-        *,
-        fov_deg: float = FOV_DEG,
-        size: tuple[int, int] = SIZE,
-    ) -> None:
-        super().__init__(tr("Panorama"), fov_deg, clock, PANORAMA_FPS, size)
-        self._given = panorama
-        self._lens = Lens(fov_deg, size)
-        self._panorama: Bytes | None = None
-
-    @property
-    def heading_deg(self) -> float:
-        """Where it is pointed, panorama azimuth in (-180, 180], deg."""
-        return self._aim
-
-    @property
-    def turn_deg(self) -> float:
-        """The turn whose background it shows, in (-180, 180], deg."""
-        return turn_of_heading(self.heading_deg)
-
-    def set_turn(self, turn_deg: float) -> None:
-        """Point it to the background of a turn (deg, positive clockwise)."""
-        self.point(heading_of_turn(turn_deg))
-
-    def point(self, heading_deg: float) -> None:
-        """Point it at an azimuth, deg; from the next picture on."""
-        self._aim = wrap(heading_deg)
-
-    def load(self) -> None:
-        """Read the panorama, the first time."""
-        if self._panorama is not None:
-            return
-        if isinstance(self._given, np.ndarray):
-            if self._given.ndim != 3 or self._given.shape[1] != 2 * self._given.shape[0]:
-                raise WebcamError(
-                    tr("This picture is not a full panorama."),
-                    tr("Its width must be twice its height."),
-                    "bad-file",
-                )
-            self._panorama = self._given
-            return
-        try:
-            self._panorama = display_panorama(read_environment(self._given).radiance)
-        except CoreError as error:
-            raise WebcamError(error.message, error.hint, "bad-file") from None
-
-    def view(self, across_deg: float) -> Bytes:
-        """Return what is seen, (H, W, 3) uint8 sRGB."""
-        if self._panorama is None:
-            raise unplugged()
-        return look(self._panorama, across_deg, self._lens)

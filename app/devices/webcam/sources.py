@@ -13,10 +13,10 @@ from app.devices.clock import Clock
 from app.devices.webcam.files import VideoFile
 from app.devices.webcam.network import Keys, MjpegWebcam, RtspWebcam, no_keys
 from app.devices.webcam.protocol import Webcam, WebcamError
-from app.devices.webcam.simulated import DEMO_SIZE, PanoramaWebcam, SimulatedWebcam
+from app.devices.webcam.simulated import DEMO_SIZE, SimulatedWebcam
 from app.devices.webcam.wire import Address
 
-Kind: TypeAlias = Literal["webcam", "network", "video", "panorama", "demo"]
+Kind: TypeAlias = Literal["webcam", "network", "video", "demo"]
 
 FOV_RANGE_DEG: Final = (20.0, 150.0)
 """Horizontal fields of view that can be set, deg."""
@@ -24,7 +24,7 @@ FOV_RANGE_DEG: Final = (20.0, 150.0)
 WIDTHS: Final = (640, 1280, 1920)
 """Columns of pictures that can be asked for, besides 0 for what is usual."""
 
-_KINDS: Final = ("webcam", "network", "video", "panorama", "demo")
+_KINDS: Final = ("webcam", "network", "video", "demo")
 _MOST_INDEX: Final = 63
 _LONGEST: Final = 2000
 _MOST_KEPT: Final = 12
@@ -68,7 +68,7 @@ class LiveSource:
             where.isascii() and where.isdigit() and int(where[:9]) <= _MOST_INDEX
         ):
             raise _unknown()
-        if kind in ("video", "panorama", "demo") and not Path(where).is_absolute():
+        if kind in ("video", "demo") and not Path(where).is_absolute():
             raise _unknown()
         return cls(cast("Kind", kind), where)
 
@@ -123,8 +123,6 @@ def make_source(
     path = Path(source.where)
     if source.kind == "video":
         return VideoFile(path, clock, width=width)
-    if source.kind == "panorama":
-        return PanoramaWebcam(path, clock)
     if source.kind == "demo":
         return SimulatedWebcam(path, clock, size=DEMO_SIZE)
     raise _unknown()

@@ -259,7 +259,7 @@ class LiveCamera:
 
     @property
     def simulated(self) -> Any:
-        """A camera that can be moved from here: the demo's, or one in a panorama; else None."""
+        """A camera that can be moved from here: the demo's; else None."""
         if getattr(self._webcam, "set_turn", None) is not None:
             return self._webcam
         if self.chosen.kind != "webcam":

@@ -69,13 +69,6 @@ _SOURCES: Final = {
         tr("Choose it again."),
         tr("No video"),
     ),
-    "panorama": _SourceWords(
-        tr("panorama"),
-        tr("Opening the panorama"),
-        tr("The panorama is gone"),
-        "",
-        tr("No panorama"),
-    ),
 }
 _SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))
 _LEFT: Final = tr("The best is a little to your left.")

@@ -323,8 +323,6 @@ def _learnt(learnt_deg: float | None) -> str:
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
     """Resolutions on offer: a webcam can be asked for one, others are made smaller."""
-    if kind == "panorama":
-        return ()
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} wide", pixels=w)) for w in WIDTHS
