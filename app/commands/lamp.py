@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-from app.commands.arguments import add_json, argument, check_outputs, mask_files
+from app.commands.arguments import add_json, argument
 from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.measure.finish.finish import MergeOptions
@@ -29,6 +29,8 @@ from app.core.second_light.library import (
 from app.core.second_light.scale import compare, with_lux
 from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
+
+_Box: TypeAlias = tuple[float, float, float, float]
 
 _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
 
@@ -89,20 +91,17 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 
 def _add_masks(parser: argparse.ArgumentParser) -> None:
-    region = tr(
-        'box:-20,20,-10,30, "az,el;az,el;az,el", or a PNG (white = the region); may be repeated'
-    )
-    lit, dark = tr("a region that is lamp too:"), tr("a region that is not the lamp:")
+    lit = tr("a box that is lamp too, box:-20,20,-10,30; may be repeated")
+    dark = tr("a box that is not the lamp, box:-20,20,-10,30; may be repeated")
     for option, words in (("--set", lit), ("--clear", dark)):
-        parser.add_argument(
-            option, metavar="WHERE", action="append", default=[], help=f"{words} {region}"
-        )
+        parser.add_argument(option, metavar="BOX", action="append", default=[], help=words)
 
 
 def _add(args: argparse.Namespace) -> int:
     distance = _positive(args.distance, tr("a distance in metres"))
     if distance is not None:
         check_distance(distance)  # Before the pictures are merged.
+    boxes = _boxes(args)
     lux = _positive(args.lux, tr("an illuminance in lux"))
     times = args.times and tuple(
         _positive(t, tr("an exposure time")) for t in args.times.split(",")
@@ -116,7 +115,7 @@ def _add(args: argparse.Namespace) -> int:
         distance_m=distance,
         report=ProgressPrinter(),
     )
-    lamp = _edited(found.lamp, args)
+    lamp = _edited(found.lamp, boxes)
     lamp = lamp if lux is None else with_lux(lamp, lux)
     warnings = list(found.warnings)
     verdict = compare(_ANY_WHITE, lamp)
@@ -173,9 +172,7 @@ def _change(args: argparse.Namespace) -> int:
 
 def _mask(args: argparse.Namespace) -> int:
     lamp = read_lamp(lamps_folder(), args.name)
-    masks = mask_files(parse_mask(text) for text in (*args.set, *args.clear))
-    check_outputs([lamps_folder() / f"{lamp.name}.png"], masks)
-    edited = _edited(lamp, args)
+    edited = _edited(lamp, _boxes(args))
     if edited is lamp:
         raise CoreError(tr("Nothing was said about the mask."), tr("Use --set or --clear."))
     update_lamp(lamps_folder(), edited)
@@ -195,11 +192,29 @@ def _remove(args: argparse.Namespace) -> int:
     return answer(args, facts, words)
 
 
-def _edited(lamp: CapturedLamp, args: argparse.Namespace) -> CapturedLamp:
-    for texts, lit in ((args.set, True), (args.clear, False)):
-        for text in texts:
-            lamp = edit_mask(lamp, parse_mask(text), lit=lit)
+def _edited(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
+    for box, lit in boxes:
+        lamp = edit_mask(lamp, box, lit=lit)
     return lamp
+
+
+def _boxes(args: argparse.Namespace) -> list[tuple[_Box, bool]]:
+    """Read which boxes are lamp, and which are not; raises `CoreError`."""
+    return [
+        *((_box(text), True) for text in args.set),
+        *((_box(text), False) for text in args.clear),
+    ]
+
+
+def _box(text: str) -> _Box:
+    spec = parse_mask(text)
+    if spec.kind != "box":
+        raise CoreError(
+            tr("A lamp's mask is corrected by boxes, not by '{given}'.", given=text.strip()),
+            tr("Write box:from,to,low,high, or use the brush in the Light step."),
+        )
+    start, stop, low, high = spec.numbers
+    return start, stop, low, high
 
 
 def _facts(lamp: CapturedLamp) -> dict[str, Any]:

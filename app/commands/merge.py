@@ -108,8 +108,7 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
         "--mask WHAT",
         tr(
             "fill what should not be there from around it: nadir:-65, "
-            'box:-20,20,-90,-40, "az,el;az,el;az,el", a PNG (white = fill), or '
-            "suggested; may be repeated"
+            "box:-20,20,-90,-40, a PNG (white = fill), or suggested; may be repeated"
         ),
         action="append",
         default=[],

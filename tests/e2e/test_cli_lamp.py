@@ -120,6 +120,8 @@ def test_exposures_without_iso_ask_for_a_meter(
         (["add", "P", "missing.exr"], "no file"),
         (["remove", "nothing"], "There is no lamp 'nothing'"),
         (["mask", "nothing", "--clear", "nadir:-10"], "There is no lamp"),
+        (["add", "P", "a.jpg", "--set", "lamp.png"], "corrected by boxes"),
+        (["add", "P", "a.jpg", "--clear", "nadir:-10"], "corrected by boxes"),
         (["add", "P", "a.jpg", "--distance", "near"], "not a distance"),
         (["add", "P", "a.jpg", "--distance", "1e300"], "cannot be used"),
         (["add", "P", "a.jpg", "--lux", "-3"], "not an illuminance"),

@@ -11,7 +11,7 @@ from app.core.base.paths import resources
 from app.core.base.sphere import direction, directions
 from app.core.environment.environment import energy, read_environment, solid_angles
 from app.core.measure.finish.inpainting import components, fill
-from app.core.measure.finish.masks import box_mask, cap_mask, polygon_mask
+from app.core.measure.finish.masks import box_mask, cap_mask
 from app.core.measure.read.frame import Merged
 
 SHAPE = (256, 512)
@@ -68,7 +68,7 @@ def test_constant_light_stays_constant_at_any_size(shape: tuple[int, int]) -> No
 def test_filled_light_is_between_the_darkest_and_the_brightest_around() -> None:
     rng = np.random.default_rng(5)
     light = rng.uniform(0.2, 1.0, (*SHAPE, 3)).astype(np.float32)
-    mask = polygon_mask([(150.0, -80.0), (-150.0, -80.0), (180.0, 20.0)], SHAPE)
+    mask = box_mask(150.0, -150.0, -80.0, 20.0, SHAPE)
     light[mask > 0.0] = 100.0
     found = fill(merged(light), mask).radiance[mask > 0.02]
     assert found.min() >= 0.2

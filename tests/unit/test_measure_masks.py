@@ -17,7 +17,6 @@ from app.core.measure.finish.masks import (
     draw_mask,
     parse_mask,
     picture_mask,
-    polygon_mask,
 )
 
 SHAPE = (256, 512)
@@ -63,35 +62,12 @@ def test_a_box_across_the_seam_is_where_it_should_be() -> None:
     assert set(columns) == set(range(350, 360)) | set(range(10))
 
 
-@pytest.mark.parametrize("shift", [0.0, 95.0, 180.0, -170.0])
-def test_a_polygon_has_the_area_of_the_box_it_draws(shift: float) -> None:
-    corners = [(-30.0, -50.0), (30.0, -50.0), (30.0, -20.0), (-30.0, -20.0)]
-    mask = polygon_mask([(azimuth + shift, elevation) for azimuth, elevation in corners], SHAPE)
-    assert area(mask) == pytest.approx(zone(-50.0, -20.0, 60.0), rel=0.02)
-    expected = box_mask(-30.0 + shift, 30.0 + shift, -50.0, -20.0, SHAPE)
-    assert np.abs(mask - expected).mean() < 0.002
-
-
-@pytest.mark.parametrize(("sign", "row"), [(-1.0, -1), (1.0, 0)])
-def test_a_polygon_all_the_way_round_encloses_the_nearer_pole(sign: float, row: int) -> None:
-    mask = polygon_mask([(azimuth, sign * 60.0) for azimuth in (-120.0, 0.0, 120.0)], SHAPE)
-    assert mask[row].min() == 1.0
-    assert area(mask) == pytest.approx(zone(60.0, 90.0), rel=0.02)
-
-
-def test_a_polygon_with_a_slanting_side_cuts_texels_in_part() -> None:
-    mask = polygon_mask([(-40.0, -30.0), (40.0, -20.0), (0.0, 30.0)], SHAPE)
-    assert 0.0 < np.mean((mask > 0.0) & (mask < 1.0)) < 0.05
-
-
 @pytest.mark.parametrize(
     ("text", "spec"),
     [
         ("nadir:-65", MaskSpec("nadir", (-65.0,))),
         (" nadir:−70 ", MaskSpec("nadir", (-70.0,))),
         ("box:-20,20,-90,-40", MaskSpec("box", (-20.0, 20.0, -90.0, -40.0))),
-        ("0,-60;20,-60;10,-30", MaskSpec("polygon", (0.0, -60.0, 20.0, -60.0, 10.0, -30.0))),
-        ("0,-60;20,-60;10,-30;", MaskSpec("polygon", (0.0, -60.0, 20.0, -60.0, 10.0, -30.0))),
         ("suggested", MaskSpec("suggested")),
         ("masks/stick.PNG", MaskSpec("picture", path=Path("masks/stick.PNG"))),
     ],
@@ -112,11 +88,7 @@ def test_masks_of_the_command_line_are_read(text: str, spec: MaskSpec) -> None:
         ("nadir:nan", "outside -360 to 360"),
         ("box:1,2,3", "needs 4 numbers"),
         ("box:0,10,-20,-40", "ends below"),
-        ("0,1;2,3", "3 to 1000 corners"),
-        ("0,1;2,3;4,five", "not understood"),
-        ("0,1;2,3;4,99", "outside -90 to 90"),
-        ("0,1;inf,3;4,9", "outside -360 to 360"),
-        ("0,1;2,3;4", "not understood"),
+        ("0,1;2,3;4,5", "not understood"),
     ],
 )
 def test_what_is_not_a_mask_is_refused_in_words(text: str, words: str) -> None:
@@ -124,9 +96,7 @@ def test_what_is_not_a_mask_is_refused_in_words(text: str, words: str) -> None:
         parse_mask(text)
 
 
-def test_too_few_corners_and_masks_that_need_a_panorama_are_refused() -> None:
-    with pytest.raises(ProbeError, match="three or more"):
-        polygon_mask([(0.0, 0.0), (10.0, 0.0)], SHAPE)
+def test_suggested_masks_need_a_panorama() -> None:
     with pytest.raises(ProbeError, match="need a panorama"):
         draw_mask(MaskSpec("suggested"), SHAPE)
 

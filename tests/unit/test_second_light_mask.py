@@ -12,7 +12,6 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
 from app.core.environment.environment import energy, read_environment, reduce_radiance
-from app.core.measure.finish.masks import parse_mask
 from app.core.second_light.captured import edit_mask, find_mask, make_lamp
 from app.core.second_light.library import capture_lamp
 from app.core.styles.style_pack import load_named_pack
@@ -135,13 +134,13 @@ def test_rooms_without_a_lamp_are_refused() -> None:
 def test_masks_are_corrected_by_hand() -> None:
     light, truth = room(phone(0.3), 0.05)
     lamp = make_lamp("phone", light, truth.astype(np.float32), distance_m=0.3, camera="V")
-    less = edit_mask(lamp, parse_mask("box:-90,0,-90,90"), lit=False)
+    less = edit_mask(lamp, (-90.0, 0.0, -90.0, 90.0), lit=False)
     assert less.solid_angle_sr == pytest.approx(lamp.solid_angle_sr / 2.0, rel=0.02)
     assert not less.alpha[:, :512].any()
-    more = edit_mask(less, parse_mask("box:-20,0,-30,30"), lit=True)
+    more = edit_mask(less, (-20.0, 0.0, -30.0, 30.0), lit=True)
     assert more.alpha[256, 470] == 1.0
     # What was captured there is light again: correcting loses nothing.
     np.testing.assert_array_equal(more.light[256, 470], light[256, 470])
     assert (more.distance_m, more.camera) == (0.3, "V")
     with pytest.raises(CoreError, match="no light"):
-        edit_mask(lamp, parse_mask("nadir:89"), lit=False)
+        edit_mask(lamp, (-180.0, 180.0, -90.0, 89.0), lit=False)

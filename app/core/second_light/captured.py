@@ -41,7 +41,7 @@ from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
 from app.core.environment.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
 from app.core.environment.environment_file import repair
-from app.core.measure.finish.masks import MaskSpec, draw_mask
+from app.core.measure.finish.masks import box_mask
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.text import tr, tr_plural
 
@@ -391,12 +391,14 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     return LampMask(alpha, contrast, rejected, lost)
 
 
-def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
-    """Set or clear a region of a lamp's mask by hand.
+def edit_mask(
+    lamp: CapturedLamp, box: tuple[float, float, float, float], *, lit: bool
+) -> CapturedLamp:
+    """Set or clear a box of a lamp's mask: azimuth from and to, elevation from and to, deg.
 
-    Raises CoreError when the region cannot be drawn, or no light would be left.
+    Raises CoreError when no light would be left.
     """
-    region = draw_mask(spec, lamp.shape) > 0.5
+    region = box_mask(*box, lamp.shape) > 0.5
     alpha = np.where(region, np.float32(lit), lamp.alpha).astype(np.float32)
     known = {"white_cd_m2": lamp.white_cd_m2, "distance_m": lamp.distance_m}
     return make_lamp(lamp.name, lamp.radiance, alpha, title=lamp.title, camera=lamp.camera, **known)

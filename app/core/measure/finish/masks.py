@@ -1,9 +1,8 @@
-"""Masks by hand: caps, boxes and polygons in degrees, and pictures of masks."""
+"""Masks by hand: caps and boxes in degrees, and pictures of masks."""
 
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import cv2
 import numpy as np
 
-from app.core.base.angles import difference, wrap
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.files import os_errors_as
@@ -29,16 +27,13 @@ from app.core.text import tr
 if TYPE_CHECKING:
     from OpenImageIO import ImageInput
 
-MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "polygon", "picture", "suggested"]
+MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "picture", "suggested"]
 
 _PICTURES: Final = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
 _WIDEST: Final = 16384
 _BAND_ROWS: Final = 256
-_MOST_POINTS: Final = 1000
-_SUB: Final = 4
 _FORMS: Final = tr(
-    "Write nadir:-65, box:from,to,low,high, three or more points "
-    "az,el;az,el;az,el, suggested, or the name of a black and white picture."
+    "Write nadir:-65, box:from,to,low,high, suggested, or the name of a black and white picture."
 )
 
 
@@ -46,8 +41,8 @@ _FORMS: Final = tr(
 class MaskSpec:
     """What a user wants removed, before it is drawn.
 
-    `numbers` are degrees: the cap's elevation; the box's azimuth from and to (clockwise) and
-    elevation from and to; or azimuth and elevation of the polygon's points in turn.
+    `numbers` are degrees: the cap's elevation, or the box's azimuth from and to (clockwise) and
+    elevation from and to.
     """
 
     kind: MaskKind
@@ -63,18 +58,15 @@ class MaskSpec:
             return tr("everything above {elevation:g}°", elevation=self.numbers[0])
         if self.path is not None:
             return tr("mask {name}", name=self.path.name)
-        return {"box": tr("masked box"), "polygon": tr("masked area")}.get(
-            self.kind, tr("suggested masks")
-        )
+        return tr("masked box") if self.kind == "box" else tr("suggested masks")
 
 
 def parse_mask(text: str) -> MaskSpec:
     """Read a mask from the command line; the file of a picture is not opened yet.
 
     ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation), ``box:-20,20,-90,-40``
-    (azimuth from and to, clockwise, and elevation from and to), ``az,el;az,el;az,el`` (a
-    polygon), ``suggested``, or the name of a picture; degrees. ProbeError when it is none of
-    these, or a number is out of range.
+    (azimuth from and to, clockwise, and elevation from and to), ``suggested``, or the name of a
+    picture; degrees. ProbeError when it is none of these, or a number is out of range.
 
     >>> parse_mask("nadir:-65")
     MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
@@ -89,7 +81,7 @@ def parse_mask(text: str) -> MaskSpec:
         return _cap_or_box(kind, numbers, given)
     if Path(given).suffix.lower() in _PICTURES:
         return MaskSpec("picture", path=Path(given))
-    return _polygon(given)
+    raise ProbeError(tr("The mask '{given}' is not understood.", given=given), _FORMS)
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
@@ -106,9 +98,6 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
         return box_mask(start, stop, low, high, shape)
     if spec.path is not None:
         return picture_mask(spec.path, shape)
-    if spec.kind == "polygon":
-        pairs = zip(spec.numbers[::2], spec.numbers[1::2], strict=True)
-        return polygon_mask(list(pairs), shape)
     raise ProbeError(tr("Suggested masks need a panorama to look at."))
 
 
@@ -132,25 +121,6 @@ def box_mask(
     twice = _overlap(start, start + span / 360.0 * width, 2 * width)
     columns = twice[:width] + twice[width:]
     return np.outer(rows, np.minimum(columns, 1.0)).astype(np.float32)
-
-
-def polygon_mask(points_deg: Sequence[tuple[float, float]], shape: tuple[int, int]) -> FloatImage:
-    """Mask a polygon of azimuths and elevations: (H, W) float32, to a quarter of a texel's side.
-
-    Edges are straight in the panorama and go the shorter way round; a polygon that runs all the
-    way round encloses the pole that is nearer to it. ProbeError with fewer than three corners.
-    """
-    if len(points_deg) < 3:
-        raise ProbeError(tr("A mask drawn by its corners needs three or more of them."), _FORMS)
-    corners = [(wrap(points_deg[0][0]), points_deg[0][1])]
-    for azimuth, elevation in [*points_deg[1:], points_deg[0]]:
-        before = corners[-1][0]
-        corners.append((before + difference(azimuth, before), elevation))
-    turned = corners[-1][0] - corners[0][0]
-    if abs(turned) > 180.0:
-        pole = math.copysign(90.0, sum(elevation for _, elevation in points_deg))
-        corners += [(corners[-1][0], pole), (corners[0][0], pole)]
-    return _drawn(np.asarray(corners), shape)
 
 
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
@@ -239,24 +209,6 @@ def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], given: str) -> MaskS
     return MaskSpec(kind, numbers)
 
 
-def _polygon(given: str) -> MaskSpec:
-    corners = [corner.split(",") for corner in given.strip(";").split(";")]
-    if any(len(corner) != 2 for corner in corners):
-        raise ProbeError(tr("The mask '{given}' is not understood.", given=given), _FORMS)
-    if not 3 <= len(corners) <= _MOST_POINTS:
-        raise ProbeError(
-            tr(
-                "The mask '{given}' needs 3 to {most_points} corners.",
-                given=given,
-                most_points=_MOST_POINTS,
-            ),
-            _FORMS,
-        )
-    numbers = _numbers([number for corner in corners for number in corner], given)
-    _check_elevations(numbers[1::2], given)
-    return MaskSpec("polygon", numbers)
-
-
 def _check_elevations(values: Sequence[float], given: str) -> None:
     if any(abs(value) > 90.0 for value in values):
         raise ProbeError(
@@ -281,25 +233,3 @@ def _overlap(start: float, stop: float, count: int) -> FloatImage:
     edges = np.arange(count)
     shared = np.minimum(edges + 1.0, stop) - np.maximum(edges, start)
     return np.asarray(np.clip(shared, 0.0, 1.0), np.float32)
-
-
-def _drawn(corners: np.ndarray, shape: tuple[int, int]) -> FloatImage:
-    """Fill an outline whose azimuths run on beyond +-180 degrees."""
-    height, width = shape
-    x = (corners[:, 0] / 360.0 + 0.5) * width
-    y = (90.0 - corners[:, 1]) / 180.0 * height
-    left, right = math.floor(x.min()), math.ceil(x.max())
-    top, bottom = max(math.floor(y.min()), 0), min(math.ceil(y.max()), height)
-    columns, rows = max(right - left, 1), max(bottom - top, 1)
-    fine = np.zeros((rows * _SUB, columns * _SUB), np.uint8)
-    outline = np.stack([(x - left) * _SUB - 0.5, (y - top) * _SUB - 0.5], axis=1) * 16.0
-    cv2.fillPoly(fine, [np.round(outline).astype(np.int32)], (255,), cv2.LINE_8, 4)
-    part = cv2.resize(fine, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.float32)
-    mask = np.zeros(shape, np.float32)
-    where = np.arange(left, left + columns) % width
-    for start in range(0, columns, width):
-        chosen = where[start : start + width]
-        region = mask[top : top + rows, chosen]
-        added = region + part[:, start : start + width] / np.float32(255.0)
-        mask[top : top + rows, chosen] = np.minimum(added, 1.0)
-    return mask
