@@ -15,6 +15,7 @@ from app.core.base import colour
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.images import write_exr
 from app.core.environment.environment import reduce_light
+from app.core.portrait import render as head_render
 from app.core.solver.transport import Transport, load_named, render, to_image
 from benchmarks.truth.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport
@@ -41,7 +42,7 @@ def _head(transport: Transport, monkeypatch: pytest.MonkeyPatch) -> None:
     def load(name: str) -> Transport:
         return transport if name == "generic" else real(name)
 
-    monkeypatch.setattr(command, "load_named", load)
+    monkeypatch.setattr(head_render, "load_named", load)
 
 
 def run(*words: object) -> int:
