@@ -1,47 +1,340 @@
-"""The installed command: it finds its own package, whatever else is called ``app`` where it runs.
+"""Turnlight's Python API, and the `turnlight` command.
 
-A folder or file of that name stands before the installed one as soon as PYTHONPATH leads to it;
-many name the current folder there, some without knowing, by a colon at its end.
+Measure the light of a place, ask how far to turn for each studio style, and render the face:
+
+    import turnlight
+
+    environment = turnlight.read_environment("cafe.exr")
+    for result in turnlight.solve(environment):
+        print(result.title, result.turn_refined_deg, result.grade)
+
+Angles are degrees, positive clockwise seen from above. At turn 0 the sitter faces the middle
+column of the panorama. Light and pictures are linear Rec. 709 unless a name says sRGB. Every
+error that a caller can act on is a `CoreError`.
 """
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-__all__ = ["main"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.base.errors import Cancelled as Cancelled
+    from app.core.base.errors import CoreError as CoreError
+    from app.core.environment.environment import Environment as Environment
+    from app.core.places.place import OpenPlace
+    from app.core.portrait.render import HeadPicture as HeadPicture
+    from app.core.solver.solve import StyleResult as StyleResult
+
+__all__ = [
+    "Cancelled",
+    "CoreError",
+    "Environment",
+    "HeadPicture",
+    "Place",
+    "StyleResult",
+    "main",
+    "read_environment",
+    "render",
+    "solve",
+]
+
+Yaw: TypeAlias = float | Literal["auto", "short", "broad"]
 
 _PACKAGE = "app"
+_FOLDER = Path(__file__).resolve().parent / _PACKAGE
+_CLASSES = {
+    "Cancelled": "app.core.base.errors",
+    "CoreError": "app.core.base.errors",
+    "Environment": "app.core.environment.environment",
+    "HeadPicture": "app.core.portrait.render",
+    "StyleResult": "app.core.solver.solve",
+}
+
+
+def read_environment(path: Path | str, layer: str = "") -> Environment:
+    """Read an HDR panorama, repair it and fill its gaps.
+
+    Args:
+        path: An equirectangular panorama, 2:1, OpenEXR (``.exr``) or Radiance (``.hdr``).
+        layer: The layer to read where a file has several; the beauty pass by default.
+
+    Returns:
+        The environment. `radiance` is (H, 2 H, 3) float32, linear Rec. 709, relative, with the
+        zenith in row 0 and azimuth 0 in the middle. `warnings` lists repairs and gaps.
+
+    Raises:
+        CoreError: If the file is missing, damaged, not HDR, not 2:1 or black.
+    """
+    _import_package()
+    from app.core.environment import environment
+
+    return environment.read_environment(path, layer)
+
+
+def solve(
+    environment: Environment,
+    head: str = "generic",
+    *,
+    styles: Sequence[str] | None = None,
+    objective: Literal["picture", "paper"] = "picture",
+    yaw: Yaw = 0.0,
+    front_deg: float = 0.0,
+) -> tuple[StyleResult, ...]:
+    """Find the best turn of a place for each built-in style.
+
+    Args:
+        head: A head that ships (``generic``, ``generic-dark``, ``male`` ...), or the path of a
+            baked ``T.npz``.
+        styles: Names of the styles to answer, as ``left-rembrandt``; all by default.
+        objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
+            quality C of the paper.
+        yaw: Turn of the face away from the lens, degrees toward the sitter's own left; or
+            ``short``, ``broad`` or ``auto`` to search for the best yaw.
+        front_deg: Azimuth of the photographer in the panorama, degrees; turns count from there.
+
+    Returns:
+        One result for each style, in the order of the head's styles. `turn_refined_deg` is the
+        turn, `grade` is ``yes``, ``nearly`` or ``no``, `match` is 100 for identical pictures.
+        Curves are (64,) float64, one value for each 5.625 degrees.
+
+    Raises:
+        CoreError: If the head or a style is unknown, or the environment is unusable.
+    """
+    _import_package()
+    from app.core.environment.environment import reduce
+    from app.core.places.solve import solve_styles
+    from app.core.portrait.head_views import has_views
+    from app.core.solver.lens_search import STRAIGHT, LensWish, views_of
+    from app.core.solver.search import luminance_of
+    from app.core.styles.style_pack import load_named_pack
+    from app.core.styles.styles import select
+
+    pack = load_named_pack(head)
+    names = [style.name for style in select(pack.styles, styles)]
+    light = reduce(environment, pack.header.environment)
+    wish = LensWish(yaw=yaw) if yaw else STRAIGHT
+    views = views_of(pack, head) if wish != STRAIGHT or has_views(head) else ()
+    return solve_styles(
+        pack,
+        views,
+        luminance_of(light) if objective == "paper" else light,
+        wish,
+        objective,
+        names=names,
+        front_deg=front_deg,
+    )
+
+
+def render(
+    environment: Environment,
+    turn_deg: float,
+    head: str = "generic",
+    *,
+    yaw_deg: float = 0.0,
+    height: int | None = None,
+    plain: bool = False,
+) -> HeadPicture:
+    """Render a head in the light of a place.
+
+    Args:
+        turn_deg: Azimuth of the panorama that the sitter faces, degrees.
+        head: A head that ships, or the path of a baked ``T.npz``.
+        yaw_deg: Turn of the face away from the lens, degrees toward the sitter's own left; the
+            nearest baked view is used.
+        height: Height of a portrait with hair and background, 64 to 2048 pixels; None for the
+            small picture of the transport, on black.
+        plain: Leave out hair, colours and background of a portrait.
+
+    Returns:
+        The picture. `srgb` is (H, W, 3) uint8, exposed for the face; `linear` is (H, W, 3)
+        float32, linear Rec. 709 in the unit of the environment.
+
+    Raises:
+        CoreError: If the head is unknown or has no portrait, or the height is out of range.
+    """
+    _import_package()
+    from app.core.portrait.render import render_head
+
+    return render_head(environment, turn_deg, head, yaw_deg=yaw_deg, height=height, plain=plain)
+
+
+class Place:
+    """A saved place: its light, its notes, and what it can do for each style.
+
+    Turns count from where the photographer stood, `front_deg` of the panorama.
+    """
+
+    def __init__(self, opened: OpenPlace) -> None:
+        self._opened = opened
+
+    @classmethod
+    def load(cls, folder: Path | str) -> Place:
+        """Load a place from its folder.
+
+        Raises:
+            CoreError: If the folder holds no place, or the place has no readable light.
+        """
+        _import_package()
+        from app.core.places.load import load_place
+
+        return cls(load_place(Path(folder)))
+
+    @classmethod
+    def create(
+        cls, files: Sequence[Path | str], places: Path | str, *, name: str = "", way: str = ""
+    ) -> Place:
+        """Measure the light of files and save it as a new place.
+
+        Args:
+            files: An HDR panorama, the frames of a bracket, photos, a film, or a folder of these.
+            places: Folder for the new place's own folder.
+            name: Name of the place; by default that of the files.
+            way: How to read photos: ``camera`` for a bracket, ``photos`` for a panorama taken in
+                parts, ``ball`` for a mirror ball, ``film``.
+
+        Raises:
+            CoreError: If the files cannot be read or measured, or the place cannot be saved.
+        """
+        _import_package()
+        from datetime import datetime
+
+        from app.core.base.progress import Token, silent
+        from app.core.places.open import OpenOptions, open_paths
+        from app.core.storage.settings import Settings
+        from app.devices.webcam.files import film_frames
+
+        now = datetime.now().astimezone()
+        options = OpenOptions(Path(places), now, Settings(), film_frames, name=name, way=way)
+        opened = open_paths([Path(file) for file in files], options, Token(), silent)
+        if opened.trouble is not None:
+            raise opened.trouble
+        return cls(opened)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the place."""
+        assert self._opened.folder is not None
+        return self._opened.folder
+
+    @property
+    def name(self) -> str:
+        """Name of the place."""
+        return self._opened.place.name
+
+    @property
+    def notes(self) -> str:
+        """Notes of the photographer."""
+        return self._opened.place.notes
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Tags of the photographer."""
+        return self._opened.place.tags
+
+    @property
+    def front_deg(self) -> float:
+        """Azimuth of the photographer in the panorama, degrees."""
+        return self._opened.place.front_deg
+
+    @property
+    def environment(self) -> Environment:
+        """Light of the place."""
+        return self._opened.light.environment
+
+    @property
+    def results(self) -> tuple[StyleResult, ...]:
+        """Answers saved with the place; empty if it was not solved yet."""
+        return self._opened.place.results
+
+    def solve(self, head: str = "") -> tuple[StyleResult, ...]:
+        """Solve the built-in styles with the lamps and the lens of the place; nothing is saved.
+
+        Args:
+            head: Name of a head; by default that of the place.
+
+        Raises:
+            CoreError: If the head is unknown.
+        """
+        from app.core.places.solve import solve_place
+        from app.core.portrait.head import load_head
+        from app.core.storage.settings import Settings
+
+        place = self._opened.place
+        lit = load_head(head or place.head).lit_by(place.studios)
+        return solve_place(lit, self._opened.light, (), Settings(), place.front_deg, place.lens)
+
+    def render(
+        self, turn_deg: float, head: str = "", *, yaw_deg: float = 0.0, height: int | None = None
+    ) -> HeadPicture:
+        """Render the head of the place at a turn; arguments as for `turnlight.render`."""
+        return render(
+            self.environment,
+            turn_deg + self.front_deg,
+            head or self._opened.place.head,
+            yaw_deg=yaw_deg,
+            height=height,
+        )
+
+
+def __getattr__(name: str) -> Any:
+    """Import a class of the API on first use: `turnlight --help` needs none."""
+    if name not in _CLASSES:
+        raise AttributeError(f"module 'turnlight' has no attribute {name!r}")
+    _import_package()
+    return getattr(importlib.import_module(_CLASSES[name]), name)
 
 
 def main() -> int:
-    """Run the command line with the package that lies beside this file.
+    """Run the command line.
 
     Returns:
         Exit code.
     """
-    folder = Path(__file__).resolve().parent / _PACKAGE
-    spec = importlib.util.spec_from_file_location(
-        _PACKAGE, folder / "__init__.py", submodule_search_locations=[str(folder)]
-    )
-    if spec is None or spec.loader is None or not (folder / "cli.py").is_file():
-        sys.stderr.write(
-            "turnlight: Its own files are missing, or another package of the name 'app' took "
-            "their place. Install Turnlight again, into an environment of its own.\n"
-        )
-        return 2
-    package = importlib.util.module_from_spec(spec)
     for name in [each for each in sys.modules if each.partition(".")[0] == _PACKAGE]:
         del sys.modules[name]
-    sys.modules[_PACKAGE] = package
-    spec.loader.exec_module(package)
+    try:
+        _import_package()
+    except ImportError as error:
+        sys.stderr.write(f"turnlight: {error}\n")
+        return 2
     try:
         from app.cli import main as run
     except KeyboardInterrupt:
         sys.stderr.write("Stopped.\n")
         return 130
     return run()
+
+
+def _import_package() -> None:
+    """Import the package beside this file, even where PYTHONPATH finds another `app` first.
+
+    PYTHONPATH often names the current folder, sometimes unknowingly, by a trailing colon.
+    """
+    package = sys.modules.get(_PACKAGE)
+    if package is not None:
+        file = getattr(package, "__file__", None)  # a namespace package has none
+        if file and Path(file).resolve().parent == _FOLDER:
+            return
+        raise ImportError(
+            "Another package named 'app' is loaded. Import turnlight in a process of its own."
+        )
+    spec = importlib.util.spec_from_file_location(
+        _PACKAGE, _FOLDER / "__init__.py", submodule_search_locations=[str(_FOLDER)]
+    )
+    if spec is None or spec.loader is None or not (_FOLDER / "cli.py").is_file():
+        raise ImportError(
+            "Its own files are missing, or another package of the name 'app' took "
+            "their place. Install Turnlight again, into an environment of its own."
+        )
+    package = importlib.util.module_from_spec(spec)
+    sys.modules[_PACKAGE] = package
+    spec.loader.exec_module(package)
 
 
 if __name__ == "__main__":

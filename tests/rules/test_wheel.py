@@ -145,6 +145,14 @@ def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> N
     assert any(answer["attainable"] for answer in answers.values())
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
 
+    code = (
+        "import turnlight\n"
+        "place = turnlight.read_environment('studio.exr')\n"
+        "print(*(result.name for result in turnlight.solve(place)))\n"
+    )
+    done = call(python, "-c", code, cwd=tmp_path, extra={"PYTHONPATH": f"lib{os.pathsep}"})
+    assert done.stdout.split() == list(answers)
+
 
 @pytest.mark.parametrize("words", [["bench"], ["bench", "--help"], ["evaluate", "-o", "a.html"]])
 def test_instruments_need_a_clone(installed: Path, tmp_path: Path, words: list[str]) -> None:
