@@ -237,7 +237,7 @@ def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
     from app.ui.presenters.undo import UndoStack
     from app.ui.screens.probe.cameras import CameraFinder
     from app.ui.screens.probe.live import LivePreview
-    from app.ui.screens.probe.presenter import BEAT_MS
+    from app.ui.screens.probe.screen import BEAT_MS
     from app.ui.shell.jobs import QtRunner
     from tests.helpers.told import Told
 

@@ -17,7 +17,7 @@ from PySide6.QtCore import QPoint, QSize, Qt, QTimer
 from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.cli import main
-from app.ui.screens.light.view.screen import LightScreen
+from app.ui.screens.light.screen_view import LightScreen
 from benchmarks.ui.screenshots.command import Lost, Robot
 from tests.helpers.watchdog import WatchedApplication
 

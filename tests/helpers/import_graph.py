@@ -9,29 +9,55 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-__all__ = ["import_circles", "libraries", "unreached"]
+__all__ = ["import_circles", "libraries", "libraries_by_module", "reached_from", "unreached"]
 
 
 def import_circles(package: Path) -> frozenset[frozenset[str]]:
     """Return the groups of modules that import each other in a circle, if only for their types."""
+    return _circles(_graph(package))
+
+
+def libraries(package: Path) -> frozenset[str]:
+    """Return the top-level names that a package imports, inside functions and for types too."""
+    trees = (ast.parse(file.read_text(encoding="utf-8")) for file in package.rglob("*.py"))
+    return frozenset().union(*map(_libraries, trees))
+
+
+def libraries_by_module(package: Path) -> dict[str, frozenset[str]]:
+    """Return the top-level names that each module of a package imports itself."""
+    return {
+        _name(package, file): _libraries(ast.parse(file.read_text(encoding="utf-8")))
+        for file in package.rglob("*.py")
+    }
+
+
+def reached_from(package: Path, modules: Iterable[str]) -> dict[str, frozenset[str]]:
+    """Return the modules that importing each of some modules leads to, itself among them.
+
+    Imports inside functions and for types count too.
+    """
+    imports = _graph(package)
+    return {name: frozenset(_reached(name, imports) | {name}) for name in modules}
+
+
+def _graph(package: Path) -> dict[str, set[str]]:
+    """Return the modules of the package that each of its modules imports."""
     files = {_name(package, file): file for file in sorted(package.rglob("*.py"))}
     imports: dict[str, set[str]] = {}
     for name, file in files.items():
         tree = ast.parse(file.read_text(encoding="utf-8"))
         imports[name] = _imported(tree, name, file.name == "__init__.py", set(files)) - {name}
-    return _circles(imports)
+    return imports
 
 
-def libraries(package: Path) -> frozenset[str]:
-    """Return the top-level names that a package imports, inside functions and for types too."""
-    found: set[str] = set()
-    for file in package.rglob("*.py"):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                found.update(alias.name.partition(".")[0] for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found.add(node.module.partition(".")[0])
-    return frozenset(found)
+def _libraries(tree: ast.Module) -> frozenset[str]:
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names.update(alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.add(node.module.partition(".")[0])
+    return frozenset(names)
 
 
 def unreached(package: Path, entries: Iterable[str]) -> frozenset[str]:

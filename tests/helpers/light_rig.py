@@ -20,7 +20,7 @@ from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light import jobs
 from app.ui.screens.light.mask import MaskEdit
 from app.ui.screens.light.pictures import Answers, Held, InHand, Question, View
-from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 

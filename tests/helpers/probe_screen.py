@@ -23,7 +23,7 @@ from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services, Sounds
 from app.ui.presenters.undo import UndoStack
-from app.ui.screens.probe.presenter import ProbePresenter
+from app.ui.screens.probe.screen import ProbePresenter
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.cameras import Rig
 from tests.helpers.probes import place as lit_place

@@ -31,7 +31,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.turn import heading_tracker
-from app.ui.screens.turn.presenter import TurnPresenter
+from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnState, TurnView
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack

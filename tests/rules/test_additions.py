@@ -105,7 +105,7 @@ def test_a_camera_model_takes_one_row(copy: Path) -> None:
 
 SCREEN = {
     "__init__.py": '"""The Notes screen."""\n',
-    "presenter.py": '''"""Notes on the open place."""
+    "screen.py": '''"""Notes on the open place."""
 
 from app.ui.presenters.actions import Action
 
@@ -130,8 +130,7 @@ class NotesPresenter:
     def actions(self):
         return (Action("clear-notes", "Clear the notes", lambda: None, shortcut="Ctrl+L"),)
 ''',
-    "view/__init__.py": '"""What the screen looks like."""\n',
-    "view/screen.py": '''"""The notes."""
+    "screen_view.py": '''"""The notes."""
 
 from PySide6.QtWidgets import QWidget
 

@@ -20,11 +20,7 @@ ENTRIES = (
     "app.cli",
     "app.desktop",
     *(f"app.commands.{name.replace('-', '_')}" for name in COMMANDS if name not in INSTRUMENTS),
-    *(
-        f"app.ui.screens.{one.key}.{part}"
-        for one in SCREENS
-        for part in ("presenter", "view.screen")
-    ),
+    *(f"app.ui.screens.{one.key}.{part}" for one in SCREENS for part in ("screen", "screen_view")),
     *(f"app.ui.overlays.{module}" for *_, module, _ in OVERLAYS.values()),
 )
 # Where a library is imported by another name than it is installed by.

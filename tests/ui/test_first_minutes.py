@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.core.styles.styles import RARE
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.view.screen import TurnScreen
+from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import opened, until

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.ui.screens.styles.view.like_sheet import LikeSheet
+from app.ui.screens.styles.like_photo_view import LikeSheet
 from tests.helpers.styles_screen import Table, lamp_light
 from tests.ui.test_screen_styles import Shown
 from tests.unit.test_faces import Bytes, portrait, shown_in

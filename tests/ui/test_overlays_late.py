@@ -18,7 +18,7 @@ from app.ui.overlays.find import FindBody
 from app.ui.overlays.layers import LayersBody
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import _thumbnail
-from app.ui.screens.paint.view.screen import PaintScreen
+from app.ui.screens.paint.screen_view import PaintScreen
 from app.ui.widgets.dialogs import LineSheet
 from tests.helpers.paint_studio import studio
 from tests.helpers.synthetic import own_head

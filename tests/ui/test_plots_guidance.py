@@ -20,7 +20,7 @@ from app.ui.plots.mask_canvas import draw_brush_ring
 from app.ui.plots.plan import PlanView
 from app.ui.plots.weights import WeightLegend, WeightScale
 from app.ui.screens.turn.state import Scale
-from app.ui.screens.turn.view.strip import BackgroundStrip
+from app.ui.screens.turn.strip_view import BackgroundStrip
 from app.ui.theme import set_theme, theme
 
 GROUND = "#1e1e1e"

@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QAbstractButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.second_light.captured import make_lamp
+from app.ui.screens.light.screen_view import CaptureSheet, LightScreen, MaskSheet, column_widths
 from app.ui.screens.light.state import DISTANCES_M
-from app.ui.screens.light.view.screen import CaptureSheet, LightScreen, MaskSheet, column_widths
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import LineSheet

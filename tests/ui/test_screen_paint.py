@@ -31,10 +31,10 @@ from app.core.solver.transport import load_named
 from app.core.styles.style_pack import load_named_pack
 from app.ui.plots.polar import PolarPlot
 from app.ui.plots.weights import WeightPanorama
+from app.ui.screens.paint import face_view as face_module
+from app.ui.screens.paint.screen_view import PaintScreen
 from app.ui.screens.paint.state import Shown
-from app.ui.screens.paint.view import face as face_module
-from app.ui.screens.paint.view.screen import PaintScreen
-from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
+from app.ui.screens.paint.tools_view import ToolColumn, ToolStrip
 from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.dialogs import LineSheet

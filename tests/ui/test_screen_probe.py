@@ -12,9 +12,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
+from app.ui.screens.probe.screen import BEAT_MS, SLOW_BEAT_MS
+from app.ui.screens.probe.screen_view import ProbeScreen
 from app.ui.screens.probe.state import WAYS, Running
-from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
 

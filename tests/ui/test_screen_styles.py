@@ -25,11 +25,11 @@ from app.core.storage.library import Damaged
 from app.core.styles.lamps import Studio
 from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
+from app.ui.screens.styles.cards_view import CompareSheet, DamagedCard, StyleCard, card_size
+from app.ui.screens.styles.detail_view import picture_sizes
+from app.ui.screens.styles.gallery_view import LampsSheet, layout_for
+from app.ui.screens.styles.screen_view import StylesScreen, detail_width
 from app.ui.screens.styles.state import CardState
-from app.ui.screens.styles.view.card import CompareSheet, DamagedCard, StyleCard, card_size
-from app.ui.screens.styles.view.detail import picture_sizes
-from app.ui.screens.styles.view.gallery import LampsSheet, layout_for
-from app.ui.screens.styles.view.screen import StylesScreen, detail_width
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet, Term
 from app.ui.widgets.displays import Picture
@@ -82,7 +82,7 @@ def test_every_card_says_its_match_however_long_its_reason(
         found[text] = area
         put_text(painter, area, text, font, *rest)
 
-    monkeypatch.setattr("app.ui.screens.styles.view.card.put_text", put)
+    monkeypatch.setattr("app.ui.screens.styles.cards_view.put_text", put)
     card = StyleCard(state)
     qtbot.addWidget(card)
     card.setFixedSize(card_size(wide))

@@ -21,10 +21,10 @@ from app.core.localization.photo_check import Taken
 from app.core.text.turns import whole
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
-from app.ui.screens.turn import shots
+from app.ui.screens.turn import photos as shots
+from app.ui.screens.turn.parts_view import Question, ShotsSheet
+from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.screens.turn.state import ShotRow, ShotsState
-from app.ui.screens.turn.view.parts import Question, ShotsSheet
-from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.theme import set_theme, theme
 from app.ui.theme.theme import ThemeName
 from app.ui.widgets.buttons import IconButton

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.presenters.model import COMPUTING
-from app.ui.screens.styles.view.screen import StylesScreen
+from app.ui.screens.styles.screen_view import StylesScreen
 from app.ui.theme import set_theme
 from app.ui.widgets.messages import StaleVeil
 from tests.helpers.styles_screen import Table, scene_light

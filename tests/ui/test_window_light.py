@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QApplication
 
 from app.core.base.images import write_exr
 from app.ui.presenters.model import Step
-from app.ui.screens.light.presenter import LightPresenter
-from app.ui.screens.light.view.screen import LightScreen
+from app.ui.screens.light.screen import LightPresenter
+from app.ui.screens.light.screen_view import LightScreen
 from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.dark_room import Lamp, room

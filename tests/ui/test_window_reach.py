@@ -21,7 +21,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.view.parts import Question
+from app.ui.screens.turn.parts_view import Question
 from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme
 from app.ui.theme.theme import Theme

@@ -18,7 +18,7 @@ from app.core.base.paths import resources
 from app.core.places.shots import is_frame, read_shots
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
+from app.ui.screens.turn.parts_view import ShotsLine, ShotsSheet
 from app.ui.shell.frame import DropVeil
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text

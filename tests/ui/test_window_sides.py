@@ -25,8 +25,8 @@ from app.core.base.angles import difference, wrap
 from app.core.base.images import write_exr
 from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.presenters.model import Step
-from app.ui.screens.styles.view.card import StyleCard, TurnWords
-from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
+from app.ui.screens.styles.cards_view import StyleCard, TurnWords
+from app.ui.screens.turn.guidance_view import GuideColumn, LargeWords
 from app.ui.shell.start import App
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Term

@@ -11,11 +11,11 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
-from app.ui.screens.paint.view.screen import PaintScreen
+from app.ui.screens.paint.screen_view import PaintScreen
+from app.ui.screens.probe.screen_view import ProbeScreen
 from app.ui.screens.probe.state import Live, ProbeState, RoughCard, Running, Sign
-from app.ui.screens.probe.view.screen import ProbeScreen
-from app.ui.screens.styles.view.screen import StylesScreen
-from app.ui.screens.turn.view.screen import TurnScreen
+from app.ui.screens.styles.screen_view import StylesScreen
+from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.shell.frame import fitted
 from app.ui.shell.start import App
 from app.ui.shell.window import SMALLEST

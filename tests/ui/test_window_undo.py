@@ -13,9 +13,9 @@ from app.core.painting.library import list_user_styles
 from app.ui.overlays.find import FindBody
 from app.ui.overlays.settings import SettingsBody
 from app.ui.presenters.model import Step
-from app.ui.screens.light.presenter import LightPresenter
-from app.ui.screens.paint.presenter import PaintPresenter
-from app.ui.screens.styles.presenter import StylesPresenter
+from app.ui.screens.light.screen import LightPresenter
+from app.ui.screens.paint.screen import PaintPresenter
+from app.ui.screens.styles.screen import StylesPresenter
 from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, say, sees

@@ -20,9 +20,9 @@ from app.ui.presenters.model import LampPlan, Step
 from app.ui.screens.light import jobs
 from app.ui.screens.light.jobs import take_in_hand
 from app.ui.screens.light.pictures import Answers, Held, InHand, portrait_with
-from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
-from app.ui.screens.turn.shots import _Asked
+from app.ui.screens.turn.photos import _Asked
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig

@@ -17,7 +17,7 @@ from app.core.solver.lens_search import LensWish
 from app.ui.presenters.model import Step
 from app.ui.screens.light import jobs, pictures
 from app.ui.screens.light.pictures import Answers
-from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import BRIGHTNESS, DISTANCES_M
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light

@@ -19,7 +19,7 @@ from app.core.solver.solve import StyleResult
 from app.core.styles.lamps import Studio
 from app.ui.presenters import place_controller
 from app.ui.presenters.model import Step
-from app.ui.screens.paint.presenter import PaintPresenter
+from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.state import Sizes
 from app.words.reach import out_of_reach_sentence
 from tests.helpers.quick import quick_first, sample_first

@@ -25,7 +25,7 @@ from app.core.solver.head_shape import shape_path
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack import pack_path, save_pack
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
-from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.probe.notices import advice_notice
 from app.ui.screens.probe.state import CameraBlock, Notice
 from tests.helpers.immediate_runner import ImmediateRunner

@@ -17,7 +17,7 @@ from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import COMPUTING, Step
 from app.ui.screens.registry import screen
 from app.ui.screens.styles.state import StylesState
-from app.ui.screens.turn.presenter import TurnPresenter
+from app.ui.screens.turn.screen import TurnPresenter
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 
 DARK = "generic-dark"

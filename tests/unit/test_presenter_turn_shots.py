@@ -25,8 +25,8 @@ from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.registry import screen
-from app.ui.screens.turn import shots
-from app.ui.screens.turn.shots import DROP_WORDS
+from app.ui.screens.turn import photos as shots
+from app.ui.screens.turn.photos import DROP_WORDS
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 

@@ -18,7 +18,7 @@ from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
+from app.ui.screens.turn.source import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.turn_rig import FakeWebcam
 

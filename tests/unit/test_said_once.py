@@ -24,11 +24,11 @@ from app.ui.presenters.actions import SEARCHED, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.services import Sounds
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
-from app.ui.screens.paint.presenter import PaintPresenter
+from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.probe.notices import plan_parts
 from app.ui.screens.styles.cards import verdict_of
 from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.sources import NO_WEBCAMS
+from app.ui.screens.turn.source import NO_WEBCAMS
 from app.ui.shell.commands import Commands
 from tests.helpers.styles_screen import Table, scene_light
 from tests.helpers.turn_rig import Rig

@@ -40,7 +40,7 @@ class ScreenSpec:
 
     Attributes:
         key: The package, and the value of `Model.step` that brings it to the front. Of "probe" the
-            classes `presenter.ProbePresenter` and `view.screen.ProbeScreen` are shown.
+            classes `screen.ProbePresenter` and `screen_view.ProbeScreen` are shown.
         title, tip, command, icon: On the rail, its tool tip, and in "Find anything". Without a
             title it is not on the rail.
         in_front: When it is in front, if not by `Model.step` alone.
@@ -63,17 +63,17 @@ class ScreenSpec:
 
     def make_presenter(self, services: Services, desk: PlaceController) -> ScreenPresenter:
         """Make the presenter; it lives as long as the window."""
-        made: ScreenPresenter = self._part("presenter", "Presenter")(services, desk)
+        made: ScreenPresenter = self._part("screen", "Presenter")(services, desk)
         return made
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
         """Make the view, a `QWidget`; it is rebuilt when theme, scale or layout change."""
-        return self._part("view.screen", "Screen")(presenter, compact)
+        return self._part("screen_view", "Screen")(presenter, compact)
 
     def read_in(self) -> None:
         """Import its code before it is shown."""
-        self._part("presenter", "Presenter")
-        self._part("view.screen", "Screen")
+        self._part("screen", "Presenter")
+        self._part("screen_view", "Screen")
 
     def _part(self, module: str, kind: str) -> Any:
         found = import_module(f"app.ui.screens.{self.key}.{module}")

@@ -19,7 +19,7 @@ from app.core.text import tr
 from app.ui.plots.base import device_ratio
 from app.ui.plots.mask_canvas import BrushSign, draw_brush_ring
 from app.ui.screens.paint.state import HeadLook
-from app.ui.screens.paint.view.tools import Viewing
+from app.ui.screens.paint.tools_view import Viewing
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 

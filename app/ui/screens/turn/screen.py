@@ -21,9 +21,9 @@ from app.ui.presenters.services import Presenter, Services, sound_words
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance import Beeper, GuidanceController
 from app.ui.screens.turn.heading_tracker import Aligner, FaceReader, FaceWish, HeadingTracker
+from app.ui.screens.turn.photos import DROP_WORDS, Shots
 from app.ui.screens.turn.pictures import Overlay, Scene, TurnImages
-from app.ui.screens.turn.shots import DROP_WORDS, Shots
-from app.ui.screens.turn.sources import SourcesPresenter
+from app.ui.screens.turn.source import SourcesPresenter
 from app.ui.screens.turn.state import (
     ASPECT,
     LiveWords,

@@ -14,14 +14,14 @@ from app.core.styles.lamps import RATIO_CHOICES
 from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES
 from app.ui.plots.panorama import PanoramaView
-from app.ui.screens.styles.state import CardState, LampsState, LensState, StylesState
-from app.ui.screens.styles.view.card import (
+from app.ui.screens.styles.cards_view import (
     DamagedCard,
     PaintCard,
     StyleCard,
     card_size,
     picture_size,
 )
+from app.ui.screens.styles.state import CardState, LampsState, LensState, StylesState
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton

@@ -12,7 +12,7 @@ from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.plots.head_views import AboveView, SideView
 from app.ui.plots.lamps import LampPlot, SkyMap
-from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import (
     DISTANCES_M,
     DetailState,

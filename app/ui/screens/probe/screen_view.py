@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.screens.probe.cameras import CameraFinder
-from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS, ProbePresenter
+from app.ui.screens.probe.light_view import CaptureSign, LightColumn
+from app.ui.screens.probe.screen import BEAT_MS, SLOW_BEAT_MS, ProbePresenter
 from app.ui.screens.probe.state import (
     CHECKS,
     WAYS,
@@ -21,7 +22,6 @@ from app.ui.screens.probe.state import (
     Notice,
     ProbeState,
 )
-from app.ui.screens.probe.view.light_column import CaptureSign, LightColumn
 from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys, Roving

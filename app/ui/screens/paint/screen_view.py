@@ -18,10 +18,10 @@ from app.core.text import tr
 from app.ui.plots.polar import PolarPlot
 from app.ui.plots.weights import WeightLegend, WeightPanorama, WeightScale
 from app.ui.presenters.model import COMPUTING
-from app.ui.screens.paint.presenter import PaintPresenter
+from app.ui.screens.paint.canvas_view import PaintCanvas
+from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
-from app.ui.screens.paint.view.canvas import PaintCanvas
-from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
+from app.ui.screens.paint.tools_view import ToolColumn, ToolStrip
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, Do, IconButton, Pressable
 from app.ui.widgets.choices import Segmented
@@ -285,7 +285,7 @@ class _Crumbs(QWidget):
 
 
 class PaintScreen(QWidget):
-    """The view of `app.ui.screens.paint.presenter.PaintPresenter`."""
+    """The view of `app.ui.screens.paint.screen.PaintPresenter`."""
 
     def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()

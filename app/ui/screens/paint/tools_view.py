@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 from app.core.painting.canvas import Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
-from app.ui.screens.paint.presenter import PaintPresenter
+from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState, head_words
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon

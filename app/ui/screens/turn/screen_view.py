@@ -11,11 +11,11 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.text import tr
 from app.ui.presenters.model import COMPUTING
-from app.ui.screens.turn.presenter import TurnPresenter
+from app.ui.screens.turn.guidance_view import DESIGNED, GuideColumn
+from app.ui.screens.turn.live_view import LeftColumn
+from app.ui.screens.turn.parts_view import ShotsSheet
+from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnSizes, TurnState
-from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
-from app.ui.screens.turn.view.left import LeftColumn
-from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import px, theme
 from app.ui.widgets.dialogs import SheetHost, ask_files, ask_folder
 from app.ui.widgets.layouts import column, row, stacked
@@ -128,7 +128,7 @@ class TurnScreen(SheetHost):
 
     def ask_source(self) -> None:
         """Ask for another live camera, and how wide it sees."""
-        from app.ui.screens.turn.view.source import SourceSheet
+        from app.ui.screens.turn.source_view import SourceSheet
 
         self.put_over(SourceSheet(self.window(), self.presenter.sources))
 

@@ -12,18 +12,18 @@ from PySide6.QtWidgets import QApplication
 from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
-from app.ui.screens.styles.like_photo import LikeState
-from app.ui.screens.styles.presenter import StylesPresenter
-from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
-from app.ui.screens.styles.view.card import CompareSheet, HeldKey, compared_size
-from app.ui.screens.styles.view.detail import Detail, picture_sizes
-from app.ui.screens.styles.view.gallery import (
+from app.ui.screens.styles.cards_view import CompareSheet, HeldKey, compared_size
+from app.ui.screens.styles.detail_view import Detail, picture_sizes
+from app.ui.screens.styles.gallery_view import (
     Gallery,
     LampsSheet,
     LensSheet,
     layout_for,
 )
-from app.ui.screens.styles.view.like_sheet import LikeSheet
+from app.ui.screens.styles.like_photo import LikeState
+from app.ui.screens.styles.like_photo_view import LikeSheet
+from app.ui.screens.styles.screen import StylesPresenter
+from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target, show_folder
 from app.ui.widgets.layouts import row
@@ -58,7 +58,7 @@ def detail_width(width: int, height: int, compact: bool) -> int:
 
 
 class StylesScreen(SheetHost):
-    """The view of `app.ui.screens.styles.presenter.StylesPresenter`."""
+    """The view of `app.ui.screens.styles.screen.StylesPresenter`."""
 
     def __init__(self, presenter: StylesPresenter, compact: bool) -> None:
         super().__init__()

@@ -15,7 +15,7 @@ from app.core.text import tr
 from app.core.text.quantities import ev_words
 from app.ui.plots.panorama import PanoramaView, SceneLamp
 from app.ui.presenters.places_list import PlacesListRow
-from app.ui.screens.probe.presenter import ProbePresenter
+from app.ui.screens.probe.screen import ProbePresenter
 from app.ui.screens.probe.state import LAYERS, LampRow, Live, ProbeState, RoughCard, Sign
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon

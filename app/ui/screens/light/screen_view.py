@@ -17,9 +17,16 @@ from app.core.text import tr
 from app.core.text.quantities import lux_words
 from app.ui.plots.mask_canvas import MaskCanvas
 from app.ui.presenters.model import COMPUTING
+from app.ui.screens.light.columns_view import (
+    PICTURE,
+    DetailColumn,
+    LampColumn,
+    Middle,
+    portrait_size,
+)
 from app.ui.screens.light.lamps import Source
 from app.ui.screens.light.mask import RADII_DEG, MaskEdit, MaskState
-from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import (
     BRIGHTNESS,
     BrightState,
@@ -27,13 +34,6 @@ from app.ui.screens.light.state import (
     LightSizes,
     LightState,
     WordsAsk,
-)
-from app.ui.screens.light.view.columns import (
-    PICTURE,
-    DetailColumn,
-    LampColumn,
-    Middle,
-    portrait_size,
 )
 from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
@@ -259,7 +259,7 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
 
 
 class LightScreen(SheetHost):
-    """The view of `app.ui.screens.light.presenter.LightPresenter`."""
+    """The view of `app.ui.screens.light.screen.LightPresenter`."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()

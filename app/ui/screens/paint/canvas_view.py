@@ -25,9 +25,9 @@ from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.plots.base import Plot
+from app.ui.screens.paint.face_view import FacePainter
 from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown, head_words
-from app.ui.screens.paint.view.face import FacePainter
-from app.ui.screens.paint.view.tools import Viewing, ZoomBox, fitting
+from app.ui.screens.paint.tools_view import Viewing, ZoomBox, fitting
 from app.ui.theme import px
 from app.ui.widgets.accessibility import describe, give_role
 

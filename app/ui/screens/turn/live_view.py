@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 from app.core.text import tr
 from app.core.text.turns import direction_words
 from app.ui.plots.plan import PlanView
-from app.ui.screens.turn.sources import NO_WEBCAMS
+from app.ui.screens.turn.parts_view import LEAST_HEIGHT, Question, ShotsLine, Well
+from app.ui.screens.turn.source import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
-from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
-from app.ui.screens.turn.view.strip import BackgroundStrip
+from app.ui.screens.turn.strip_view import BackgroundStrip
 from app.ui.theme import px
 from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import LabelledSlider, Segmented
@@ -24,7 +24,7 @@ from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
-    from app.ui.screens.turn.presenter import TurnPresenter
+    from app.ui.screens.turn.screen import TurnPresenter
 
 _STRIP: Final = (536, 220)
 _SCROLLED: Final = 0.7  # of the width: below this a larger picture is worth scrolling

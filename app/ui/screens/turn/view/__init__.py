@@ -1,1 +1,0 @@
-"""What the screen looks like: Qt, and no decisions."""
