@@ -11,6 +11,7 @@ CHECKS = {
     "lint": ["ruff", "check", "."],
     "format": ["ruff", "format", "--check", "."],
     "types": ["mypy"],
+    "docs": ["mkdocs", "build", "--strict", "--quiet"],
 }
 LONG = {"--slow": "slow and not sweep", "--sweeps": "sweep"}  # which tests each word runs
 WORKERS = ["-n", "auto", "--dist", "worksteal"]

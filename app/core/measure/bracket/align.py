@@ -578,10 +578,11 @@ def tilt_rotation(pose: Pose, *, gravity: bool = True) -> Float64:
     that the angles are those of the accelerometer on each axis alone, as a Theta writes them;
     otherwise they are those of the GPano standard. Heading is not used.
 
-    >>> from app.core.measure.read.frame import Pose
-    >>> level = tilt_rotation(Pose(pitch_deg=-29.0, roll_deg=-35.8))
-    >>> [round(float(part), 4) for part in level[1]]
-    [-0.5335, 0.7397, -0.41]
+    Examples:
+        >>> from app.core.measure.read.frame import Pose
+        >>> level = tilt_rotation(Pose(pitch_deg=-29.0, roll_deg=-35.8))
+        >>> [round(float(part), 4) for part in level[1]]
+        [-0.5335, 0.7397, -0.41]
     """
     pitch = pose.pitch_deg
     if gravity and abs(pitch) < 90.0:
