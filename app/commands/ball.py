@@ -13,8 +13,7 @@ from app.commands.merge import add_wishes, options_of, write
 from app.commands.printing import ProgressPrinter
 from app.core.base.errors import ProbeError
 from app.core.measure.ball.mirror_ball import REFLECTANCE, BallOptions
-from app.core.measure.bracket.pipeline import measure_ball
-from app.core.styles.style_pack import load_named_pack
+from app.core.measure.ways import measure
 from app.core.text import tr
 
 
@@ -63,12 +62,9 @@ def run(args: argparse.Namespace) -> int:
     """
     started = time.perf_counter()
     wanted = _ball_options(args)
-    wishes = replace(options_of(args, *args.second), alone=False)
-    pack = load_named_pack("generic")
-    probe = measure_ball(args.images, wanted, pack, wishes, report=ProgressPrinter())
-    assert probe.ball is not None
-    width = round(2.0 * probe.ball.radius_px)
-    return write(args, probe, started, blind=probe.blind, ball={"width_px": width})
+    options = replace(options_of(args, *args.second), own=wanted)
+    measured = measure("ball", args.images, options, report=ProgressPrinter())
+    return write(args, measured, started, blind=measured.blind)
 
 
 def _ball_options(args: argparse.Namespace) -> BallOptions:

@@ -312,7 +312,6 @@ def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -
 def _watch_folder(args: argparse.Namespace) -> int:
     """Wait for one bracket and make an environment of it."""
     _check_watch(args)
-    pack = load_named_pack("generic")
     token = Token()
     with stopping(token):
         bracket = _next_bracket(args.watch, token)
@@ -321,7 +320,7 @@ def _watch_folder(args: argparse.Namespace) -> int:
         with ArrivingFrames(len(bracket.paths)) as frames:
             for path in bracket.paths:
                 frames.add(path)
-            probe = frames.measure(bracket.paths, pack, token=token, report=ProgressPrinter())
+            probe = frames.measure(bracket.paths, token=token, report=ProgressPrinter())
     write_exr(target, probe.merged.radiance, probe.merged.cd_m2)
     seconds = time.perf_counter() - began
     say(*probe.warnings, *probe.notes)

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 from app.commands.arguments import add_json, argument
 from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
-from app.core.measure.finish.finish import MergeOptions
 from app.core.measure.finish.masks import parse_mask
+from app.core.measure.options import MeasureOptions
 from app.core.second_light.captured import CapturedLamp, centroid, edit_mask
 from app.core.second_light.library import (
     GUIDE,
@@ -27,7 +27,6 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.scale import compare, with_lux
-from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 _Box: TypeAlias = tuple[float, float, float, float]
@@ -106,11 +105,10 @@ def _add(args: argparse.Namespace) -> int:
     times = args.times and tuple(
         _positive(t, tr("an exposure time")) for t in args.times.split(",")
     )
-    wishes = MergeOptions(times=times or None, response=args.response, sun="leave")
+    options = MeasureOptions(times=times or None, response=args.response, sun="leave")
     found = capture_lamp(
         args.images,
-        load_named_pack("generic"),
-        wishes,
+        options,
         title=args.name,
         distance_m=distance,
         report=ProgressPrinter(),

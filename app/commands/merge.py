@@ -19,15 +19,15 @@ from app.commands.arguments import (
     mask_files,
 )
 from app.commands.printing import ProgressPrinter, answer, say
-from app.commands.probe_words import clutter_facts, probe_facts, probe_table, wrote
+from app.commands.probe_words import clutter_facts, own_facts, probe_facts, probe_table, wrote
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png
-from app.core.measure.bracket.pipeline import Probe, measure
-from app.core.measure.finish.finish import MergeOptions
 from app.core.measure.finish.masks import check_picture_mask, parse_mask
 from app.core.measure.finish.tripod_detection import suggest
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import ENDINGS
-from app.core.styles.style_pack import load_named_pack
+from app.core.measure.ways import measure
 from app.core.text import tr
 
 _WRITERS: Final = (".exr", ".hdr")
@@ -124,12 +124,12 @@ def run(args: argparse.Namespace) -> int:
     """
     started = time.perf_counter()
     options = replace(options_of(args), full=args.full)
-    probe = measure(args.images, load_named_pack("generic"), options, report=ProgressPrinter())
-    return write(args, probe, started)
+    measured = measure("bracket", args.images, options, report=ProgressPrinter())
+    return write(args, measured, started)
 
 
-def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -> int:
-    """Write what a probe measured, and say it, with `more` facts for JSON."""
+def write(args: argparse.Namespace, probe: Measurement, started: float, **more: Any) -> int:
+    """Write the light that was measured, and print how, with `more` facts for JSON."""
     say(*probe.warnings, *probe.notes)
     known = bool(args.mask) or not probe.bracket.panorama
     suggested = () if known else suggest(probe.finished.measured)
@@ -149,7 +149,9 @@ def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -
     facts = {
         "file": str(args.output),
         **probe_facts(probe),
-        **({"blind": round(probe.blind, 4)} | more),
+        "blind": round(probe.blind, 4),
+        **more,
+        **own_facts(probe),
         "suggested_masks": [clutter_facts(each) for each in suggested],
         "seconds": round(seconds, 3),
     }
@@ -160,7 +162,7 @@ def write(args: argparse.Namespace, probe: Probe, started: float, **more: Any) -
     return answer(args, facts, probe_table(probe, *lines, "", last))
 
 
-def options_of(args: argparse.Namespace, *more: Path) -> MergeOptions:
+def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
     """Read what `add_wishes` asks for; `more` pictures are read besides `args.images`."""
     return replace(
         corrections(args, *more),
@@ -170,12 +172,12 @@ def options_of(args: argparse.Namespace, *more: Path) -> MergeOptions:
     )
 
 
-def corrections(args: argparse.Namespace, *more: Path) -> MergeOptions:
+def corrections(args: argparse.Namespace, *more: Path) -> MeasureOptions:
     """Read what `add_corrections` asks for.
 
     Refuses what cannot be written, and masks that cannot be read, before anything is merged.
     """
-    options = MergeOptions(
+    options = MeasureOptions(
         sun=_SUN_WORDS[args.sun],  # type: ignore[arg-type]
         gains=dict(_pair(text, "--lamp-gain") for text in args.lamp_gain),
         lux=dict(_pair(text, "--lamp-lux") for text in args.lamp_lux),

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.printing import fields
-from app.core.measure.bracket.pipeline import Probe
 from app.core.measure.finish.lights import Light
 from app.core.measure.finish.tripod_detection import Clutter
+from app.core.measure.measurement import Measurement
 from app.core.measure.read.frame import Exposure, Frame
 from app.core.text import tr
 from app.core.text.quantities import percent, shutter_words
@@ -28,7 +28,7 @@ _FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
 _LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
 
 
-def probe_facts(probe: Probe) -> dict[str, Any]:
+def probe_facts(probe: Measurement) -> dict[str, Any]:
     """Say for JSON what a probe found, whatever it was asked for."""
     finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
     residual = response.residual_stops
@@ -53,7 +53,7 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
         ],
         "moved_share": probe.moved.share,
         "levelled": fields(probe.levelling, "pitch_deg", "roll_deg"),
-        "stitching": None if probe.stitching is None else probe.stitching.facts(),
+        "stitching": own_facts(probe).get("stitching"),
         "left_out": [
             {"file": str(each.path), "reason": each.reason.value} for each in probe.left_out
         ],
@@ -62,12 +62,17 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
     }
 
 
-def probe_table(probe: Probe, *more: str) -> str:
+def own_facts(probe: Measurement) -> dict[str, Any]:
+    """Say for JSON what only one way of measuring knows."""
+    return {} if probe.own is None else probe.own.facts()
+
+
+def probe_table(probe: Measurement, *more: str) -> str:
     """Write tables of the frames and of the lamps that matter, and what to do about the lamps."""
     return "\n".join([*_frame_rows(probe), *_lamp_rows(probe), *more])
 
 
-def wrote(probe: Probe, target: Path, seconds: float | None = None) -> str:
+def wrote(probe: Measurement, target: Path, seconds: float | None = None) -> str:
     """Say where an environment is, its size, and how long it took."""
     rows, columns = probe.merged.radiance.shape[:2]
     size = f"{columns} x {rows}"
@@ -78,7 +83,7 @@ def wrote(probe: Probe, target: Path, seconds: float | None = None) -> str:
     )
 
 
-def _frame_rows(probe: Probe) -> list[str]:
+def _frame_rows(probe: Measurement) -> list[str]:
     heads = (tr("frame"), tr("shutter"), "ISO", "f/", "EV", tr("clipped"))
     lines = [_FRAME_ROW.format(*heads)]
     for frame, ev, part in _frames(probe):
@@ -93,7 +98,7 @@ def _frame_rows(probe: Probe) -> list[str]:
     return lines
 
 
-def _lamp_rows(probe: Probe) -> list[str]:
+def _lamp_rows(probe: Measurement) -> list[str]:
     lines: list[str] = []
     lamps = [light for light in probe.finished.lights if light.share >= _LEAST_SHARE]
     if lamps:
@@ -110,7 +115,7 @@ def clutter_facts(each: Clutter) -> dict[str, Any]:
     return fields(each, "name", "solid_angle_sr", "confidence", "reason")
 
 
-def _frames(probe: Probe) -> list[tuple[Frame, float, float]]:
+def _frames(probe: Measurement) -> list[tuple[Frame, float, float]]:
     """Return each frame with its exposure in stops and the share of it that is clipped."""
     fractions = probe.merged.clipped_fractions
     return list(zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True))
@@ -151,7 +156,7 @@ def _change(change: Any) -> dict[str, Any]:
     }
 
 
-def _sun(probe: Probe) -> dict[str, Any] | None:
+def _sun(probe: Measurement) -> dict[str, Any] | None:
     done = probe.finished.restoration
     if done is None:
         return None

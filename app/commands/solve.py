@@ -39,11 +39,10 @@ from app.core.base.images import write_png
 from app.core.base.paths import user_data
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.environment.environment_file import is_linear
-from app.core.measure.bracket.pipeline import measure
 from app.core.measure.finish.doubt import Doubt, doubt_of
-from app.core.measure.finish.finish import MergeOptions
 from app.core.measure.fisheye.dual_fisheye import check_stitched
 from app.core.measure.read.metadata import FRAME_ENDINGS
+from app.core.measure.ways import measure
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle
 from app.core.places.solve import solve_styles
@@ -56,7 +55,7 @@ from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import caution
-from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
@@ -146,7 +145,7 @@ def _light_of(name: str, layer: str) -> Environment:
         environment = read_environment(file, layer)
         check_stitched(environment.radiance, file.name)
         return environment
-    probe = measure([file], load_named_pack("generic"), MergeOptions(alone=True))
+    probe = measure("single", [file])
     say(*probe.warnings, *probe.notes)
     return probe.environment(file.stem)
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from app.commands.arguments import add_json, argument, degrees
 from app.commands.merge import add_corrections, corrections, write
 from app.commands.printing import ProgressPrinter
-from app.core.base.progress import Token
-from app.core.measure.bracket.pipeline import measure
-from app.core.measure.photos.photographs import Photograph, stitch
-from app.core.styles.style_pack import load_named_pack
+from app.core.measure.photos.measure import PhotosOptions
+from app.core.measure.ways import measure
 from app.core.text import tr
 
 
@@ -40,23 +38,9 @@ def run(args: argparse.Namespace) -> int:
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
     started = time.perf_counter()
-    options, pack, report = corrections(args), load_named_pack("generic"), ProgressPrinter()
+    options, report = corrections(args), ProgressPrinter()
     if args.kind == "fisheye":
-        probe = measure(args.images, pack, options, report=report)
-        return write(args, probe, started, blind=0.0)
-    circles = args.kind != "photos"
-    found = stitch(args.images, pack, options, Token(), report, args.fov, unstitched=circles)
-    facts = {
-        "blind": round(found.blind, 4),
-        "photographs": [_photograph(each) for each in found.photographs],
-    }
-    return write(args, found.probe, started, **facts)
-
-
-def _photograph(each: Photograph) -> dict[str, Any]:
-    names = ("azimuth_deg", "elevation_deg", "roll_deg", "fov_deg")
-    facts: dict[str, Any] = {"file": str(each.frame.path), "placed": False} | dict.fromkeys(names)
-    if each.angles_deg is not None:
-        values = (*each.angles_deg, each.fov_deg)
-        facts |= {"placed": True} | {n: round(v, 2) for n, v in zip(names, values, strict=True)}
-    return facts
+        return write(args, measure("fisheye", args.images, options, report=report), started)
+    own = PhotosOptions(args.fov, unstitched=args.kind != "photos")
+    measured = measure("photos", args.images, replace(options, own=own), report=report)
+    return write(args, measured, started, photographs=[])

@@ -37,11 +37,13 @@ from app.core.environment.environment import (
     reduce_radiance,
     solid_angles,
 )
-from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.audit import given_up
 from app.core.measure.finish.display import display_panorama
-from app.core.measure.finish.finish import MergeOptions
 from app.core.measure.finish.lights import find_lights
+from app.core.measure.fisheye.fisheye_stitch import Stitching
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack, load_named_pack
 from benchmarks.speed.plain_search import choose
@@ -118,10 +120,11 @@ def lamps_off(stitched: Any, light: Any, truth: Merged) -> list[dict[str, float]
     return rows
 
 
-def seam_steps(probe: Probe, stitched: Any, light: Any) -> np.ndarray[Any, Any]:
+def seam_steps(probe: Measurement, stitched: Any, light: Any) -> np.ndarray[Any, Any]:
     """Step across the seam over what the reference does within a degree of it, all around."""
-    assert probe.stitching is not None
-    pair = probe.stitching.pair
+    stitching = probe.of(Stitching)
+    assert stitching is not None
+    pair = stitching.pair
     around = np.arange(0, 1440, 2)
     toward = pair.seam[around]
     angle = np.radians(around * 0.25)
@@ -152,9 +155,10 @@ def try_one(name: str, light: Any, rig: Rig, pack: StylePack, keep: Path | None)
     with tempfile.TemporaryDirectory() as folder:
         files = bracket(Path(folder), shot, STOPS, rig)
         started = time.process_time()
-        probe = measure(files, pack, MergeOptions(sun="leave"))
+        probe = measure(files, MeasureOptions(sun="leave"))
         seconds = time.process_time() - started
-    assert probe.stitching is not None
+    stitching = probe.of(Stitching)
+    assert stitching is not None
     # The middle frame saturates at 2^4.
     whole = probe.finished.measured.radiance * np.float32(2.0 ** -STOPS[2])
     stitched = reduce_radiance(whole, SHAPE)
@@ -176,7 +180,7 @@ def try_one(name: str, light: Any, rig: Rig, pack: StylePack, keep: Path | None)
         write_png(keep / f"{name}-true.png", display_panorama(light, width=2048))
     return {
         "scene": name,
-        "stitching": probe.stitching.facts(),
+        **stitching.facts(),
         "lamps": len(lamps),
         "lamp_off_deg": round(max((lamp["off_deg"] for lamp in lamps), default=0.0), 2),
         "lamp_light_off": round(max((lamp["light_off"] for lamp in lamps), default=0.0), 4),

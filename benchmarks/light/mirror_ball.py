@@ -23,6 +23,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,10 +45,11 @@ from app.core.environment.environment import (  # noqa: E402
 )
 from app.core.localization.views import Lens, look  # noqa: E402
 from app.core.measure.ball.ball_finder import Ball, find_ball  # noqa: E402
+from app.core.measure.ball.measure import BallFacts, measure  # noqa: E402
 from app.core.measure.ball.mirror_ball import BallOptions  # noqa: E402
-from app.core.measure.bracket.pipeline import Probe, measure_ball  # noqa: E402
-from app.core.measure.finish.finish import MergeOptions  # noqa: E402
 from app.core.measure.finish.sun import direct_normal_lux  # noqa: E402
+from app.core.measure.measurement import Measurement  # noqa: E402
+from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
 from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
 from benchmarks.light.sun_restored import METERED, SUNS, load  # noqa: E402
@@ -183,7 +185,7 @@ def seen_from_front(above_m: float) -> NDArray[np.bool_]:
 
 
 def compared(
-    probe: Probe, panorama: Float32, pack: StylePack, above_m: float, scale: float
+    probe: Measurement, panorama: Float32, pack: StylePack, above_m: float, scale: float
 ) -> dict[str, Any]:
     """Turns and light of a ball's environment beside the panorama's own."""
     true, made = (reduce_radiance(each, SHAPE) for each in (panorama, probe.merged.radiance))
@@ -242,18 +244,19 @@ def balls(places: dict[str, Path], folder: Path) -> list[dict[str, Any]]:
                     paths, scale = bracket(Path(work) / side, light, ball, lit, mm)
                     sides.append(paths)
                     scales.append(scale)
-            options = MergeOptions(sun=SUNS.get(name, "clear"))
+            options = MeasureOptions(sun=SUNS.get(name, "clear"), own=BallOptions(pitch_deg=pitch))
             start = time.perf_counter()
-            probe = measure_ball(sides[0], BallOptions(pitch_deg=pitch), pack, options)
+            probe = measure(sides[0], options)
             row["seconds"] = round(time.perf_counter() - start, 2)
-            assert probe.ball is not None
-            row["width_px"] = round(2.0 * probe.ball.radius_px)
+            facts = probe.of(BallFacts)
+            assert facts is not None
+            row["width_px"] = round(2.0 * facts.ball.radius_px)
             row["one"] = compared(probe, panorama, pack, above, scales[0])
             if len(sides) > 1:
                 # Nobody paces exactly a quarter of a circle.
                 wanted = BallOptions(tuple(sides[1]), SIDE_DEG + 6.0, pitch_deg=pitch)
                 try:
-                    probe = measure_ball(sides[0], wanted, pack, options)
+                    probe = measure(sides[0], replace(options, own=wanted))
                     row["two"] = compared(probe, panorama, pack, above, scales[0])
                 except ProbeError:
                     row.setdefault("not_found", []).append("side")

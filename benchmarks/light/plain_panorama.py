@@ -39,10 +39,10 @@ from app.core.environment.environment import (  # noqa: E402
     solid_angles,
 )
 from app.core.environment.environment_file import read_panorama  # noqa: E402
-from app.core.measure.bracket.pipeline import measure  # noqa: E402
+from app.core.measure.bracket.measure import measure  # noqa: E402
 from app.core.measure.finish.audit import choices, given_up  # noqa: E402
-from app.core.measure.finish.finish import MergeOptions  # noqa: E402
 from app.core.measure.finish.rough import STOPS, brightened, doubts, guesses  # noqa: E402
+from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
 from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
 
@@ -131,7 +131,7 @@ def judged(
             codes = photograph(light, middle * 2.0**ev)
             assert cv2.imwrite(str(file), codes[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
             started = time.perf_counter()
-            probe = measure([file], pack, MergeOptions(alone=True))
+            probe = measure([file], MeasureOptions(alone=True))
             seconds = time.perf_counter() - started
             assert probe.finished.audit is not None
             given = reduce_light(probe.merged.radiance, shape)

@@ -20,10 +20,11 @@ import numpy as np
 
 from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.measure.bracket.pipeline import measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.audit import audit
-from app.core.measure.finish.finish import MergeOptions, still_clipped
+from app.core.measure.finish.finish import still_clipped
 from app.core.measure.finish.lights import light_grid
+from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import plan
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack import StylePack, load_named_pack
@@ -65,7 +66,7 @@ def try_scene(path: Path, kind: str, pack: StylePack, folder: Path) -> dict[str,
     place = folder / f"{path.stem}-{kind}"
     place.mkdir()
     write_bracket(place, light, THETA_V, [shot.exposure for shot in wanted.shots], seed=1)
-    probe = measure([place], pack, MergeOptions(sun=word))
+    probe = measure([place], MeasureOptions(sun=word))
     true = reduce_radiance(light, pack.header.environment)
     held = reduce_radiance(probe.merged.radiance, pack.header.environment)
     remaining = still_clipped(probe.finished.lights, light_grid(probe.merged))

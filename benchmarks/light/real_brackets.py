@@ -28,9 +28,9 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.measure.bracket.bracket import read_bracket
 from app.core.measure.bracket.handheld import laid
-from app.core.measure.bracket.pipeline import Probe, measure
-from app.core.measure.finish.finish import MergeOptions
-from app.core.styles.style_pack import load_named_pack
+from app.core.measure.bracket.measure import measure
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from tests.helpers.odd_brackets import (
     Made,
     Way,
@@ -160,7 +160,7 @@ def from_folder(folder: Path) -> Set:
     return Set(folder.name, [decoded(path.read_bytes()) for path in paths], times)
 
 
-def ours(one: Set, folder: Path) -> tuple[Float32, list[Bytes], int, Probe]:
+def ours(one: Set, folder: Path) -> tuple[Float32, list[Bytes], int, Measurement]:
     """Light, frames as they were laid on each other, the frame that stayed, and what was said."""
     paths = []
     for index, frame in enumerate(one.frames):
@@ -168,9 +168,7 @@ def ours(one: Set, folder: Path) -> tuple[Float32, list[Bytes], int, Probe]:
         paths[-1].write_bytes(
             cv2.imencode(".png", frame[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
         )
-    probe = measure(
-        paths, load_named_pack("generic"), MergeOptions(times=tuple(one.times), full=True)
-    )
+    probe = measure(paths, MeasureOptions(times=tuple(one.times), full=True))
     names = [frame.path for frame in probe.bracket.frames]
     frames, home = [], len(one.frames) // 2
     for index, (path, frame) in enumerate(zip(paths, one.frames, strict=True)):

@@ -30,8 +30,9 @@ from app.core.base.progress import Token, silent
 from app.core.base.sphere import angle_of, angles_of, positions, rotate_light, rotation
 from app.core.environment.environment import read_environment, reduce_radiance, solid_angles
 from app.core.localization.picture_file import read_shown_panorama
-from app.core.measure.finish.finish import MergeOptions
-from app.core.measure.photos.photographs import Stitched, stitch
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
+from app.core.measure.photos.measure import Photograph, PhotosFacts, measure
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack, load_named_pack
 
@@ -198,15 +199,15 @@ def measured(file: Path, fov_deg: float, size: tuple[int, int], pack: StylePack)
             fov_deg=fov_deg,
         )
         started, processor = time.perf_counter(), time.process_time()
-        found = stitch(taken.files, pack, MergeOptions(), Token(), silent)
+        found = measure(taken.files, MeasureOptions(), Token(), silent)
         seconds = time.perf_counter() - started, time.process_time() - processor
-    rotations = [each.rotation for each in found.photographs]
+    rotations = [each.rotation for each in photographs_of(found)]
     common = common_turn(taken.rotations, rotations)
     yaw = angles_of(common)[0]
     shape = pack.header.environment
     truth = solve_all(pack, reduce_radiance(radiance, shape))
     # In the panorama's own frame: a sun between two texels of 5.6 degrees moves answers by itself.
-    light = rotate_light(found.probe.merged.radiance, rotation(yaw, 0.0, 0.0))
+    light = rotate_light(found.merged.radiance, rotation(yaw, 0.0, 0.0))
     told = solve_all(pack, reduce_radiance(light, shape))
     off = placed_off(taken.rotations, rotations)
     turns = [
@@ -214,7 +215,7 @@ def measured(file: Path, fov_deg: float, size: tuple[int, int], pack: StylePack)
         for a, b in zip(truth, told, strict=True)
         if a.attainable
     ]
-    audit = found.probe.finished.audit
+    audit = found.finished.audit
     return {
         "place": f"{file.parent.name}/{file.name}",
         "columns": int(radiance.shape[1]),
@@ -228,15 +229,21 @@ def measured(file: Path, fov_deg: float, size: tuple[int, int], pack: StylePack)
         "blind": round(found.blind, 4),
         "turns_off_deg": turns,
         "in_doubt": 0 if audit is None else len(audit.in_doubt),
-        "gaps_told": any(f"{100.0 * found.blind:.0f} %" in line for line in found.probe.warnings),
+        "gaps_told": any(f"{100.0 * found.blind:.0f} %" in line for line in found.warnings),
         "seconds": round(seconds[0], 1),
         "processor_seconds": round(seconds[1], 1),
     }
 
 
-def _stops_off(taken: Taken, found: Stitched) -> float:
-    placed = [each.rotation is not None for each in found.photographs]
-    off = np.array(found.probe.bracket.stops) - np.array(taken.stops)[placed]
+def photographs_of(measured: Measurement) -> tuple[Photograph, ...]:
+    """The photos of a measurement, and where they look."""
+    own = measured.of(PhotosFacts)
+    return () if own is None else own.photographs
+
+
+def _stops_off(taken: Taken, found: Measurement) -> float:
+    placed = [each.rotation is not None for each in photographs_of(found)]
+    off = np.array(found.bracket.stops) - np.array(taken.stops)[placed]
     return float(np.abs(off - np.median(off)).max())
 
 

@@ -28,11 +28,11 @@ from app.core.environment.environment import (
     reduce_radiance,
     solid_angles,
 )
-from app.core.measure.bracket.pipeline import measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.audit import given_up
-from app.core.measure.finish.finish import MergeOptions
 from app.core.measure.finish.lights import find_lights
 from app.core.measure.finish.sun import SkyWord, direct_normal_lux, restore
+from app.core.measure.options import MeasureOptions
 from app.core.measure.plan import camera_table
 from app.core.measure.plan.planner import CameraLimits, plan
 from app.core.measure.read.frame import Exposure, Merged
@@ -142,7 +142,7 @@ def photograph(cd_m2: Float32, camera: str, pack: StylePack, seed: int) -> Merge
     exposures = [shot.exposure for shot in shots]
     with tempfile.TemporaryDirectory() as folder:
         paths = write_bracket(folder, cd_m2, model, exposures, seed=seed, shape=(1024, 2048))
-        return measure(paths, pack, MergeOptions(sun="leave")).merged
+        return measure(paths, MeasureOptions(sun="leave")).merged
 
 
 def try_sun(

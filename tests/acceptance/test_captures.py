@@ -15,7 +15,7 @@ import pytest
 
 from app.core.base.colour import luminance
 from app.core.environment.environment import reduce_radiance
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import read_header
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
@@ -48,7 +48,7 @@ def truth() -> Any:
 @pytest.mark.parametrize("model", sample_first(MODELS, len(UNLIKE)))
 def test_every_model_and_plan(model: str, plan: Literal["paper", "full"], tmp_path: Path) -> None:
     rig = Rig(
-        tmp_path / "session", model, shape=SHAPE, scene=place(), wishes=MergeOptions(sun="leave")
+        tmp_path / "session", model, shape=SHAPE, scene=place(), wishes=MeasureOptions(sun="leave")
     )
     before = dict(rig.camera.options)
     result = rig.shoot(plan)

@@ -18,7 +18,6 @@ from app.core.base.paths import resources
 from app.core.environment.environment import energy, read_environment, reduce_radiance
 from app.core.second_light.captured import find_mask
 from app.core.second_light.library import capture_lamp
-from app.core.styles.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
 from tests.helpers.quick import sample_first
@@ -112,5 +111,5 @@ def test_whole_brackets(number: int, tmp_path: Path) -> None:
         bloom_deg=1.0,
         seed=number,
     )
-    found = capture_lamp(files, load_named_pack("generic"))
+    found = capture_lamp(files)
     assert overlap(found.lamp.alpha, truth) >= BAR, lamp

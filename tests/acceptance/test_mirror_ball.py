@@ -12,8 +12,9 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.environment.environment import enlarge, read_environment, reduce_radiance
+from app.core.measure.ball.measure import measure
 from app.core.measure.ball.mirror_ball import BallOptions
-from app.core.measure.bracket.pipeline import measure_ball
+from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import load_named_pack
 from tests.helpers.mirror_ball import traced, write_bracket
@@ -54,7 +55,7 @@ def test_a_traced_ball_gives_the_turns_of_its_place(tmp_path: Path) -> None:
     level = np.float32(4.0 * np.median(light))
     write_bracket(tmp_path, light / level, stops=(2.0, -1.0, -4.0, -7.0))
     pack = load_named_pack("generic")
-    probe = measure_ball([tmp_path], BallOptions(), pack)
+    probe = measure([tmp_path], MeasureOptions(own=BallOptions()))
     own, other = (
         solve_all(pack, reduce_radiance(each)) for each in (panorama, probe.merged.radiance)
     )

@@ -19,9 +19,10 @@ from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.audit import given_up
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure, Pose
@@ -62,17 +63,17 @@ def shoot(folder: Path, radiance: Any, kind: Any = "paper", **options: Any) -> l
     return write_bracket(folder, radiance, THETA_V, exposures(radiance, kind), seed=5, **options)
 
 
-def merged(files: list[Path], **wishes: Any) -> Probe:
-    return measure(files, pack(), MergeOptions(sun="leave", **wishes))
+def merged(files: list[Path], **wishes: Any) -> Measurement:
+    return measure(files, MeasureOptions(sun="leave", **wishes))
 
 
-def errors(probe: Probe, radiance: Any) -> Any:
+def errors(probe: Measurement, radiance: Any) -> Any:
     """Relative error of luminance where some frame is neither clipped nor black."""
     assert probe.merged.cd_m2 is not None
     return np.abs(ratios(probe, radiance) * probe.merged.cd_m2 - 1.0)
 
 
-def ratios(probe: Probe, radiance: Any) -> Any:
+def ratios(probe: Measurement, radiance: Any) -> Any:
     """Luminance over the true one, where some frame is neither clipped nor black."""
     true = luminance(radiance)
     known = (probe.merged.clipped == 0) & (probe.merged.dark == 0) & (true > 0)

@@ -15,10 +15,9 @@ import pytest
 
 from app.core.base.progress import Token, silent
 from app.core.environment.environment import read_environment
-from app.core.measure.finish.finish import MergeOptions
-from app.core.measure.photos.photographs import stitch
-from app.core.styles.style_pack import load_named_pack
-from benchmarks.light.stitch_photos import placed_off, rings, take
+from app.core.measure.options import MeasureOptions
+from app.core.measure.photos.measure import measure
+from benchmarks.light.stitch_photos import photographs_of, placed_off, rings, take
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_OFF_DEG = 0.5
@@ -53,8 +52,8 @@ def test_two_rings_of_smaller_photographs_are_placed(tmp_path: Path) -> None:
     light = read_environment(ROOT / "resources" / "demo" / "cafe" / "probe.exr").radiance
     ways = rings(np.random.default_rng(5))
     taken = take(tmp_path, light, ways, (0.0,), size=(480, 640), fov_deg=55.4)
-    told = stitch(taken.files, load_named_pack("generic"), MergeOptions(), Token(), silent)
-    off = placed_off(taken.rotations, [each.rotation for each in told.photographs])
+    told = measure(taken.files, MeasureOptions(), Token(), silent)
+    off = placed_off(taken.rotations, [each.rotation for each in photographs_of(told)])
     assert len(off) == len(ways)
     assert max(off) <= MOST_OFF_DEG
     assert told.blind == pytest.approx(0.16, abs=0.02)

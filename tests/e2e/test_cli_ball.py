@@ -106,8 +106,9 @@ def test_two_folders_dropped_on_the_window_are_two_sides(
     front: Path, side: Path, tmp_path: Path
 ) -> None:
     intake = sort_out([side, front], "ball")
-    assert [len(one) for one in (intake.frames, intake.second)] == [len(STOPS)] * 2
-    assert {file.parent for file in intake.second} == {side}
+    assert intake.own is not None
+    assert [len(one) for one in (intake.frames, intake.own.more_files)] == [len(STOPS)] * 2
+    assert {file.parent for file in intake.own.more_files} == {side}
     now = datetime(2026, 6, 1, 12, tzinfo=UTC)
     opened = make_place(
         intake, OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent

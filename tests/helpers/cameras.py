@@ -10,7 +10,7 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.options import MeasureOptions
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
@@ -71,7 +71,7 @@ class Rig:
     shape: tuple[int, int] | None = SMALL
     rate_mbit: float | None = None
     scene: Scene | None = None
-    wishes: MergeOptions | None = None
+    wishes: MeasureOptions | None = None
     user: str = ""
     password: str = ""
     clock: VirtualClock = field(default_factory=VirtualClock)

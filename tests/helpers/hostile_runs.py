@@ -408,7 +408,7 @@ def serve() -> None:
         "app.core.painting.library",
         "app.devices.webcam.files",
         "app.export.result_sheet",
-        "app.core.measure.bracket.pipeline",
+        "app.core.measure.bracket.measure",
         "benchmarks.answers.evaluation.command",
         "benchmarks.answers.evaluation.report.page",
         "benchmarks.speed.timing.command",

@@ -15,6 +15,7 @@ import pytest
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.fisheye.fisheye_stitch import Stitching
 from app.devices.capture import preparation, shooting, single
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
@@ -110,8 +111,9 @@ def test_an_insta360_that_stitches_nothing_is_stitched_here(tmp_path: Path) -> N
     made = rig(tmp_path, "insta360", shape=(320, 640))
     result = made.shoot()
     assert asked(made, "photoStitchingSupport") == 1
-    assert result.probe.stitching is not None
-    assert result.probe.stitching.up_deg == 90.0
+    stitching = result.probe.of(Stitching)
+    assert stitching is not None
+    assert stitching.up_deg == 90.0
     assert any("two fisheye circles" in said for said in result.warnings)
     truth = reduce_radiance(made.camera.scene.environment, (32, 64)).ravel()
     seen = reduce_radiance(result.probe.merged.radiance, (32, 64)).ravel()

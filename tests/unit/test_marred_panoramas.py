@@ -20,9 +20,9 @@ from app.core.environment.environment import Environment, from_radiance, read_en
 from app.core.environment.holes import canvas
 from app.core.environment.layers import LayerError
 from app.core.environment.plateau import plateau
-from app.core.measure.bracket.pipeline import measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.doubt import doubt_of
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import load_named_pack
 from tests.helpers.probes import place
@@ -290,7 +290,7 @@ class TestGaps:
 
 def check_photograph(file: Path, gap: Pixels) -> None:
     """Expect the gap to be found, filled and told."""
-    probe = measure([file], load_named_pack("generic"), MergeOptions(alone=True))
+    probe = measure([file], MeasureOptions(alone=True))
     assert probe.blind == pytest.approx(share_of(gap), abs=0.02)
     environment = probe.environment("photograph")
     assert environment.unseen is not None

@@ -13,9 +13,10 @@ from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.arriving import ArrivingFrames
-from app.core.measure.bracket.pipeline import Probe, measure, rehearse
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.bracket.arriving import ArrivingFrames, rehearse
+from app.core.measure.bracket.measure import measure
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read import decoding as frame_preprocessing
 from app.core.measure.read.decoding import MemoryRows
 from app.core.measure.read.frame import Exposure, Frame
@@ -44,11 +45,11 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return write_bracket(tmp_path_factory.mktemp("b"), light, THETA_V, exposures, shape=SHAPE)
 
 
-def assert_same(one: Probe, other: Probe) -> None:
+def assert_same(one: Measurement, other: Measurement) -> None:
     for name in ("radiance", "clipped", "dark"):
         assert np.array_equal(getattr(one.merged, name), getattr(other.merged, name))
     assert np.array_equal(one.display, other.display)
-    for field in fields(Probe):
+    for field in fields(Measurement):
         if field.name in ("bracket", "warnings", "notes"):
             assert getattr(one, field.name) == getattr(other, field.name)
     assert repr(one.finished.lights) == repr(other.finished.lights)
@@ -78,17 +79,17 @@ def test_the_result_is_the_same_bit_for_bit_and_nothing_is_read_twice(
             arriving.add(path)
             assert arriving.problem(path) == ""
         assert sorted(opened) == [path.name for path in frames]
-        probe = arriving.measure(frames, pack(), MergeOptions(full=True))
+        probe = arriving.measure(frames, MeasureOptions(full=True))
     assert len(opened) == 3
-    assert_same(probe, measure(frames, pack(), MergeOptions(full=True)))
+    assert_same(probe, measure(frames, MeasureOptions(full=True)))
 
 
 def test_files_that_were_not_added_are_read_now(frames: list[Path]) -> None:
     with ArrivingFrames() as arriving:
         arriving.add(frames[1])
-        probe = arriving.measure(frames, pack())
-        again = arriving.measure(frames, pack())
-    assert_same(probe, measure(frames, pack()))
+        probe = arriving.measure(frames)
+        again = arriving.measure(frames)
+    assert_same(probe, measure(frames))
     assert_same(again, probe)
 
 
@@ -130,8 +131,8 @@ def test_a_damaged_file_is_told_and_can_come_again(frames: list[Path], tmp_path:
         paths[2].write_bytes(good)
         arriving.add(paths[2])
         assert arriving.problem(paths[2]) == ""
-        probe = arriving.measure(paths, pack())
-    assert np.array_equal(probe.merged.radiance, measure(frames, pack()).merged.radiance)
+        probe = arriving.measure(paths)
+    assert np.array_equal(probe.merged.radiance, measure(frames).merged.radiance)
 
 
 def test_a_damaged_frame_is_left_out_as_ever(frames: list[Path], tmp_path: Path) -> None:
@@ -142,14 +143,14 @@ def test_a_damaged_frame_is_left_out_as_ever(frames: list[Path], tmp_path: Path)
     with ArrivingFrames(3) as arriving:
         for path in files:
             arriving.add(path)
-        probe = arriving.measure(files, pack())
-    assert_same(probe, measure(files, pack()))
+        probe = arriving.measure(files)
+    assert_same(probe, measure(files))
     assert any("left out" in line for line in probe.warnings)
     missing = [tmp_path / "missing.JPG", frames[0]]
     with ArrivingFrames() as arriving:
         arriving.add(missing[0])
         with pytest.raises(ProbeError, match="no file"):
-            arriving.measure(missing, pack())
+            arriving.measure(missing)
 
 
 def test_a_file_that_changed_is_read_again(frames: list[Path], tmp_path: Path) -> None:

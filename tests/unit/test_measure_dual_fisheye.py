@@ -16,12 +16,10 @@ from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import EnvironmentFileError, ProbeError
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
-from app.core.base.progress import Token, silent
 from app.core.base.sphere import directions
 from app.core.environment.environment import read_environment, reduce_radiance, solid_angles
 from app.core.localization.picture_file import read_shown_panorama
-from app.core.measure.bracket.pipeline import measure
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.bracket.measure import measure
 from app.core.measure.fisheye.dual_fisheye import (
     MODELS,
     Lens,
@@ -29,11 +27,11 @@ from app.core.measure.fisheye.dual_fisheye import (
     find_circles,
     recognise,
 )
+from app.core.measure.fisheye.fisheye_stitch import Stitching
+from app.core.measure.options import MeasureOptions
 from app.core.measure.single.preview import preview_light
+from app.core.measure.ways import measure as measure_files
 from app.core.places.intake import sort_out
-from app.core.places.measurement import _probe
-from app.core.storage.settings import Settings
-from app.core.styles.style_pack import load_named_pack
 from tests.helpers.fisheye import Rig, bracket, fisheyes, write
 from tests.helpers.quick import quick_first
 
@@ -160,8 +158,8 @@ def test_every_door_recognises_circles(
     assert len(set(lights)) == 1
     for way in ("camera", "photos"):
         intake = sort_out([file], way)
-        probe = _probe(intake, Settings().limits, Token(), silent)
-        assert probe.stitching is not None
+        options = MeasureOptions(alone=True, sort_out=True)
+        assert measure_files(intake.way, intake.frames, options).of(Stitching) is not None
     with pytest.raises(EnvironmentFileError, match="two fisheye circles"):
         read_shown_panorama(file)
     assert main(["solve", str(file), "--json"]) == 0
@@ -251,12 +249,12 @@ def test_an_unstitched_bracket_becomes_the_panorama_it_was_made_of(
 @pytest.mark.slow
 def test_circles_on_each_other_and_on_their_sides_are_stitched_upright(tmp_path: Path) -> None:
     light = scene(next(path for path in SCENES if path.stem == "courtyard"))
-    pack = load_named_pack("generic")
     rig = Rig(side=640, stacked=True, turns=(90.0, 90.0), swapped=True)
-    probe = measure(bracket(tmp_path, light, (2, 0, -2), rig), pack)
+    probe = measure(bracket(tmp_path, light, (2, 0, -2), rig))
     assert probe.bracket.panorama
-    assert probe.stitching is not None
-    assert probe.stitching.up_deg == 90.0
+    stitching = probe.of(Stitching)
+    assert stitching is not None
+    assert stitching.up_deg == 90.0
     assert probe.merged.radiance.shape[1] == 2 * probe.merged.radiance.shape[0]
     # The upper circle is the back one: front is where it looks.
     seen, shown = (
@@ -282,4 +280,4 @@ def test_lamps_cannot_be_named_in_pictures_that_turn_out_to_be_no_panorama(tmp_p
     light = scene(SCENES[0])[:, :300]
     files = write(tmp_path, np.ascontiguousarray(cv2.resize(light, (300, 600))), (0, -2), "Phone")
     with pytest.raises(ProbeError, match="no lamps or directions"):
-        measure(files, load_named_pack("generic"), MergeOptions(gains={"A": 1.0}))
+        measure(files, MeasureOptions(gains={"A": 1.0}))

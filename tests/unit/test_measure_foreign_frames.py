@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from app.cli import main
 from app.core.base.colour import srgb_encode
-from app.core.base.progress import Token, silent
 from app.core.environment.environment import read_environment
 from app.core.measure.bracket.foreign_frames import Foreign, Reason, foreign_frames
+from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.response import choose_response
+from app.core.measure.options import MeasureOptions
 from app.core.places.intake import sort_out
-from app.core.places.measurement import _probe
-from app.core.storage.settings import Settings
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
 from benchmarks.light.camera_curves import CURVES, FILMIC, SRGB, Curve
 from tests.helpers.brackets import light, pictures, samples
@@ -176,5 +175,5 @@ def test_a_merge_names_what_it_leaves_out(
     assert any("thumb.jpg" in words for words in said["warnings"])
     assert not any("tone curve" in words for words in said["warnings"])
     assert read_environment(target).radiance.tobytes() == clean
-    probe = _probe(sort_out([shot]), Settings().limits, Token(), silent)
+    probe = measure(sort_out([shot]).frames, MeasureOptions(alone=True, sort_out=True))
     assert [each.path.name for each in probe.left_out] == ["own.jpg"]

@@ -17,13 +17,12 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.half_size import anchors, halvable
+from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.merge import merge
-from app.core.measure.bracket.pipeline import measure
 from app.core.measure.bracket.response import Response
 from app.core.measure.read.decoding import MemoryRows, decode, decode_half, proxy_shape, shrunk
 from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
 from app.core.measure.read.pixels import FrameStack, open_frames
-from app.core.styles.style_pack import load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.light.brackets import make_bracket, write_bracket
@@ -184,6 +183,6 @@ def test_a_bright_frame_that_is_damaged_inside_is_left_out_and_named(tmp_path: P
     files = write_bracket(tmp_path, radiance, THETA_V, shots, shape=(2048, 4096))
     data = files[0].read_bytes()
     files[0].write_bytes(data[: len(data) // 2] + b"\xff\xd9")
-    probe = measure(files, load_named_pack("generic"))
+    probe = measure(files)
     assert len(probe.bracket.frames) == 2
     assert any(files[0].name in warning for warning in probe.warnings)

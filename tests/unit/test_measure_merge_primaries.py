@@ -11,8 +11,8 @@ import pytest
 
 from app.core.base.colour import REC709, rec709_from
 from app.core.base.errors import ProbeError
-from app.core.measure.bracket.pipeline import measure
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.bracket.measure import measure
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.metadata import read_header
 from app.core.styles.style_pack import StylePack, load_named_pack
@@ -58,7 +58,7 @@ def write(folder: Path, radiance: np.ndarray, primaries: tuple[float, ...] | Non
 
 def merged(files: list[Path]) -> Merged:
     times = tuple(2.0**stop / 30.0 for stop in STOPS)
-    return measure(files, pack(), MergeOptions(times=times)).finished.measured
+    return measure(files, MeasureOptions(times=times)).finished.measured
 
 
 def test_frames_of_aces_colours_merge_to_the_light_of_rec709(tmp_path: Path) -> None:

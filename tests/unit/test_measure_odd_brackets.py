@@ -15,11 +15,11 @@ from app.core.environment.environment import read_environment
 from app.core.measure.bracket.bracket import read_bracket
 from app.core.measure.bracket.deghosting import trust
 from app.core.measure.bracket.handheld import laid, lay_on_each_other
-from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.response import srgb_response
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read.pixels import open_frames
-from app.core.styles.style_pack import load_named_pack
 from tests.helpers.odd_brackets import Made, Way, error_of, make, speckle, spreads, view
 from tests.helpers.photos import write_photo
 from tests.helpers.shared import SHARED, needs_shared
@@ -33,13 +33,13 @@ def light() -> np.ndarray:
     return view(np.array(scene), 20.0, (400, 600))
 
 
-def merged(made: Made, folder: Path) -> Probe:
+def merged(made: Made, folder: Path) -> Measurement:
     paths = []
     for index, frame in enumerate(made.frames):
         paths.append(folder / f"{index}.png")
         assert cv2.imwrite(str(paths[-1]), frame[..., ::-1])
-    wishes = MergeOptions(times=tuple(2.0**stop for stop in made.stops), full=True)
-    return measure(paths, load_named_pack("generic"), wishes)
+    wishes = MeasureOptions(times=tuple(2.0**stop for stop in made.stops), full=True)
+    return measure(paths, wishes)
 
 
 def opencv(made: Made, align: bool) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
@@ -141,8 +141,8 @@ def test_the_memorial_church_stands_still() -> None:
     folder = SHARED / "brackets" / "memorial"
     rows = [row.split() for row in (folder / "image_list.txt").read_text().splitlines()]
     rows = [row for row in rows if row and row[0].startswith("memorial0")]
-    wishes = MergeOptions(times=tuple(float(row[1]) for row in rows))
-    probe = measure([folder / row[0] for row in rows], load_named_pack("generic"), wishes)
+    wishes = MeasureOptions(times=tuple(float(row[1]) for row in rows))
+    probe = measure([folder / row[0] for row in rows], wishes)
     assert not any("again" in words or "moved" in words for words in probe.warnings)
     assert not any(lay.needed for lay in probe.lays)
 

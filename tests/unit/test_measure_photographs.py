@@ -17,14 +17,13 @@ from app.core.base.paths import resources
 from app.core.base.progress import Progress, Token, silent
 from app.core.base.sphere import rotation
 from app.core.environment.environment import read_environment
-from app.core.measure.finish.finish import MergeOptions
-from app.core.measure.photos.photographs import stitch
+from app.core.measure.options import MeasureOptions
+from app.core.measure.photos.measure import measure
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
-from app.core.styles.style_pack import load_named_pack
 from app.devices.webcam.files import film_frames
-from benchmarks.light.stitch_photos import AXES, Taken, placed_off, save, take
+from benchmarks.light.stitch_photos import AXES, Taken, photographs_of, placed_off, save, take
 
 SIZE = (480, 360)
 COUNT = 9
@@ -82,20 +81,19 @@ def test_a_ring_becomes_an_environment_that_says_what_it_lacks(
 
 
 def test_exposures_are_merged_and_their_drift_found(bracketed: Taken) -> None:
-    pack = load_named_pack("generic")
-    found = stitch(bracketed.files, pack, MergeOptions(), Token(), silent)
-    off = np.array(found.probe.bracket.stops) - np.array(bracketed.stops)
+    found = measure(bracketed.files, MeasureOptions(), Token(), silent)
+    off = np.array(found.bracket.stops) - np.array(bracketed.stops)
     assert np.abs(off - np.median(off)).max() < 0.15
-    assert max(placed_off(bracketed.rotations, [p.rotation for p in found.photographs])) < 0.5
-    assert not any("One exposure" in line for line in found.probe.warnings)
+    assert max(placed_off(bracketed.rotations, [p.rotation for p in photographs_of(found)])) < 0.5
+    assert not any("One exposure" in line for line in found.warnings)
 
 
 def test_drift_is_found_without_exif(tmp_path: Path) -> None:
     taken = ring("cafe/probe.exr", tmp_path, exif=False)
-    found = stitch(taken.files, load_named_pack("generic"), MergeOptions(), Token(), silent)
-    off = np.array(found.probe.bracket.stops) - np.array(taken.stops)
+    found = measure(taken.files, MeasureOptions(), Token(), silent)
+    off = np.array(found.bracket.stops) - np.array(taken.stops)
     assert np.abs(off - np.median(off)).max() < 0.15
-    assert found.probe.merged.cd_m2 is None
+    assert found.merged.cd_m2 is None
 
 
 def test_a_photograph_of_elsewhere_is_named_and_left_out(
@@ -161,7 +159,7 @@ def test_stitching_can_be_stopped(cafe: Taken) -> None:
             token.cancel()
 
     with pytest.raises(Cancelled):
-        stitch(cafe.files, load_named_pack("generic"), MergeOptions(), token, stop)
+        measure(cafe.files, MeasureOptions(), token, stop)
 
 
 def test_in_the_window_they_are_a_place(cafe: Taken, tmp_path: Path) -> None:

@@ -12,8 +12,9 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
 from app.core.environment.environment import reduce_light
-from app.core.measure.bracket.pipeline import Probe, measure
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.bracket.measure import measure
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import StyleResult, solve_all
 from tests.helpers.cameras import pack
 from tests.helpers.exif_bytes import SHORT, camera_tags, exif, jpeg, pose_xmp
@@ -29,12 +30,12 @@ def photograph(light: Float32, file: Path) -> Path:
     return file
 
 
-def measured(light: Float32, folder: Path, **wishes: object) -> Probe:
+def measured(light: Float32, folder: Path, **wishes: object) -> Measurement:
     file = photograph(light, folder / "sphere.png")
-    return measure([file], pack(), MergeOptions(alone=True, **wishes))  # type: ignore[arg-type]
+    return measure([file], MeasureOptions(alone=True, **wishes))  # type: ignore[arg-type]
 
 
-def in_doubt(probe: Probe) -> tuple[str, ...]:
+def in_doubt(probe: Measurement) -> tuple[str, ...]:
     assert probe.finished.audit is not None
     return probe.finished.audit.in_doubt
 
@@ -105,7 +106,7 @@ def test_an_exposure_that_is_stated_makes_it_absolute(tmp_path: Path) -> None:
     """ISO 12232: saturation at 1/1000 s, ISO 64 and f/2 is 1.2 N^2 / (t S / 100) cd/m2."""
     file = tmp_path / "theta.jpg"
     file.write_bytes(jpeg(exif(camera=camera_tags()), shape=(64, 128)))
-    probe = measure([file], pack(), MergeOptions(alone=True))
+    probe = measure([file], MeasureOptions(alone=True))
     assert probe.merged.cd_m2 == pytest.approx(1.2 * 4.0 * 1000.0 * 100.0 / 64.0, rel=0.01)
 
 
@@ -113,7 +114,7 @@ def test_phones_that_rendered_it_are_named(tmp_path: Path) -> None:
     file = tmp_path / "phone.jpg"
     tags = [*camera_tags(), (0xA401, SHORT, (3,))]
     file.write_bytes(jpeg(exif(None, camera=tags), shape=(64, 128)))
-    probe = measure([file], pack(), MergeOptions(alone=True))
+    probe = measure([file], MeasureOptions(alone=True))
     assert any("phone's HDR" in each for each in probe.warnings)
 
 
@@ -140,13 +141,13 @@ def test_a_part_of_a_sphere_is_no_panorama(tmp_path: Path) -> None:
     file = tmp_path / "part.jpg"
     file.write_bytes(jpeg(None, pose_xmp(**crop), shape=(64, 128)))
     with pytest.raises(ProbeError, match="only a part of the sphere"):
-        measure([file], pack(), MergeOptions(alone=True))
+        measure([file], MeasureOptions(alone=True))
 
 
 def test_a_bracket_still_needs_two(tmp_path: Path) -> None:
     with pytest.raises(ProbeError, match="is alone"):
-        measure([photograph(GREY, tmp_path / "one.png")], pack(), MergeOptions())
+        measure([photograph(GREY, tmp_path / "one.png")], MeasureOptions())
     linear = tmp_path / "linear.exr"
     write_exr(linear, GREY)
     with pytest.raises(ProbeError, match="is alone"):
-        measure([linear], pack(), MergeOptions(alone=True))
+        measure([linear], MeasureOptions(alone=True))

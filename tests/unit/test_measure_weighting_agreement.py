@@ -12,22 +12,22 @@ from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.measure.bracket.brightness_transfer import match_codes
-from app.core.measure.bracket.pipeline import Probe, measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.response_recovery import srgb_table
 from app.core.measure.bracket.weighting import doubts
-from app.core.measure.finish.finish import MergeOptions
-from app.core.styles.style_pack import load_named_pack
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from tests.helpers.odd_brackets import Way, decoded, error_of, make, spreads, view
 from tests.helpers.shared import SHARED, needs_shared
 
 FIVE = (2.0, 1.0, 0.0, -1.0, -2.0)
 
 
-def merged(frames: list[np.ndarray], times: list[float], folder: Path) -> Probe:
+def merged(frames: list[np.ndarray], times: list[float], folder: Path) -> Measurement:
     paths = [folder / f"{index:02d}.png" for index in range(len(frames))]
     for path, frame in zip(paths, frames, strict=True):
         assert cv2.imwrite(str(path), frame[..., ::-1])
-    return measure(paths, load_named_pack("generic"), MergeOptions(times=tuple(times), full=True))
+    return measure(paths, MeasureOptions(times=tuple(times), full=True))
 
 
 @pytest.mark.slow

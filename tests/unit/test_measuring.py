@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from app.core.measure.finish.finish import MergeOptions, finish
+from app.core.measure.finish.finish import finish
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.places.measurement import capture_facts, location_of, merged_light
 from tests.helpers.cameras import Rig, pack
@@ -25,7 +26,7 @@ def probe_of(merged: Any) -> Any:
     frames = tuple(Frame(Path(f"{n}.jpg"), (256, 512), exposure=Exposure(1.0)) for n in range(3))
     return SimpleNamespace(
         bracket=Bracket(frames, (2.0, 0.0, -2.0)),
-        finished=finish(merged, pack(), MergeOptions()),
+        finished=finish(merged, pack(), MeasureOptions()),
         merged=merged,
     )
 

@@ -14,7 +14,6 @@ from app.core.base.sphere import directions
 from app.core.environment.environment import energy, read_environment, reduce_radiance
 from app.core.second_light.captured import edit_mask, find_mask, make_lamp
 from app.core.second_light.library import capture_lamp
-from app.core.styles.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
 from tests.helpers.quick import sample_first
@@ -104,7 +103,7 @@ def test_whole_captures_with_noise_glow_and_jpeg(name: str, share: float, tmp_pa
         bloom=0.02,
         bloom_deg=1.5,
     )
-    found = capture_lamp(files, load_named_pack("generic"), title="Mine", distance_m=0.3)
+    found = capture_lamp(files, title="Mine", distance_m=0.3)
     assert overlap(found.lamp.alpha, truth) >= 0.9
     assert found.lamp.title == "Mine"
     assert found.lamp.distance_m == 0.3
@@ -120,7 +119,7 @@ def test_a_lamp_burnt_out_in_every_frame_is_told(tmp_path: Path) -> None:
     lamp = phone(0.3)
     light, truth = room(lamp, 0.02, reflections=False)
     files = bracket(tmp_path, light, lamp.level / 16.0, stops=(2.0, 0.0))
-    found = capture_lamp(files, load_named_pack("generic"))
+    found = capture_lamp(files)
     assert any("clipped in every frame" in words for words in found.warnings)
     assert overlap(found.lamp.alpha, truth) >= 0.9
 

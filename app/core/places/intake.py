@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
 from app.core.environment.environment_file import is_linear
+from app.core.measure.ball.mirror_ball import BallOptions
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
+from app.core.measure.options import WayOptions
 from app.core.measure.read.metadata import FRAME_ENDINGS
+from app.core.measure.ways import WAYS
 from app.core.places.store import PLACE
 from app.core.text import tr
 
@@ -19,8 +22,6 @@ if TYPE_CHECKING:
 
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 _MOST_LISTED: Final = 2000
-_MOST_FRAMES: Final = 64
-_MOST_PHOTOS: Final = 200
 _KINDS: Final = tr(
     "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, their folder, or one "
     "photograph of all directions."
@@ -32,9 +33,9 @@ class Intake:
     """One thing to open: a place, an environment, a film, or frames.
 
     Attributes:
-        way: What the frames are, as in the setting `measure_with`.
+        way: How the frames are measured: a key of `ways.WAYS`.
         layer: Of an environment that has several.
-        second: Frames of a mirror ball from another side.
+        own: Options of the way itself.
         read: What the film shows, where it was read while it was taken.
     """
 
@@ -43,15 +44,17 @@ class Intake:
     environment: Path | None = None
     film: Path | None = None
     frames: tuple[Path, ...] = ()
-    way: str = "camera"
+    way: str = "bracket"
     layer: str = ""
-    second: tuple[Path, ...] = ()
+    own: WayOptions | None = None
     read: Film | None = None
 
     @property
     def originals(self) -> tuple[Path, ...]:
         """What is copied into the place."""
-        return (*self.frames, *self.second) if self.film is None else (self.film,)
+        if self.film is not None:
+            return (self.film,)
+        return self.frames + (self.own.more_files if self.own is not None else ())
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
@@ -70,7 +73,7 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
             return Intake(path.parent.name, place=path.parent)
     if way == "ball" and len(paths) == 2 and all(path.is_dir() for path in paths):
         first, second = (sort_out([path], way) for path in sorted(paths))
-        return replace(first, second=second.frames)
+        return replace(first, way="ball", own=BallOptions(second.frames))
     files = [file for path in paths for file in _files_of(path)]
     panoramas = _panoramas(files)
     films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
@@ -87,16 +90,17 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
         return Intake(name, environment=panoramas[0])
     if not frames:
         raise CoreError(tr("There is nothing here that Turnlight can read."), _KINDS)
-    if len(frames) > (_MOST_PHOTOS if way == "photos" else _MOST_FRAMES):
+    chosen = WAYS.get(way) or WAYS["single" if len(frames) == 1 else "bracket"]
+    if len(frames) > chosen.most:
         raise CoreError(
             tr(
                 "These are {number} photographs; a bracket has at most {most}.",
                 number=len(frames),
-                most=_MOST_FRAMES,
+                most=chosen.most,
             ),
             tr("Drop the frames of one bracket only."),
         )
-    return Intake(name, frames=tuple(frames), way=way)
+    return Intake(name, frames=tuple(frames), way=chosen.key)
 
 
 def _panoramas(files: list[Path]) -> list[Path]:

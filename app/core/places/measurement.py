@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.progress import Progress, Report, Task, Token
 from app.core.environment.environment import Environment, from_radiance, read_environment
@@ -13,7 +13,10 @@ from app.core.measure.finish.findings import find
 from app.core.measure.finish.lights import Light, light_grid
 from app.core.measure.finish.sun import find_sun, sun_core
 from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import HEAD, MeasureOptions
 from app.core.measure.read.frame import Exposure
+from app.core.measure.ways import measure
 from app.core.places.intake import Intake
 from app.core.places.library import list_places
 from app.core.places.light import storable
@@ -25,19 +28,13 @@ from app.core.solver.turn_choice import Limits
 from app.core.styles.style_pack import load_named_pack
 from app.core.text.quantities import place_name
 
-if TYPE_CHECKING:
-    from app.core.measure.bracket.pipeline import Probe
-
-HEAD: Final = "generic"
-"""The head whose styles decide what of a measured light is in doubt."""
-
 # Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
 # days 1,000 and more; in between a bright window and a dull evening look alike.
 _INDOOR_CD_M2: Final = 300.0
 _OUTDOOR_CD_M2: Final = 1000.0
 
 
-def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
+def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFacts:
     """Describe how a light was measured.
 
     Args:
@@ -61,7 +58,7 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
     )
 
 
-def location_of(probe: Probe) -> Location:
+def location_of(probe: Measurement) -> Location:
     """Find whether a place is indoors and where its sun is, from the light alone.
 
     Returns:
@@ -81,7 +78,7 @@ def location_of(probe: Probe) -> Location:
 
 
 def place_of_capture(
-    folder: Path, places: Path, name: str, probe: Probe, camera: str, plan: str
+    folder: Path, places: Path, name: str, probe: Measurement, camera: str, plan: str
 ) -> tuple[Place, PlaceLight]:
     """Describe the place in a folder by what a camera measured there; prepare its light.
 
@@ -106,7 +103,7 @@ def place_of_capture(
     return place, merged_light(probe, name)
 
 
-def merged_light(probe: Probe, name: str) -> PlaceLight:
+def merged_light(probe: Measurement, name: str) -> PlaceLight:
     """Prepare the light of a probe for pictures and the search.
 
     Raises:
@@ -122,7 +119,7 @@ def _in_stored_precision(environment: Environment) -> PlaceLight:
     return prepare(replace(environment, radiance=radiance))
 
 
-def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
+def _frames(probe: Measurement, plan: str) -> tuple[FrameFacts, ...]:
     stops, frames = probe.bracket.stops, probe.bracket.frames
     shares = probe.merged.clipped_fractions or (0.0,) * len(frames)
     zero = _metered(probe, plan)
@@ -142,7 +139,7 @@ def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
     return tuple(facts)
 
 
-def _metered(probe: Probe, plan: str) -> float:
+def _metered(probe: Measurement, plan: str) -> float:
     """Exposure in stops of the frame that the others count from."""
     stops = probe.bracket.stops
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.
@@ -151,7 +148,7 @@ def _metered(probe: Probe, plan: str) -> float:
     return stops[(len(stops) - 1) // 2]
 
 
-def _sun(probe: Probe) -> Light | None:
+def _sun(probe: Measurement) -> Light | None:
     finished = probe.finished
     if finished.restoration is not None:
         light = finished.restoration.light
@@ -185,11 +182,19 @@ def measure_intake(
     if intake.read is not None:
         light = _in_stored_precision(from_radiance(intake.read.radiance.copy(), intake.name))
         return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
-    probe = _probe(intake, limits, token, report)
-    plan = intake.way if intake.way in ("photos", "ball") else "files"
-    facts = capture_facts(probe, "", "rough" if probe.rough else plan)
-    light = merged_light(probe, intake.name)
-    return light, location_of(probe), _doubted(facts, light.environment, limits)
+    # A folder that was dropped comes as its files.
+    options = MeasureOptions(limits=limits, alone=True, sort_out=True, own=intake.own)
+    measured = measure(intake.way, intake.frames, options, token, report)
+    facts = capture_facts(measured, "", _plan_of(measured))
+    light = merged_light(measured, intake.name)
+    return light, location_of(measured), _doubted(facts, light.environment, limits)
+
+
+def _plan_of(measured: Measurement) -> str:
+    """Name how it was measured, as a place keeps it."""
+    if measured.rough:
+        return "rough"
+    return "files" if measured.way in ("bracket", "fisheye") else measured.way
 
 
 def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> CaptureFacts:
@@ -203,21 +208,3 @@ def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> C
         blind=environment.blind,
         doubtful_unseen=doubt.unseen,
     )
-
-
-def _probe(intake: Intake, limits: Limits, token: Token, report: Report) -> Probe:
-    """Measure photographs in the way that they were taken."""
-    from app.core.measure.ball.mirror_ball import BallOptions
-    from app.core.measure.bracket.pipeline import measure, measure_ball
-    from app.core.measure.finish.finish import MergeOptions
-    from app.core.measure.photos.photographs import stitch
-
-    pack, wishes = load_named_pack(HEAD), MergeOptions(limits=limits, alone=True)
-    if intake.way == "ball":
-        wishes = replace(wishes, alone=False)
-        ball = BallOptions(intake.second)
-        return measure_ball(intake.frames, ball, pack, wishes, token=token, report=report)
-    if intake.way == "photos":
-        return stitch(intake.frames, pack, wishes, token, report).probe
-    wishes = replace(wishes, sort_out=True)  # A folder that was dropped comes as its files.
-    return measure(intake.frames, pack, wishes, token=token, report=report)

@@ -14,9 +14,10 @@ from app.core.base.progress import Progress, Report, Task, Token
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.measure.film.in_place import keep_frames
 from app.core.measure.film.movie_header import read_movie_header
+from app.core.measure.options import HEAD
 from app.core.places.intake import Intake, sort_out
 from app.core.places.load import load_place
-from app.core.places.measurement import HEAD, measure_intake
+from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
 from app.core.storage.settings import Settings

@@ -35,8 +35,8 @@ from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import bounded, remap_frame
 from app.core.environment.environment import from_radiance
 from app.core.environment.environment_file import read_panorama
-from app.core.measure.bracket.pipeline import measure
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.options import MeasureOptions
+from app.core.measure.ways import measure
 from app.core.places.light import fingerprint_of
 from app.core.second_light.captured import LARGEST, CapturedLamp, centring, find_mask, make_lamp
 from app.core.second_light.lamp_presets import KINDS
@@ -51,7 +51,6 @@ from app.core.storage.library import (
     title_key,
     unreadable_folder,
 )
-from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 _FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter
@@ -136,8 +135,7 @@ class Capture:
 
 def capture_lamp(
     paths: Sequence[Path],
-    pack: StylePack,
-    wishes: MergeOptions | None = None,
+    options: MeasureOptions | None = None,
     *,
     title: str = "lamp",
     distance_m: float | None = None,
@@ -148,16 +146,16 @@ def capture_lamp(
 
     `paths`: exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
     its channel A or without.
-    `wishes`: how to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
-    frames is mostly noise, from which no curve can be recovered.
+    `options`: how to merge. By default the camera's curve is taken as sRGB: what is in a dark
+    room's frames is mostly noise, from which no curve can be recovered.
     `distance_m`: from the probe to the lamp, metres.
     Raises CoreError when the files are no panoramas, or no lamp stands out.
     """
     if len(paths) == 1 and paths[0].suffix.lower() in _LINEAR:
         lamp, said = read_lamp_file(paths[0])
         return Capture(replace(lamp, title=title, distance_m=distance_m), said)
-    wanted = wishes or MergeOptions(response="srgb", sun="leave")
-    probe = measure(paths, pack, wanted, token=token, report=span(report, 0.0, 0.8))
+    options = options or MeasureOptions(response="srgb", sun="leave")
+    probe = measure("bracket", paths, options, token, span(report, 0.0, 0.8))
     if not probe.bracket.panorama:
         raise CoreError(
             tr("These pictures are not full panoramas (2:1)."),

@@ -19,8 +19,8 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.images import write_exr
 from app.core.base.progress import Progress, Token, span
 from app.core.measure.bracket.arriving import ArrivingFrames
-from app.core.measure.bracket.pipeline import Probe
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import Plan
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
@@ -53,7 +53,7 @@ class CaptureResult:
     info: Info | None
     plan: Plan
     frames: tuple[Path, ...]
-    probe: Probe
+    probe: Measurement
     environment: Path
     warnings: tuple[str, ...]
     seconds: Mapping[str, float]
@@ -74,7 +74,7 @@ class Capture:
         *,
         plan: Literal["paper", "full"],
         pack: StylePack,
-        wishes: MergeOptions | None = None,
+        wishes: MeasureOptions | None = None,
         delay_s: int = 0,
         on_status: Callable[[Status], None],
         token: Token,
@@ -92,7 +92,7 @@ class Capture:
             contact=contact,
             kind=plan,
             pack=pack,
-            wishes=wishes or MergeOptions(),
+            wishes=wishes or MeasureOptions(),
             delay_s=min(max(int(delay_s), 0), 10),
             arriving=ArrivingFrames(),
             profile=profile_named("generic"),
@@ -239,7 +239,7 @@ def _merge(job: Job) -> None:
             job.board.show(Stage.MERGING, step, fraction)
 
         job.probe = probe = job.arriving.measure(
-            job.paths, job.pack, wishes, token=job.token, report=span(report, 0.0, 0.95)
+            job.paths, replace(wishes, pack=job.pack), job.token, span(report, 0.0, 0.95)
         )
         target = job.session.folder / ENVIRONMENT
         merged = probe.merged

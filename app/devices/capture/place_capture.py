@@ -18,10 +18,10 @@ from app.core.base.errors import CoreError
 from app.core.base.images import write_exr
 from app.core.base.progress import PhraseReport, Token
 from app.core.localization.recapture_registration import Registered, register_again
-from app.core.measure.bracket.pipeline import measure
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import PlannedShot
 from app.core.measure.single.preview import rough_words
+from app.core.measure.ways import measure
 from app.core.places.frames import small_picture
 from app.core.places.journal import SessionJournal
 from app.core.places.measurement import place_of_capture
@@ -177,7 +177,7 @@ def capture(
             clock,
             plan=order.plan,
             pack=pack,
-            wishes=MergeOptions(limits=order.limits),
+            wishes=MeasureOptions(limits=order.limits),
             delay_s=order.delay_s,
             on_status=on_status,
             token=token,
@@ -201,8 +201,8 @@ def merge_kept(
     paths = tuple(session.path_of(frame) for frame in journal.frames if frame.done)
     if journal.plan is None or len(paths) < 2:
         raise CoreError(tr("There are not enough frames here to merge."), tr("Capture again."))
-    wishes = MergeOptions(limits=order.limits)
-    probe = measure(paths, pack, wishes, token=token, report=report)
+    options = MeasureOptions(limits=order.limits, pack=pack)
+    probe = measure("bracket", paths, options, token, report)
     target = session.folder / ENVIRONMENT
     merged = probe.merged
     write_exr(target, merged.radiance, merged.cd_m2)

@@ -14,8 +14,8 @@ from typing import Any, Final, Literal
 
 from app.core.base.progress import Token
 from app.core.measure.bracket.arriving import ArrivingFrames
-from app.core.measure.bracket.pipeline import Probe
-from app.core.measure.finish.finish import MergeOptions
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import Plan
 from app.core.places.journal import keepable
 from app.core.styles.style_pack import StylePack
@@ -48,7 +48,7 @@ class Job:
     contact: Contact
     kind: Literal["paper", "full"]
     pack: StylePack
-    wishes: MergeOptions
+    wishes: MeasureOptions
     delay_s: int
     arriving: ArrivingFrames
     profile: ModelProfile
@@ -56,7 +56,7 @@ class Job:
     info: Info | None = None
     exposing: bool = False
     paths: tuple[Path, ...] = ()
-    probe: Probe | None = None
+    probe: Measurement | None = None
     environment: Path | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.base.angles import TURNS
 from app.core.environment.environment import SHAPE, from_radiance, reduce_radiance
-from app.core.measure.bracket.pipeline import measure
+from app.core.measure.bracket.measure import measure
 from app.core.solver.place_light import picture_at, pictures_at, prepare
 from app.core.solver.search import build_tables, curves
 from benchmarks.answers.evaluation.report.svg import Series, growth_plot
@@ -216,7 +216,7 @@ def _by_frames(pack: StylePack, token: Token, shape: tuple[int, int]) -> Growth:
             with tempfile.TemporaryDirectory() as folder:
                 bracket = make_bracket(Path(folder), [float(s) for s in wanted], shape)
                 yield {
-                    "here": partial(measure, bracket.files, pack, token=token),
+                    "here": partial(measure, bracket.files, token=token),
                     "OpenCV": partial(debevec, bracket),
                     "decoding alone": partial(decoded, bracket),
                 }

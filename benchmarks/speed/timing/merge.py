@@ -12,7 +12,7 @@ import numpy as np
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.measure.bracket.pipeline import measure
+from app.core.measure.bracket.measure import measure
 from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.plan.planner import plan
 from app.devices.simulated.cameras import THETA_V
@@ -89,7 +89,7 @@ def merge_case(
     truth = _relative(reduce_radiance(bracket.light, shape))
 
     def merged() -> FloatImage:
-        radiance = measure(bracket.files, pack, token=token).merged.radiance
+        radiance = measure(bracket.files, token=token).merged.radiance
         return reduce_radiance(radiance, shape)
 
     ours = _error(_relative(merged()), truth)

@@ -32,6 +32,7 @@ from app.core.base.sphere import direction, directions, rotation
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.ball.ball_finder import Ball
 from app.core.measure.finish.masks import box_mask
+from app.core.measure.options import WayOptions
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.resampling import light_in_bands, likeness, log_light
 from app.core.text import tr
@@ -72,7 +73,7 @@ _MOST_PERSON_DEG: Final = 25.0
 
 
 @dataclass(frozen=True, slots=True)
-class BallOptions:
+class BallOptions(WayOptions):
     """What is known of a ball and its pictures.
 
     `second` are the exposures from another side, taken at about azimuth `from_deg` (None: found);
@@ -83,6 +84,11 @@ class BallOptions:
     from_deg: float | None = None
     reflectance: float = REFLECTANCE
     pitch_deg: float = 0.0
+
+    @property
+    def more_files(self) -> tuple[Path, ...]:
+        """The exposures from another side."""
+        return self.second
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Answers while frames are still on their way.
 
 `ArrivingFrames` reads each frame while the next is coming: when the last file is there only its own
-decoding and the merge are left to do. The result equals `measure.bracket.pipeline.measure` of the
+decoding and the merge are left to do. The result equals `measure.bracket.measure.measure` of the
 same files, bit for bit.
 """
 
@@ -15,17 +15,32 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
 
+import numpy as np
+
+from app.core.base.colour import srgb_encode
 from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.progress import Report, Token, silent
-from app.core.measure.bracket.pipeline import Probe, measure, rehearse
-from app.core.measure.finish.finish import MergeOptions
-from app.core.measure.read.decoding import OpenedFrame, open_frame
-from app.core.measure.read.frame import Frame
+from app.core.measure.bracket.measure import finished, measure
+from app.core.measure.bracket.merging import merge_bracket
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
+from app.core.measure.read.decoding import (
+    MemoryRows,
+    OpenedFrame,
+    open_frame,
+    proxy_shape,
+    sample_places,
+    sampled,
+    shrunk,
+)
+from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.measure.read.metadata import read_header
 from app.core.measure.read.pixels import MEMORY_BYTES, workers
 from app.core.styles.style_pack import StylePack
 
 _LOOK_S: Final = 0.05  # a cancelled wait ends within this
+_REHEARSAL: Final = (128, 256)
 # What a rehearsal warms belongs to the process, so once is enough.
 _REHEARSED: Final = threading.Event()
 
@@ -47,7 +62,7 @@ class ArrivingFrames:
     where not known: they are held in memory when so many of them fit.
 
     >>> with ArrivingFrames(3) as frames:
-    ...     pass  # frames.add(path) for each file, then frames.measure(paths, pack)
+    ...     pass  # frames.add(path) for each file, then frames.measure(paths)
     """
 
     def __init__(self, expected: int = 0, memory_bytes: int = MEMORY_BYTES) -> None:
@@ -101,18 +116,16 @@ class ArrivingFrames:
     def measure(
         self,
         paths: Sequence[Path],
-        pack: StylePack,
-        options: MergeOptions | None = None,
-        *,
+        options: MeasureOptions | None = None,
         token: Token | None = None,
         report: Report = silent,
-    ) -> Probe:
-        """Make an environment of the frames; see `app.core.measure.bracket.pipeline.measure`.
+    ) -> Measurement:
+        """Measure by the frames; see `app.core.measure.bracket.measure`.
 
         Files that were not added, or have changed since, are read now. Every frame is handed over
         once: measuring a second time reads the files again.
         """
-        return measure(paths, pack, options, opener=self.take, token=token, report=report)
+        return measure(paths, options, token, report, opener=self.take)
 
     def take(self, frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
         """Hand over a frame, or read it now: an `app.core.measure.read.decoding.Opener`."""
@@ -203,3 +216,31 @@ def _stamp(path: Path) -> tuple[int, ...]:
     except OSError:
         return ()
     return facts.st_size, facts.st_mtime_ns, facts.st_ino
+
+
+def rehearse(pack: StylePack) -> None:
+    """Go the whole way once with a small made-up bracket.
+
+    Libraries are loaded, tables computed and memory is asked for then. Done while a camera is
+    exposing, it saves a third of the first `measure` of a process.
+    """
+    frames = tuple(
+        Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))
+        for stop in range(3)
+    )
+    bracket = Bracket(frames, tuple(float(-2 * stop) for stop in range(3)))
+    light = merge_bracket(bracket, MeasureOptions(), _made_up, Token(), silent)
+    finished(light, MeasureOptions(pack=pack))
+    display_panorama(light.merged.radiance)
+
+
+def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
+    """Open a frame that is in no file: squares of light at its exposure."""
+    del hold, token, half
+    assert frame.exposure is not None
+    squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))
+    light = 2.0 * frame.exposure.factor * squares.repeat(8, axis=0).repeat(8, axis=1)
+    codes = np.rint(255.0 * srgb_encode(np.minimum(light, 1.0))).astype(np.uint8)
+    places = sample_places(frame.shape)
+    small = shrunk(codes, proxy_shape(frame.shape))
+    return OpenedFrame(MemoryRows(codes), small, sampled(codes, places), 0.0)

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import chain, pairwise
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -35,6 +36,7 @@ from app.core.measure.bracket.response import (
     choose_response,
     srgb_response,
 )
+from app.core.text import tr
 
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
 """Half a stop, so that light that flickers or a cloud is no reason to leave a frame out."""
@@ -65,6 +67,31 @@ class Reason(Enum):
     BLACK = "black"
     OTHER_SCENE = "other-scene"
     TONE_MAPPED = "tone-mapped"
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A file of a bracket that was not merged, and why."""
+
+    path: Path
+    reason: Reason
+
+    @property
+    def sentence(self) -> str:
+        """Name it, and say what to do."""
+        name = self.path.name
+        if self.reason is Reason.BLACK:
+            return tr("{name} is black and was left out.", name=name)
+        if self.reason is Reason.OTHER_SCENE:
+            return tr(
+                "{name} shows another scene and was left out. Remove it from the bracket.",
+                name=name,
+            )
+        return tr(
+            "{name} is no exposure of this bracket and was left out: its tones were changed, as in "
+            "an HDR picture or a preview.",
+            name=name,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ of that curve; then the curve nearest to sRGB is taken and all frames that could
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal, TypeAlias
@@ -98,6 +99,11 @@ class ResponseChoice:
 def srgb_response() -> Response:
     """Return the sRGB curve (IEC 61966-2-1)."""
     return Response("sRGB", np.tile(srgb_table(), (3, 1)))
+
+
+def srgb_choice() -> ResponseChoice:
+    """Choose the sRGB curve where there is nothing to compare."""
+    return ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
 
 
 def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:

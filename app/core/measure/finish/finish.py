@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -20,13 +20,13 @@ from app.core.environment.environment import reduce_radiance
 from app.core.measure.finish.audit import Audit, audit
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid, upsampled
-from app.core.measure.finish.masks import MaskSpec
 from app.core.measure.finish.rough import brightened, rough_audit, told_clipped
-from app.core.measure.finish.sun import Restoration, SkyWord, restore, set_illuminance
+from app.core.measure.finish.sun import Restoration, restore, set_illuminance
 from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union
+from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Merged
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.turn_choice import LIMITS, Limits, Objective
+from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr, tr_plural
 
@@ -59,28 +59,6 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 
 
 @dataclass(frozen=True, slots=True)
-class MergeOptions:
-    """What the user wants of a merge; the defaults want nothing special.
-
-    `times` are exposure times in seconds in the order of the files, instead of EXIF. `alone`
-    takes one photograph of all directions, too, for a rough answer. `sort_out` leaves out files
-    that are not of the bracket, as in a folder.
-    """
-
-    times: tuple[float, ...] | None = None
-    response: Literal["auto", "srgb", "recover"] = "auto"
-    weights: Literal["noise", "reinhard"] = "noise"
-    full: bool = False
-    sun: SkyWord | Literal["leave"] = "clear"
-    gains: Mapping[str, float] = field(default_factory=dict)
-    lux: Mapping[str, float] = field(default_factory=dict)
-    masks: tuple[MaskSpec, ...] = ()
-    limits: Limits = LIMITS
-    alone: bool = False
-    sort_out: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class Finished:
     """Merged light with everything done to it.
 
@@ -104,7 +82,7 @@ class Finished:
 def finish(
     merged: Merged,
     pack: StylePack,
-    options: MergeOptions,
+    options: MeasureOptions,
     *,
     foot: tuple[float, float] = NADIR,
     room_stops: float | None = None,
@@ -154,7 +132,7 @@ def finish(
 
 
 def _put_right(
-    merged: Merged, lights: tuple[Light, ...], options: MergeOptions, grid: LightGrid
+    merged: Merged, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
 ) -> tuple[Merged, Restoration | None, list[str]]:
     """Put the sun back, and the lamps that the user knows better.
 
@@ -188,7 +166,7 @@ def _gain_words(lamp: str, stops: float) -> str:
 
 
 def _cleaned(
-    found: Finished, pack: StylePack, options: MergeOptions, foot: tuple[float, float]
+    found: Finished, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
 ) -> Finished:
     """Fill what is masked, and say what that changes."""
     if not options.masks:

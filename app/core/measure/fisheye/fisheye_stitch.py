@@ -479,9 +479,9 @@ class Stitching:
     up_from: str
 
     def facts(self) -> dict[str, Any]:
-        """Say it for JSON."""
+        """Describe it for JSON."""
         first, second = self.pair.gains.mean(axis=1)
-        return {
+        facts = {
             "front": self.front,
             "field_of_view_deg": round(self.field_deg, 2),
             "overlap_matches": self.pair.blocks,
@@ -491,6 +491,7 @@ class Stitching:
             "up_deg": self.up_deg,
             "up_from": self.up_from,
         }
+        return {"stitching": facts}
 
     def warnings(self) -> tuple[str, ...]:
         """Sentences for the user."""

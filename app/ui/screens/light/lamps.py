@@ -371,7 +371,6 @@ class LampList:
         ) -> tuple[str, tuple[LampEntry, ...], tuple[str, ...]]:
             found = capture_lamp(
                 given,
-                head.pack,
                 title=title,
                 distance_m=distance_m,
                 token=token,

@@ -1,4 +1,4 @@
-"""From photographs taken all around to an environment: what `stitch` does.
+"""Measure by photos taken all around from one spot: they become an HDR panorama.
 
     files -> pictures -> what they share -> where they look -> curve, exposures -> merged
           -> gaps filled -> lamps, sun, corrections -> audit
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -24,23 +24,20 @@ import numpy as np
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import srgb_light
 from app.core.base.errors import ProbeError
-from app.core.base.progress import Progress, Report, Task, Token, span
+from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import angles_of, directions
 from app.core.environment.environment import solid_angles
 from app.core.environment.holes import GOES_ON
 from app.core.localization.features import Features, shrunk
 from app.core.localization.picture_file import read_picture, shows_circles
-from app.core.measure.bracket.align import Levelling
 from app.core.measure.bracket.bracket import pictures_in
-from app.core.measure.bracket.brightness_transfer import StepCheck
-from app.core.measure.bracket.deghosting import Moved
 from app.core.measure.bracket.merge import SIZE
-from app.core.measure.bracket.pipeline import Probe, measure
-from app.core.measure.bracket.response import ResponseChoice, choose_response, srgb_response
+from app.core.measure.bracket.response import ResponseChoice, choose_response, srgb_choice
 from app.core.measure.bracket.weighting import CLIPPED_CODE
-from app.core.measure.finish.display import display_panorama
-from app.core.measure.finish.finish import MergeOptions, finish
 from app.core.measure.finish.inpainting import fill
+from app.core.measure.fisheye import measure as fisheye
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions, WayOptions
 from app.core.measure.photos.photo_places import (
     LONGEST,
     find_links,
@@ -50,9 +47,8 @@ from app.core.measure.photos.photo_places import (
     upright,
 )
 from app.core.measure.photos.placed import Placed, light_around
-from app.core.measure.read.frame import Bracket, Frame, Merged
+from app.core.measure.read.frame import Frame, Merged
 from app.core.measure.read.metadata import read_header
-from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.core.text.quantities import listed, percent
 
@@ -108,37 +104,59 @@ class Photograph:
 
 
 @dataclass(frozen=True, slots=True)
-class Stitched:
-    """Light that photographs tell; `blind` is the share of the sphere that was filled."""
+class PhotosOptions(WayOptions):
+    """How photos taken all around are read.
 
-    probe: Probe
-    blind: float
+    Attributes:
+        fov_deg: How far around a single wide panorama reaches; None to find out.
+        unstitched: Whether pictures of two fisheye circles are measured as such.
+    """
+
+    fov_deg: float | None = None
+    unstitched: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class PhotosFacts:
+    """The photos, and where they look."""
+
     photographs: tuple[Photograph, ...]
 
+    def facts(self) -> dict[str, Any]:
+        """Describe it for JSON."""
+        return {"photographs": [_described(each) for each in self.photographs]}
 
-def stitch(
-    paths: Sequence[Path],
-    pack: StylePack,
-    options: MergeOptions,
-    token: Token,
-    report: Report,
-    fov_deg: float | None = None,
-    *,
-    unstitched: bool = True,
-) -> Stitched:
-    """Make an environment of photographs taken all around from one spot, or of a folder of them.
 
-    Azimuth 0 is where the first photograph that could be placed looks. One file is a panorama that
-    a phone has stitched, `fov_deg` wide. Pictures of two fisheye circles are merged as a bracket of
-    them, unless `unstitched` is false. Raises ProbeError (one sentence and what to do) when they
-    do not belong together or show too little, CoreError when one cannot be read, and Cancelled.
+def _described(each: Photograph) -> dict[str, Any]:
+    names = ("azimuth_deg", "elevation_deg", "roll_deg", "fov_deg")
+    facts: dict[str, Any] = {"file": str(each.frame.path), "placed": False} | dict.fromkeys(names)
+    if each.angles_deg is not None:
+        values = (*each.angles_deg, each.fov_deg)
+        facts |= {"placed": True} | {n: round(v, 2) for n, v in zip(names, values, strict=True)}
+    return facts
+
+
+def measure(
+    files: Sequence[Path],
+    options: MeasureOptions | None = None,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Measurement:
+    """Measure by photos taken all around, or one folder of them.
+
+    Azimuth 0 is where the first photo that could be placed looks. One file is a panorama that a
+    phone has stitched. Pictures of two fisheye circles are measured as such. Raises as
+    `measurement.Entry`; also when photos do not belong together or show too little.
     """
-    files = pictures_in(paths[0]) if len(paths) == 1 and paths[0].is_dir() else list(paths)
-    if unstitched and fov_deg is None and _circled(files, token):
-        alone = replace(options, alone=True)
-        return Stitched(measure(files, pack, alone, token=token, report=report), 0.0, ())
-    if len(paths) == 1 and not paths[0].is_dir():
-        return _finished(_panorama(paths[0], fov_deg, token), pack, options, report)
+    options, token = options or MeasureOptions(), token or Token()
+    own = options.of(PhotosOptions)
+    fov_deg, single = own.fov_deg, len(files) == 1 and not files[0].is_dir()
+    if len(files) == 1 and files[0].is_dir():
+        files = pictures_in(files[0])
+    if own.unstitched and fov_deg is None and _circled(files, token):
+        return fisheye.measure(files, replace(options, sort_out=False), token, report)
+    if single:
+        return _finished(_panorama(files[0], fov_deg, token), options, report)
     photographs = _read(files, token, span(report, 0.0, 0.3))
     photographs, words = _place(photographs, token, span(report, 0.3, 0.55))
     report(0.55, Progress(Task.CHECKING_EXPOSURES))
@@ -151,7 +169,7 @@ def stitch(
     planes = light_around(lit, table=table, token=token, report=merging)
     stops = tuple(_middle(taken) + placed.stops for placed in lit)
     light = _Light(photographs, stops, choice, planes, words)
-    return _finished(light, pack, options, report)
+    return _finished(light, options, report)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +183,7 @@ class _Light:
     words: list[str]
 
 
-def _finished(light: _Light, pack: StylePack, options: MergeOptions, report: Report) -> Stitched:
+def _finished(light: _Light, options: MeasureOptions, report: Report) -> Measurement:
     """Fill gaps, and do what is done to all merged light."""
     (radiance, covered, clipped), stops, words = light.planes, light.stops, light.words
     taken = [photograph for photograph in light.photographs if photograph.rotation is not None]
@@ -183,14 +201,9 @@ def _finished(light: _Light, pack: StylePack, options: MergeOptions, report: Rep
         clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in taken),
     )
     merged, blind = _filled(merged, covered, words)
-    report(0.9, Progress(Task.FINDING_LAMPS))
-    finished = finish(merged, pack, options, blind=(~covered).astype(np.float32))
-    told = (*light.choice.remarks, *words)
-    bracket = Bracket(tuple(p.frame for p in taken), stops, told, unstitched=True)
-    steps = (bracket, light.choice, (), (), Levelling(), Moved(()), finished, told, finished.notes)
-    probe = Probe(*steps, display=display_panorama(merged.radiance))
-    report(1.0, Progress(Task.DONE))
-    return Stitched(probe, blind, tuple(light.photographs))
+
+
+from app.core.base.progress import silent
 
 
 def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
@@ -216,7 +229,7 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
     codes = np.asarray(cv2.remap(pixels, x, y, cv2.INTER_LINEAR, borderMode=border), np.uint8)
     radiance = srgb_light(codes) * inside[..., None]
     clipped = ((codes.max(axis=-1) >= CLIPPED_CODE) & inside).astype(np.float32)
-    choice = ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
+    choice = srgb_choice()
     photograph = replace(photograph, wide_deg=wide)
     return _Light([photograph], (photograph.stops or 0.0,), choice, (radiance, inside, clipped), [])
 
@@ -343,7 +356,7 @@ def _curve(taken: Sequence[Photograph], codes: Bytes, seen: Bools) -> ResponseCh
     sets = [[k for k, p in enumerate(taken) if p.bracket == n] for n in {p.bracket for p in taken}]
     size = max(map(len, sets))
     if size == 1:
-        return ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
+        return srgb_choice()
     stops = np.array([p.stops for p in taken], np.float64)
     whole = [sorted(group, key=lambda k: -stops[k]) for group in sets if len(group) == size]
     samples = [codes[group][:, seen[group].all(axis=0)] for group in whole]

@@ -1,0 +1,137 @@
+"""Measure by a bracket: exposures in any order become an HDR panorama.
+
+    files -> bracket -> merged light -> gaps filled -> lamps -> sun, gains, meter readings
+          -> clutter filled -> clip audit
+
+`merging` holds the steps as far as merged light.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Float32
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Progress, Report, Task, Token, silent, span
+from app.core.base.sphere import rotate_light
+from app.core.environment.environment import energy
+from app.core.environment.holes import GOES_ON, canvas
+from app.core.measure.bracket.bracket import read_bracket
+from app.core.measure.bracket.merging import check_options, merge_bracket
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.finish.finish import Finished, finish
+from app.core.measure.finish.inpainting import fill
+from app.core.measure.finish.tripod_detection import foot_of
+from app.core.measure.fisheye.dual_fisheye import may_be_circles
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
+from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.read.decoding import Opener, open_frame, transparent
+from app.core.measure.read.frame import Bracket, Exposure
+from app.core.text import tr
+from app.core.text.quantities import small_percent
+
+_BLACK: Final = 0.0024  # linear: code 8, as compression leaves of black
+_HALF: Final = 0.5  # of a texel
+_MOST_BLIND: Final = 0.9  # of the sphere
+
+
+def measure(
+    files: Sequence[Path],
+    options: MeasureOptions | None = None,
+    token: Token | None = None,
+    report: Report = silent,
+    *,
+    opener: Opener = open_frame,
+) -> Measurement:
+    """Measure by exposures of one place, in any order, or one folder of them.
+
+    Pictures of two fisheye circles are stitched. Of one photograph, where the options take it
+    alone, the light is rough. Raises as `measurement.Entry`.
+
+    Args:
+        opener: Opens the frames; some may be open already.
+    """
+    options, token = options or MeasureOptions(), token or Token()
+    bracket = read_bracket(files, options.times, alone=options.alone, sort_out=options.sort_out)
+    if bracket.panorama or not may_be_circles(bracket.shape):
+        check_options(bracket, options)
+    found = merge_bracket(bracket, options, opener, token, span(report, 0.0, 0.9))
+    token.check()
+    report(0.9, Progress(Task.FINDING_LAMPS))
+    found, blind = _without_gaps(found, token)
+    with ThreadPoolExecutor(1) as beside:
+        display = beside.submit(display_panorama, found.merged.radiance)
+        light = finished(found, options, blind)
+    report(1.0, Progress(Task.DONE))
+    notes = tuple(note for note in (found.levelling.note, *light.notes) if note)
+    return replace(found, finished=light, display=display.result(), notes=notes)
+
+
+def _without_gaps(found: Measurement, token: Token) -> tuple[Measurement, Float32 | None]:
+    """Fill what the frames do not show: where they are transparent, or black canvas.
+
+    Returns also where that is, (H, W), 1 where it was filled.
+    """
+    bracket, rotation = found.bracket, found.levelling.rotation
+    if bracket.unstitched or not bracket.panorama:
+        return found, None
+    shape = found.merged.clipped.shape
+    frame = bracket.frames[0]
+    unseen = transparent(frame, (shape[0], shape[1]))
+    # The frames of a 360 camera have no canvas: what is black there was dark.
+    if rotation is None and camera_facts(frame.camera) is None:
+        coded = frame.kind in ("uint8", "uint16")
+        unit = 2.0 ** (found.merged.reference_ev - max(bracket.stops))
+        black = canvas(found.merged.radiance, _BLACK * unit if coded else None)
+        unseen = black if unseen is None else unseen if black is None else unseen | black
+    elif rotation is not None and unseen is not None:
+        unseen = rotate_light(unseen[..., None].astype(np.float32), rotation)[..., 0] > _HALF
+    if unseen is None:
+        return found, None
+    token.check()
+    blind = unseen.astype(np.float32)
+    share = float(energy(blind)) / (4.0 * math.pi)
+    if share > _MOST_BLIND:
+        raise ProbeError(
+            tr("{name} shows only {share} of what is around.", name=frame.path.name,
+               share=small_percent(1.0 - share)),
+            tr("Choose a panorama that is not transparent over most of the sphere."),
+        )  # fmt: skip
+    merged = fill(found.merged, blind, GOES_ON)
+    words = tr(
+        "{name} does not show {share} of the sphere. It was filled from around.",
+        name=frame.path.name,
+        share=small_percent(share),
+    )
+    finished = replace(found.finished, merged=merged, measured=merged)
+    warnings = (*found.warnings, words)
+    return replace(found, finished=finished, blind=share, warnings=warnings), blind
+
+
+def finished(found: Measurement, options: MeasureOptions, blind: Float32 | None = None) -> Finished:
+    """Do what can be done to a panorama; other pictures are left as they are."""
+    if not found.bracket.panorama:
+        return found.finished
+    foot, room = foot_of(found.levelling.rotation), room_below(found.bracket)
+    alone = found.bracket.frames[0].path.name if found.rough else ""
+    return finish(
+        found.merged, options.styles, options, foot=foot, room_stops=room, alone=alone, blind=blind
+    )
+
+
+def room_below(bracket: Bracket) -> float | None:
+    """Count the stops from the darkest frame to the darkest that the camera could have shot."""
+    known = camera_facts(bracket.frames[0].camera)
+    if known is None:
+        return None
+    limits = known.limits
+    floor = Exposure(min(limits.shutters_s), min(limits.isos), max(limits.apertures))
+    return max(min(bracket.stops) - floor.ev, 0.0)

@@ -1,0 +1,331 @@
+"""From the frames of a bracket to merged light.
+
+    opened -> aligned -> response -> what moved -> merged -> (stitched) -> levelled
+
+Frames of two fisheye circles are not aligned, and stitched between merging and levelling.
+
+Every step is a module beside this one, or of `measure.fisheye`; here is only their order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
+
+from app.core.base.arrays import Bytes, Float64
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Progress, Report, Task, Token, span
+from app.core.base.sphere import remap_frame, rotate_light
+from app.core.measure.bracket import align, deghosting, handheld
+from app.core.measure.bracket.align import Levelling, first_shot, levelling
+from app.core.measure.bracket.bracket import not_all_around
+from app.core.measure.bracket.foreign_frames import Foreign, LeftOut, foreign_frames
+from app.core.measure.bracket.half_size import anchors, halvable, is_whole
+from app.core.measure.bracket.merge import SIZE, merge
+from app.core.measure.bracket.response import ResponseChoice, choose_response
+from app.core.measure.bracket.weighting import doubts
+from app.core.measure.finish.finish import Finished
+from app.core.measure.fisheye.dual_fisheye import Circles, recognise
+from app.core.measure.fisheye.fisheye_stitch import circle_size, to_panorama
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
+from app.core.measure.read.decoding import Opener, open_frame
+from app.core.measure.read.frame import Bracket, Merged
+from app.core.measure.read.pixels import FrameStack, open_frames, reduced, relaid
+from app.core.text import tr
+
+_MOST_KEPT: Final = 12288 * 6144
+# Frames at half size that differ over so much of the sphere are looked at for damage.
+_SUSPICIOUS: Final = 0.01
+
+
+def check_options(bracket: Bracket, options: MeasureOptions) -> None:
+    """Refuse options that only a panorama can take, and pictures too large for memory."""
+    check_size(bracket, options)
+    if not bracket.panorama and (options.gains or options.lux or options.masks):
+        raise ProbeError(
+            tr("These pictures are not full panoramas (2:1): they have no lamps or directions."),
+            tr("Leave out what names lamps or masks."),
+        )
+
+
+def check_size(bracket: Bracket, options: MeasureOptions) -> None:
+    """Refuse results that would take more memory than a computer can be expected to have."""
+    rows, columns = bracket.shape
+    if rows * columns <= _MOST_KEPT or (bracket.panorama and not options.full):
+        return
+    raise ProbeError(
+        tr(
+            "At {columns} x {rows} pixels these frames are too large to be merged at "
+            "their own size.",
+            columns=columns,
+            rows=rows,
+        ),
+        tr("Leave out --full.")
+        if bracket.panorama
+        else tr("Scale all of them down by the same factor."),
+    )
+
+
+def merge_bracket(
+    bracket: Bracket, options: MeasureOptions, opener: Opener, token: Token, report: Report
+) -> Measurement:
+    """Merge frames of a 360 camera, bright ones at half their size where that is enough."""
+    halves = () if options.full else _halves(bracket)
+    found = merge_frames(bracket, options, opener, token, report, halves)
+    if any(halves) and found.moved.share > _SUSPICIOUS:
+        small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
+        if not all(is_whole(frame, token) for frame in small):
+            return merge_frames(bracket, options, open_frame, token, report)
+    return found
+
+
+def merge_frames(
+    bracket: Bracket,
+    options: MeasureOptions,
+    opener: Opener,
+    token: Token,
+    report: Report,
+    halves: Sequence[bool] = (),
+    look: Callable[[FrameStack], None] | None = None,
+) -> Measurement:
+    """Merge frames; what was opened is closed however it ends.
+
+    Args:
+        halves: Which frames are decoded at half their size.
+        look: Ordinary pictures: gets the frames as they are aligned, before they are merged.
+
+    Returns:
+        A measurement whose light is not finished.
+    """
+    ordinary = look is not None
+    opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves, not ordinary)
+    choose = partial(choose_response, mode=options.response)
+    with opened, ThreadPoolExecutor(1) as beside:
+        early = beside.submit(choose, opened.samples, opened.stops)
+        sphere = circles is None and not ordinary
+        bracket = replace(bracket, unstitched=not sphere)
+        check_options(bracket, options)
+        size = None if options.full or ordinary else SIZE
+        aligned = _align(opened, circles is None, sphere, token, span(report, 0.4, 0.5))
+        with aligned.stack as stack:
+            # Frames that were turned have other samples.
+            same = stack is opened
+            response = early.result() if same else choose(stack.samples, stack.stops)
+            foreign = () if ordinary else _foreign(stack, response, options)
+            if foreign:
+                return _without(bracket, stack, foreign, options, token, report)
+            used = replace(bracket, frames=stack.frames, stops=stack.stops)
+            if look is not None:
+                look(stack)
+            report(0.5, Progress(Task.CHECKING_EXPOSURES))
+            known = response.response.name == "sRGB"
+            motion = deghosting.trust(
+                stack.proxies,
+                response.stops,
+                response.response,
+                seen=stack.seen,
+                known=known and not response.remarks,
+                sphere=sphere,
+            )
+            level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
+            merged = merge(
+                stack,
+                response.response,
+                response.stops,
+                scheme=options.weights,
+                known=known,
+                doubts=_unlike(stack, response),
+                trust=motion.masks,
+                size=size if circles is None else circle_size(stack.shape, circles, size),
+                sphere=sphere,
+                token=token,
+                report=span(report, 0.55, 1.0),
+            )
+    stitching = None
+    if circles is not None:
+        report(1.0, Progress(Task.STITCHING))
+        merged, stitching = to_panorama(merged, circles, used.frames[0].camera, size, token)
+    names = [frame.path.name for frame in stack.frames]
+    merged = _levelled(merged, level)
+    return Measurement(
+        way=_way_of(used, circles),
+        bracket=replace(used, stops=tuple(response.stops)),
+        response=response,
+        alignments=aligned.alignments,
+        lays=aligned.lays,
+        levelling=level,
+        moved=motion,
+        finished=Finished(merged, merged),
+        warnings=(
+            *bracket.warnings,
+            *stack.warnings,
+            *aligned.sentences,
+            *response.sentences(names),
+            *motion.sentences,
+            *(stitching.warnings() if stitching is not None else ()),
+        ),
+        own=stitching,
+    )
+
+
+def _way_of(bracket: Bracket, circles: Circles | None) -> str:
+    if len(bracket.frames) == 1:
+        return "single"
+    return "bracket" if circles is None else "fisheye"
+
+
+def _foreign(
+    stack: FrameStack, choice: ResponseChoice, options: MeasureOptions
+) -> tuple[Foreign, ...]:
+    """Find frames that are no exposures of the series; given times are believed."""
+    if options.times is not None or any(mask is not None for mask in stack.seen):
+        return ()
+    return foreign_frames(stack.proxies, stack.samples, choice, stack.stops, options.response)
+
+
+def _without(
+    bracket: Bracket,
+    stack: FrameStack,
+    foreign: Sequence[Foreign],
+    options: MeasureOptions,
+    token: Token,
+    report: Report,
+) -> Measurement:
+    """Go from files to light without the frames that are no exposures of the series."""
+    left_out = tuple(LeftOut(stack.frames[each.frame].path, each.reason) for each in foreign)
+    names = {each.path for each in left_out}
+    kept = [k for k, frame in enumerate(stack.frames) if frame.path not in names]
+    rest = replace(
+        bracket,
+        frames=tuple(stack.frames[k] for k in kept),
+        stops=tuple(stack.stops[k] for k in kept),
+        warnings=(*bracket.warnings, *stack.warnings, *(each.sentence for each in left_out)),
+        unstitched=False,
+    )
+    probe = merge_frames(rest, options, open_frame, token, report)
+    return replace(probe, left_out=(*left_out, *probe.left_out))
+
+
+def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
+    """Measure how far frames differ, unless they are panoramas or the curve is why."""
+    doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
+    if choice.response.name == "sRGB" and doubtful:
+        return ()
+    return doubts(stack.samples, choice.response.table, choice.stops)
+
+
+def _opened(
+    bracket: Bracket,
+    opener: Opener,
+    token: Token,
+    report: Report,
+    halves: Sequence[bool],
+    whole: bool,
+) -> tuple[FrameStack, Circles | None]:
+    """Open the frames; those of two circles in full, since half the sphere fills half of them."""
+    opened = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
+    if not whole:
+        return opened, None
+    try:
+        circles = _circles(opened)
+    except ProbeError:
+        opened.close()
+        raise
+    if circles is None or all(opened.whole):
+        return opened, circles
+    return open_frames(bracket, token=token, report=report), circles
+
+
+def _circles(stack: FrameStack) -> Circles | None:
+    """Look at every frame whether it is a panorama, or two fisheye circles."""
+    names = [frame.path.name for frame in stack.frames]
+    circles = recognise(stack.proxies, names)
+    fisheye = [frame.path.name for frame in stack.frames if frame.fisheye]
+    if circles is None and fisheye:
+        raise ProbeError(
+            tr(
+                "{fisheye} is a fisheye picture, but its two image circles cannot be made out.",
+                fisheye=fisheye[0],
+            ),
+            tr("Stitch it in the camera or with its maker's program."),
+        )
+    if circles is None and len(stack.frames) == 1 and stack.shape[1] != 2 * stack.shape[0]:
+        raise not_all_around(stack.frames[0])
+    return circles
+
+
+def _halves(bracket: Bracket) -> tuple[bool, ...]:
+    """Choose the frames that are decoded at half their size, which is still more than is wanted."""
+    fits = bracket.panorama and bracket.shape[0] >= 2 * SIZE[0]
+    if not fits or not all(halvable(frame) for frame in bracket.frames):
+        return ()
+    return tuple(not whole for whole in anchors(bracket.stops))
+
+
+@dataclass(frozen=True, slots=True)
+class _Aligned:
+    """Frames that lie on each other."""
+
+    stack: FrameStack
+    alignments: tuple[align.Alignment, ...]
+    sentences: tuple[str, ...]
+    lays: tuple[handheld.Lay, ...] = ()
+
+    def first_rotation(self, bracket: Bracket) -> Float64 | None:
+        """Return what was done to the frame that was shot first, whose pose counts."""
+        return self.alignments[first_shot(bracket)].rotation if self.alignments else None
+
+    def picture(self, bracket: Bracket) -> Bytes | None:
+        """Return a small copy of the frame in which edges can be seen best, if one is needed."""
+        poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
+        if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):
+            return None
+        return self.stack.proxies[align.reference_of(self.stack.proxies)]
+
+
+def _align(stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report) -> _Aligned:
+    """Lay frames on each other where they do not lie so already, if they are to be moved at all."""
+    report(0.0, Progress(Task.ALIGNING_FRAMES))
+    if not moves:
+        return _Aligned(stack, (), ())
+    found = align.estimate(stack.proxies, stack.stops)
+    names = [frame.path.name for frame in stack.frames]
+    if not sphere or stack.shape[1] != 2 * stack.shape[0]:
+        return _aligned_by_hand(stack, found, names, token, report)
+    turns = [one.rotation for one in found]
+    if any(turn is not None for turn in turns):
+        ways = [None if turn is None else partial(remap_frame, matrix=turn) for turn in turns]
+        stack = relaid(stack, ways, token=token, report=report)
+    return _Aligned(stack, found, align.sentences(found, names))
+
+
+def _aligned_by_hand(
+    stack: FrameStack,
+    unturned: tuple[align.Alignment, ...],
+    names: Sequence[str],
+    token: Token,
+    report: Report,
+) -> _Aligned:
+    """Undo what a hand did between the frames of ordinary pictures."""
+    small = reduced(stack, handheld.LONGEST, token)
+    scale = max(stack.shape) / max(small[0].shape)
+    home = handheld.reference_of(small)
+    lays = handheld.lay_on_each_other(small, stack.stops, home, scale)
+    moves = [lay.homography if lay.needed else None for lay in lays]
+    seen = handheld.shown(stack.proxies, moves, stack.shape)
+    if any(move is not None for move in moves) or any(mask is not None for mask in seen):
+        ways = [None if m is None else partial(handheld.laid, homography=m) for m in moves]
+        stack = relaid(stack, ways, seen=seen, token=token, report=report)
+    return _Aligned(stack, unturned, handheld.sentences(lays, names), lays)
+
+
+def _levelled(merged: Merged, level: Levelling) -> Merged:
+    """Turn merged light so that up is up."""
+    if level.rotation is None:
+        return merged
+    light, lost = (rotate_light(part, level.rotation) for part in (merged.radiance, merged.shares))
+    return merged.moved(light, lost)

@@ -1,0 +1,106 @@
+"""The result of a measurement, whichever way the light was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias, TypeVar
+
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float32
+from app.core.base.progress import Report, Token
+from app.core.environment.environment import Environment, from_radiance, kept_shares
+from app.core.measure.bracket.align import Alignment, Levelling
+from app.core.measure.bracket.deghosting import Moved
+from app.core.measure.bracket.foreign_frames import LeftOut
+from app.core.measure.bracket.handheld import Lay
+from app.core.measure.bracket.response import ResponseChoice, srgb_choice
+from app.core.measure.finish.finish import Finished
+from app.core.measure.options import MeasureOptions
+from app.core.measure.read.frame import Bracket, Merged
+
+
+class WayFacts(Protocol):
+    """What only one way of measuring knows."""
+
+    def facts(self) -> dict[str, Any]:
+        """Describe it for JSON."""
+        ...
+
+
+_Facts = TypeVar("_Facts")
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """The light of a place, how far to trust it, and how it was measured.
+
+    Attributes:
+        way: Key of the way, as in `ways.WAYS`.
+        bracket: The frames that were used, with their true exposures; a film has none.
+        finished: The light, its lamps and sun, and which answers hang on what is clipped.
+        warnings, notes: Sentences: what may be wrong, and what was done.
+        display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
+        blind: Share of the sphere that was filled because no picture shows it.
+        left_out: Files that are no exposures of the series.
+        response, alignments, lays, levelling, moved: How exposures were merged.
+        own: What only this way knows.
+    """
+
+    way: str
+    bracket: Bracket
+    finished: Finished
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
+    blind: float = 0.0
+    left_out: tuple[LeftOut, ...] = ()
+    response: ResponseChoice = field(default_factory=srgb_choice)
+    alignments: tuple[Alignment, ...] = ()
+    lays: tuple[Lay, ...] = ()
+    levelling: Levelling = field(default_factory=Levelling)
+    moved: Moved = field(default_factory=lambda: Moved(()))
+    own: WayFacts | None = None
+
+    @property
+    def merged(self) -> Merged:
+        """The light, with everything done to it."""
+        return self.finished.merged
+
+    @property
+    def rough(self) -> bool:
+        """Whether it is one photograph, in which what is clipped is a guess."""
+        return len(self.bracket.frames) == 1
+
+    @property
+    def shares(self) -> dict[str, Float32]:
+        """What a file keeps beside the light: clipped in one photograph, and not seen; (H, W)."""
+        return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
+
+    def of(self, kind: type[_Facts]) -> _Facts | None:
+        """Return what a way alone knows; None where the light was measured another way."""
+        return self.own if isinstance(self.own, kind) else None
+
+    def environment(self, name: str) -> Environment:
+        """Return the light as an environment that can be solved.
+
+        Raises:
+            EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
+        """
+        light, clipped = from_radiance(self.merged.radiance.copy(), name), self.merged.clipped
+        return replace(
+            light,
+            rough=self.rough,
+            clipped=clipped if self.rough and clipped.any() else None,
+            unseen=self.finished.unseen,
+        )
+
+
+Entry: TypeAlias = Callable[[Sequence[Path], MeasureOptions, Token, Report], Measurement]
+"""Measures by files, or by one folder of them.
+
+Raises `ProbeError` (one sentence and what to do) when the files are of no use this way or a wish
+cannot be met, `CoreError` when one cannot be read, and `Cancelled`.
+"""

@@ -1,0 +1,67 @@
+"""What the user wants of a measurement, whichever way the light is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, Literal, TypeVar
+
+from app.core.measure.finish.masks import MaskSpec
+from app.core.measure.finish.sun import SkyWord
+from app.core.solver.turn_choice import LIMITS, Limits
+from app.core.styles.style_pack import StylePack, load_named_pack
+
+HEAD: Final = "generic"
+"""The head whose styles decide what of a measured light is in doubt."""
+
+_Own = TypeVar("_Own", bound="WayOptions")
+
+
+class WayOptions:
+    """Options of one way alone; every way that has some derives its own."""
+
+    __slots__ = ()
+
+    @property
+    def more_files(self) -> tuple[Path, ...]:
+        """Files that are read besides those that are measured."""
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class MeasureOptions:
+    """What the user wants of a measurement; the defaults want nothing special.
+
+    Attributes:
+        times: Exposure times in seconds in the order of the files, instead of EXIF.
+        full: Keep the frames' own size.
+        gains, lux: By lamp: stops to add, and illuminance that a light meter read.
+        alone: Take one photograph of all directions, too, for a rough answer.
+        sort_out: Leave out files that do not belong to the bracket, as in a folder.
+        pack: Styles that the clip audit answers for; None for those of the generic head.
+        own: Options of the way itself.
+    """
+
+    times: tuple[float, ...] | None = None
+    response: Literal["auto", "srgb", "recover"] = "auto"
+    weights: Literal["noise", "reinhard"] = "noise"
+    full: bool = False
+    sun: SkyWord | Literal["leave"] = "clear"
+    gains: Mapping[str, float] = field(default_factory=dict)
+    lux: Mapping[str, float] = field(default_factory=dict)
+    masks: tuple[MaskSpec, ...] = ()
+    limits: Limits = LIMITS
+    alone: bool = False
+    sort_out: bool = False
+    pack: StylePack | None = field(default=None, repr=False, compare=False)
+    own: WayOptions | None = None
+
+    @property
+    def styles(self) -> StylePack:
+        """The styles that the clip audit answers for."""
+        return self.pack or load_named_pack(HEAD)
+
+    def of(self, kind: type[_Own]) -> _Own:
+        """Return the options of a way; its defaults where there are none."""
+        return self.own if isinstance(self.own, kind) else kind()

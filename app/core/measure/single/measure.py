@@ -1,0 +1,26 @@
+"""Measure by one photograph of all directions; how bright its clipped light is remains a guess."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from app.core.base.progress import Report, Token, silent
+from app.core.measure.bracket import measure as bracket
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
+
+
+def measure(
+    files: Sequence[Path],
+    options: MeasureOptions | None = None,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Measurement:
+    """Measure by one panorama, or one picture of two fisheye circles.
+
+    More than one is a bracket. Raises as `measurement.Entry`.
+    """
+    options = replace(options or MeasureOptions(), alone=True)
+    return bracket.measure(files, options, token, report)
