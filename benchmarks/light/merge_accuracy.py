@@ -176,7 +176,7 @@ def usable(pictures: Sequence[Bytes]) -> NDArray[np.bool_]:
 
 def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merged:
     """Merge as the program does."""
-    # As `measure.bracket.pipeline`: what is reduced anyway is decoded at half size where it may be.
+    # As `measure.bracket.merging`: what is reduced anyway is decoded at half size where it may be.
     halves = [not whole for whole in anchors(bracket.stops)] if size else ()
     with open_frames(bracket, halves=halves) as stack:
         return merge(stack, RESPONSE, stack.stops, scheme=scheme, size=size)

@@ -34,6 +34,8 @@ from app.core.measure.bracket.bracket import pictures_in
 from app.core.measure.bracket.merge import SIZE
 from app.core.measure.bracket.response import ResponseChoice, choose_response, srgb_choice
 from app.core.measure.bracket.weighting import CLIPPED_CODE
+from app.core.measure.finish.display import display_panorama
+from app.core.measure.finish.finish import finish
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.fisheye import measure as fisheye
 from app.core.measure.measurement import Measurement
@@ -47,7 +49,7 @@ from app.core.measure.photos.photo_places import (
     upright,
 )
 from app.core.measure.photos.placed import Placed, light_around
-from app.core.measure.read.frame import Frame, Merged
+from app.core.measure.read.frame import Bracket, Frame, Merged
 from app.core.measure.read.metadata import read_header
 from app.core.text import tr
 from app.core.text.quantities import listed, percent
@@ -201,9 +203,21 @@ def _finished(light: _Light, options: MeasureOptions, report: Report) -> Measure
         clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in taken),
     )
     merged, blind = _filled(merged, covered, words)
-
-
-from app.core.base.progress import silent
+    report(0.9, Progress(Task.FINDING_LAMPS))
+    finished = finish(merged, options.styles, options, blind=(~covered).astype(np.float32))
+    told = (*light.choice.remarks, *words)
+    report(1.0, Progress(Task.DONE))
+    return Measurement(
+        way="photos",
+        bracket=Bracket(tuple(p.frame for p in taken), stops, told, unstitched=True),
+        finished=finished,
+        warnings=told,
+        notes=finished.notes,
+        display=display_panorama(merged.radiance),
+        blind=blind,
+        response=light.choice,
+        own=PhotosFacts(tuple(light.photographs)),
+    )
 
 
 def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
