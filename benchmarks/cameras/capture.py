@@ -23,7 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[2]
 
 from app.core.base.progress import Token  # noqa: E402
-from app.core.measure.bracket import pipeline as measuring  # noqa: E402
+from app.core.measure.bracket import measure, merging  # noqa: E402
 from app.core.measure.bracket.arriving import ArrivingFrames  # noqa: E402
 from app.core.styles.style_pack import load_named_pack  # noqa: E402
 from app.devices.capture import fetching, file_integrity, machine, shooting  # noqa: E402
@@ -48,10 +48,10 @@ PARTS: tuple[tuple[str, Any, str], ...] = (
     ("files", fetching, "fetch_file"),
     ("last decoding", ArrivingFrames, "problem"),
     ("exif check", file_integrity, "check_frames"),
-    ("frames handed over", measuring, "open_frames"),
-    ("aligning", measuring, "_align"),
-    ("merging", measuring, "merge"),
-    ("lamps, audit", measuring, "_finished"),
+    ("frames handed over", merging, "open_frames"),
+    ("aligning", merging, "_align"),
+    ("merging", merging, "merge"),
+    ("lamps, audit", measure, "finished"),
     ("writing", machine, "write_exr"),
 )
 
