@@ -23,14 +23,28 @@ def run(module: str, *arguments: str) -> int:
     return subprocess.run([sys.executable, "-m", module, *arguments], cwd=ROOT).returncode
 
 
+def run_checks() -> list[int]:
+    """Run the checks side by side, and print the report of each in order; return exit codes."""
+    checks = {
+        name: subprocess.Popen(
+            [sys.executable, "-m", module, *options],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        for name, (module, *options) in CHECKS.items()
+    }
+    for name, process in checks.items():
+        print(f"{name}: {' '.join(CHECKS[name])}", flush=True)
+        report, _ = process.communicate()
+        sys.stdout.buffer.write(report)
+        print(f"{name}: FAILED" if process.returncode else f"{name}: passed", flush=True)
+    return [process.returncode for process in checks.values()]
+
+
 def run_quick_tests(arguments: list[str]) -> int:
     """Run the checks and the quick tests; pytest comes last, so its closing line is the last."""
-    codes = []
-    for name, (module, *options) in CHECKS.items():
-        print(f"{name}: {' '.join([module, *options])}", flush=True)
-        codes.append(run(module, *options))
-        if codes[-1]:
-            print(f"{name}: FAILED", flush=True)
+    codes = run_checks()
     # Coverage adds a quarter to the time.
     coverage = ["--cov", "--cov-report=term"] if "--coverage" in arguments else []
     selection = [word for word in arguments if word != "--coverage"] or WORKERS

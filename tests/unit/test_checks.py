@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import tests.__main__ as checks
@@ -22,14 +24,27 @@ class Runs:
 def runs(monkeypatch: pytest.MonkeyPatch, *codes: int) -> Runs:
     recorder = Runs(*codes)
     monkeypatch.setattr(checks, "run", recorder)
+    monkeypatch.setattr(checks, "run_checks", list)
     return recorder
 
 
 def test_quick_run_has_all_checks_and_pytest_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    recorder = runs(monkeypatch, 0, 0, 1, 0)
+    recorder = runs(monkeypatch)
+    assert [module for module, *_ in checks.CHECKS.values()] == ["ruff", "ruff", "mypy", "mkdocs"]
+    monkeypatch.setattr(checks, "run_checks", lambda: [0, 0, 1, 0])
     assert checks.main([]) == 1
-    assert [command[0] for command in recorder.commands] == ["ruff", "ruff", "mypy", "pytest"]
-    assert recorder.commands[-1] == ["pytest", "-m", "not slow", *checks.WORKERS]
+    assert recorder.commands == [["pytest", "-m", "not slow", *checks.WORKERS]]
+
+
+def test_checks_report_in_order_and_name_the_failed_one(
+    monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    calendar = {"good": ["calendar", "2026", "6"], "bad": ["calendar", "2026", "13"]}
+    monkeypatch.setattr(checks, "CHECKS", calendar)
+    codes = checks.run_checks()
+    assert (codes[0], codes[1] != 0) == (0, True)
+    report = capfdbinary.readouterr().out.decode()
+    assert report.index("June 2026") < report.index("good: passed") < report.index("bad: FAILED")
 
 
 def test_quick_run_counts_lines_only_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,4 +82,11 @@ def test_tests_that_measure_time_run_last_and_alone(
     ]
     assert len(recorder.commands) == count
     if count == 2:
-        assert recorder.commands[-1] == ["pytest", "-m", "slow and not sweep and alone"]
+        assert recorder.commands[-1][:3] == ["pytest", "-m", "slow and not sweep and alone"]
+        assert recorder.commands[-1][3:] == checks.timing_files()
+
+
+def test_timing_files_hold_every_test_that_measures_time() -> None:
+    files = {Path(file).name for file in checks.timing_files()}
+    assert {"test_speed.py", "test_app_walk.py"} <= files
+    assert len(files) < 40
