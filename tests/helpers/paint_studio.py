@@ -71,6 +71,11 @@ def lamp_light(azimuth_deg: float) -> PlaceLight:
     return prepare(Environment(white, "lamp"))
 
 
+def even_light() -> PlaceLight:
+    """Light from everywhere alike, which shows no style."""
+    return prepare(Environment(np.ones((128, 256, 3), np.float32), "even"))
+
+
 def studio(home: Path, lamp_deg: float | None = 0.0, runner: Any = None) -> Studio:
     """Set up a presenter on a synthetic head.
 

@@ -917,7 +917,7 @@ class TestAsInThePaper:
         whole = detail.target.size()
         assert not any(picture.isVisible() for picture in detail.marks)
         for objective in ("picture", "paper", "picture"):
-            model.update(settings=model.settings.with_("objective", objective))
+            model.update(settings=model.settings.with_("paper_mode", objective == "paper"))
             shown.table.presenter.choose("left-loop")
             shown.settle()
             state = shown.table.presenter.resolve().detail
@@ -937,6 +937,6 @@ class TestAsInThePaper:
 
     def test_the_foot_tells_where_the_rules_disagree(self, shown: Shown) -> None:
         how, model = shown.view.gallery._how, shown.table.model
-        model.update(settings=model.settings.with_("objective", "paper"))
+        model.update(settings=model.settings.with_("paper_mode", True))
         shown.settle()
         assert how.text() == shown.table.presenter.resolve().rules != ""

@@ -19,7 +19,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.paint.document import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown
 from app.words.painting import advice_words
-from tests.helpers.paint_studio import Studio, lamp_light, studio
+from tests.helpers.paint_studio import Studio, even_light, lamp_light, studio
 from tests.helpers.styles_screen import HoldingRunner
 
 LEFT, RIGHT = ((0.72, 0.35), (0.72, 0.65)), ((0.28, 0.35), (0.28, 0.65))  # of the sitter
@@ -332,10 +332,10 @@ def test_out_of_reach_is_said_with_its_reason(room: Studio) -> None:
     # The style itself, until there is a stroke, has limits of its own.
     room.stroke((0.4, 0.45), (0.6, 0.45))
     assert _state(room).live.dashed == "The dashed ring is the limit of reach, 45."
-    room.model.update(settings=room.model.settings.with_("match_limit", 100.0))
+    room.model.update(light=even_light())
     live = _state(room).live
     assert live.good.startswith("Out of reach here: ")
-    assert (live.arc, live.limit) == (None, 100.0)
+    assert (live.arc, live.limit) == (None, 45.0)
 
 
 def test_origin_says_what_the_style_itself_reaches(room: Studio) -> None:

@@ -44,12 +44,12 @@ def _numbers(state: StylesState) -> list[str]:
     [
         lambda table: table.desk.load_head(DARK),
         lambda table: table.desk.move_front(40.0),
-        lambda table: table.model.set("match_limit", 60.0),
+        lambda table: table.model.set("paper_mode", True),
         lambda table: table.desk.choose_lamps(Studio(30.0, None)),
         lambda table: table.desk.choose_lens(LensWish("short")),
         lambda table: table.model.update(light=scene_light("interior")),
     ],
-    ids=["head", "front", "limits", "lamps", "lens", "place"],
+    ids=["head", "front", "paper mode", "lamps", "lens", "place"],
 )
 def test_styles_screen_is_stale_until_the_new_answer(table: Table, change: object) -> None:
     before = table.presenter.resolve()

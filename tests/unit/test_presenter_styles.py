@@ -19,6 +19,7 @@ from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portraits import exposure_in_mean_light
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.shortfall import AreaShortfall, Aspect
+from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
 from app.core.styles.styles import NAMES, RARE, load_styles
 from app.core.text.turns import whole
@@ -458,7 +459,7 @@ class TestDetail:
         assert table.presenter.resolve().detail.glare.startswith("Sun in ")
 
     def test_quality_is_shown_when_quality_decides(self, table: Table) -> None:
-        settings = table.model.settings.with_("objective", "paper")
+        settings = table.model.settings.with_("paper_mode", True)
         table.model.update(settings=settings)
         table.open(scene_light()).presenter.choose("left-loop")
         detail = table.presenter.resolve().detail
@@ -468,7 +469,7 @@ class TestDetail:
     def test_plots_say_what_cards_say(self, table: Table) -> None:
         """One source for match, C and the limit, whichever rule counts."""
         for objective in ("picture", "paper"):
-            settings = table.model.settings.with_("objective", objective)
+            settings = table.model.settings.with_("paper_mode", objective == "paper")
             table.model.update(settings=settings)
             table.open(scene_light())
             for name in [one.name for one in table.model.results]:
@@ -479,13 +480,13 @@ class TestDetail:
                 assert card.match == shown
 
     def test_the_papers_own_rule_greys_by_c(self, table: Table) -> None:
-        settings = table.model.settings.with_("objective", "paper").with_("quality_limit", 100.0)
+        settings = table.model.settings.with_("paper_mode", True)
         table.model.update(settings=settings)
         state = table.open(scene_light()).presenter.resolve()
         light = scene_light().searched @ np.array([0.2126, 0.7152, 0.0722])
         largest = {one.name: one.quality_curve.max() / light.mean() for one in table.model.results}
         reach = {card.key: card.in_reach for card in state.cards}
-        assert reach == {name: value >= 100.0 for name, value in largest.items()}
+        assert reach == {name: value >= LIMITS.quality for name, value in largest.items()}
         ours = {one.name: one.attainable for one in table.model.results}
         apart = sum(reach[name] != ours[name] for name in ours)
         assert 0 < apart < len(NAMES)
@@ -497,7 +498,7 @@ class TestDetail:
             assert (card.turn != "") == card.in_reach
 
     def test_median_and_least_c_are_marked_and_shown(self, table: Table) -> None:
-        table.model.update(settings=table.model.settings.with_("objective", "paper"))
+        table.model.update(settings=table.model.settings.with_("paper_mode", True))
         table.open(scene_light()).presenter.choose("left-loop")
         detail, result = table.presenter.resolve().detail, table.model.result
         assert result is not None
@@ -511,7 +512,7 @@ class TestDetail:
             linear = picture_at(head().transport, scene_light(), mark.turn_deg)
             here = Facing(scene_light(), mark.turn_deg)
             np.testing.assert_array_equal(mark.picture, head().portrait(linear, (208, 200), here))
-        table.model.update(settings=table.model.settings.with_("objective", "picture"))
+        table.model.update(settings=table.model.settings.with_("paper_mode", False))
         assert table.presenter.resolve().detail.marks == ()
 
     def test_pictures_of_equal_size(self, table: Table) -> None:

@@ -179,6 +179,17 @@ def test_no_damage_makes_it_fail(file: Path, patch: bytes, where: int, cut: int)
         path.unlink()
 
 
+def test_paper_mode_of_earlier_versions_is_read(file: Path) -> None:
+    file.write_text('{"objective": "paper", "quality_limit": 60.0}', encoding="utf-8")
+    settings, notes = read_settings(file)
+    assert (settings.paper_mode, notes) == (True, ())
+    write_settings(file, settings, settings)
+    kept = json.loads(file.read_text(encoding="utf-8"))
+    assert kept == {"format_version": 1, "paper_mode": True, "quality_limit": 60.0}
+    file.write_text('{"objective": "picture"}', encoding="utf-8")
+    assert read_settings(file) == (Settings(), ())
+
+
 def test_what_a_newer_version_wrote_is_written_back(file: Path) -> None:
     facts: dict[str, Any] = {"format_version": 1, "theme": "light", "lens": {"k": [1.5, None]}}
     file.write_text(json.dumps(facts), "utf-8")

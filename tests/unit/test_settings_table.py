@@ -79,8 +79,8 @@ def test_keys_are_unique() -> None:
 
 
 def test_what_was_agreed() -> None:
-    # The paper's epsilon, the strength beside it, and the usual portrait distance.
-    assert (Settings().match_limit, Settings().strength_limit) == (45.0, 20.0)
+    assert Settings().objective == "picture"
+    assert Settings(paper_mode=True).objective == "paper"
     assert Settings().camera_distance_m == 1.8
     assert Settings().camera_looks == "ask"
     assert Settings().head in pack_names()

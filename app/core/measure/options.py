@@ -9,7 +9,6 @@ from typing import Final, Literal, TypeVar
 
 from app.core.measure.finish.masks import MaskSpec
 from app.core.measure.finish.sun import SkyWord
-from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.styles.style_pack import StylePack, load_named_pack
 
 HEAD: Final = "generic"
@@ -51,7 +50,6 @@ class MeasureOptions:
     gains: Mapping[str, float] = field(default_factory=dict)
     lux: Mapping[str, float] = field(default_factory=dict)
     masks: tuple[MaskSpec, ...] = ()
-    limits: Limits = LIMITS
     alone: bool = False
     sort_out: bool = False
     pack: StylePack | None = field(default=None, repr=False, compare=False)

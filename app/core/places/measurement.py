@@ -24,7 +24,6 @@ from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Plac
 from app.core.places.store import read_place
 from app.core.second_light.scale import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.turn_choice import Limits
 from app.core.styles.style_pack import load_named_pack
 from app.core.text.quantities import place_name
 
@@ -163,7 +162,7 @@ def _kind(cd_m2: float | None) -> Kind:
 
 
 def measure_intake(
-    intake: Intake, limits: Limits, token: Token, report: Report
+    intake: Intake, token: Token, report: Report
 ) -> tuple[PlaceLight, Location, CaptureFacts]:
     """Read or measure the light of a panorama, a film that was read, or photographs.
 
@@ -178,16 +177,16 @@ def measure_intake(
         light = _in_stored_precision(environment)
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
-        return light, Location(), _doubted(facts, light.environment, limits)
+        return light, Location(), _doubted(facts, light.environment)
     if intake.read is not None:
         light = _in_stored_precision(from_radiance(intake.read.radiance.copy(), intake.name))
         return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
     # A folder that was dropped comes as its files.
-    options = MeasureOptions(limits=limits, alone=True, sort_out=True, own=intake.own)
+    options = MeasureOptions(alone=True, sort_out=True, own=intake.own)
     measured = measure(intake.way, intake.frames, options, token, report)
     facts = capture_facts(measured, "", _plan_of(measured))
     light = merged_light(measured, intake.name)
-    return light, location_of(measured), _doubted(facts, light.environment, limits)
+    return light, location_of(measured), _doubted(facts, light.environment)
 
 
 def _plan_of(measured: Measurement) -> str:
@@ -197,9 +196,9 @@ def _plan_of(measured: Measurement) -> str:
     return "files" if measured.way in ("bracket", "fisheye") else measured.way
 
 
-def _doubted(facts: CaptureFacts, environment: Environment, limits: Limits) -> CaptureFacts:
+def _doubted(facts: CaptureFacts, environment: Environment) -> CaptureFacts:
     """Add what was not seen, and the styles that depend on missing light."""
-    doubt = doubt_of(environment, load_named_pack(HEAD), limits=limits)
+    doubt = doubt_of(environment, load_named_pack(HEAD))
     if doubt is None:
         return facts
     return replace(

@@ -41,7 +41,7 @@ class OpenOptions:
     Attributes:
         places: Folder in which a new place gets its own.
         now: When it is made.
-        settings: Head, lamps and limits of new places, and what photographs and films are.
+        settings: Head and lamps of new places, and what photographs and films are.
         film_frames: Reads films; it belongs to the devices.
         name: Of a new place; "" for that of its files.
         way: What photographs are taken for, as the setting `measure_with`; "" as it is set.
@@ -92,7 +92,7 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
     settings = options.settings
     if intake.film is not None and intake.read is None:
         intake = replace(intake, read=_read(intake.film, options, token, report))
-    light, location, facts = measure_intake(intake, settings.limits, token, report)
+    light, location, facts = measure_intake(intake, token, report)
     if intake.film is not None and not settings.mirrored:
         front = read_movie_header(intake.film).front_camera
         facts = replace(facts, warnings=(*facts.warnings, *[_FRONT_CAMERA] * front))

@@ -90,7 +90,7 @@ def finish_files(
         Cancelled: When the token was cancelled.
     """
     intake = Intake(left.name, frames=left.files)
-    light, location, facts = measure_intake(intake, settings.limits, token, report)
+    light, location, facts = measure_intake(intake, token, report)
     place = replace(read_place(left.folder), location=location, capture=facts)
     place = replace(place, studios=settings.studios)
     return save_place(OpenPlace(left.folder, place, light))

@@ -12,7 +12,7 @@ from app.core.portrait.head import Head
 from app.core.solver.lens_search import STRAIGHT, LensWish, ViewTables, solve_lens
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
-from app.core.solver.turn_choice import LIMITS, Limits, Objective
+from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import StylePack
 
@@ -33,17 +33,15 @@ def solve_place(
         own: The painted styles.
         lens: Where the lens may stand; azimuths of the panorama.
     """
-    objective: Objective = "paper" if settings.objective == "paper" else "picture"
     wish = lens.moved(front_deg) if head.views else STRAIGHT
     return solve_styles(
         head.pack,
         head.views,
-        light.searched_by(objective),
+        light.searched_by(settings.objective),
         wish,
-        objective,
+        settings.objective,
         own=own,
         head=head,
-        limits=settings.limits,
         front_deg=front_deg,
     )
 
@@ -58,7 +56,6 @@ def solve_styles(
     names: Sequence[str] | None = None,
     own: Sequence[UserStyle] = (),
     head: Head | None = None,
-    limits: Limits = LIMITS,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
     """Answer built-in styles, in the order of the pack, then painted ones, in their own.
@@ -73,7 +70,7 @@ def solve_styles(
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size.
     """
-    where: dict[str, Any] = {"limits": limits, "front_deg": front_deg}
+    where: dict[str, Any] = {"front_deg": front_deg}
     built_in = solve_lens(pack, views, light, wish, objective, **where)
     answers = results_of_copies(own, built_in)
     strokes = [style for style in own if style.name not in answers]

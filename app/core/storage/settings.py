@@ -14,7 +14,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as
-from app.core.solver.turn_choice import LIMITS, Limits
+from app.core.solver.turn_choice import Objective
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import Facts, clean, keep_bad, keep_copy, read_json, write_json
 from app.core.styles.lamps import (
@@ -36,7 +36,7 @@ _REMEMBERED: Final = tr("Remembered")
 _SECTIONS: Final = {
     "theme": tr("Looks"),
     "head": tr("Sitter"),
-    "objective": tr("Answers"),
+    "paper_mode": tr("Answers"),
     "plan": tr("Capture"),
     "mode": tr("Turning"),
     "sounds": tr("Sound"),
@@ -256,32 +256,11 @@ class Settings:
     sitter_name: str = _line(
         tr("Sitter’s name"), "", tr("Printed on set sheets."), longest=80, empty_means=tr("none")
     )
-    objective: str = _line(
-        tr("Best turn by"),
-        "picture",
-        tr(
-            "By picture: the turn at which the face looks most like the style’s own "
-            "picture, among those that show what the style is named for. As in the paper: the "
-            "largest quality C, of grey light on grey skin."
-        ),
-        choices={"picture": tr("Picture"), "paper": tr("As in the paper")},
-    )
-    match_limit: float = _line(
-        tr("Least match"),
-        LIMITS.match,
-        tr(
-            "Below this a painted style counts as out of reach; 100 is the picture that was "
-            "painted itself."
-        ),
-        within=(0.0, 100.0),
-    )
-    strength_limit: float = _line(
-        tr("Least contrast, of the studio’s"),
-        LIMITS.strength,
-        tr("Below this the light is too soft for a painted style."),
-        within=(0.0, 100.0),
-        unit="%",
-        also=tr("strength threshold"),
+    paper_mode: bool = _line(
+        tr("Paper mode"),
+        False,
+        tr("Finds turns by the published rule: the largest quality C, of grey light on grey skin."),
+        also=tr("objective best turn quality"),
     )
     lamp_size: str = _line(
         tr("Lamp size"),
@@ -294,15 +273,6 @@ class Settings:
         "none",
         tr("Key and fill to fill alone in your studio, for new places."),
         choices=RATIO_CHOICES,
-    )
-    quality_limit: float = _line(
-        tr("Least C, as in the paper"),
-        LIMITS.quality,
-        tr(
-            "Where the best turn is found as in the paper: a style whose largest C is below this "
-            "is grey. C counts light with a mean of 1, on 100 × 100 pixels."
-        ),
-        within=(0.0, 500.0),
     )
     plan: str = _line(
         tr("Bracket"),
@@ -443,9 +413,9 @@ class Settings:
             object.__setattr__(self, entry.key, entry.checked(getattr(self, entry.key)))
 
     @property
-    def limits(self) -> Limits:
-        """What a style in reach has at least."""
-        return Limits(self.match_limit, self.strength_limit, self.quality_limit)
+    def objective(self) -> Objective:
+        """The rule by which turns are found."""
+        return "paper" if self.paper_mode else "picture"
 
     @property
     def studios(self) -> dict[str, Studio]:
@@ -532,7 +502,7 @@ def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
             tr("The settings could not be used: {why}. Using default settings.", why=found.why)
         )
     values: dict[str, Any] = {}
-    facts = dict(found.facts)
+    facts = _renamed(found.facts)
     newer = facts.pop(_VERSION_KEY, VERSION) != VERSION
     for entry in TABLE:
         if entry.key in facts:
@@ -585,18 +555,28 @@ def _merged(path: Path, ours: Settings, saved: Settings) -> tuple[Settings, bool
         return ours, False
     clash = False
     changes: dict[str, Any] = {}
+    facts = _renamed(file.facts)
     for entry in TABLE:
         mine, before = ours.value(entry.key), saved.value(entry.key)
         theirs = entry.default
         with contextlib.suppress(SettingsError):
-            theirs = entry.checked(file.facts.get(entry.key, entry.default))
+            theirs = entry.checked(facts.get(entry.key, entry.default))
         if mine == before:
             changes[entry.key] = theirs
         elif theirs not in (before, mine) and entry.key != "last_place":
             clash = True
     known = {_VERSION_KEY, *(entry.key for entry in TABLE)}
-    unknown = {name: value for name, value in file.facts.items() if name not in known}
+    unknown = {name: value for name, value in facts.items() if name not in known}
     return replace(ours, **changes, unknown={**unknown, **ours.unknown}), clash
+
+
+def _renamed(facts: Facts) -> Facts:
+    """Read the names of earlier versions."""
+    current = dict(facts)
+    objective = current.pop("objective", None)
+    if objective == "paper":
+        current.setdefault("paper_mode", True)
+    return current
 
 
 def _facts_of(settings: Settings) -> Facts:

@@ -29,7 +29,6 @@ from app.core.places.place import Place
 from app.core.places.resume import drop_empty_place
 from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.core.text.quantities import place_name
@@ -65,7 +64,6 @@ class CaptureOrder:
     plan: Literal["paper", "full"] = "paper"
     delay_s: int = 0
     pack: StylePack | None = field(default=None, repr=False)
-    limits: Limits = LIMITS
     name: str = ""
     spot: str = ""
     first: Bytes | None = field(default=None, repr=False)
@@ -177,7 +175,6 @@ def capture(
             clock,
             plan=order.plan,
             pack=pack,
-            wishes=MeasureOptions(limits=order.limits),
             delay_s=order.delay_s,
             on_status=on_status,
             token=token,
@@ -201,7 +198,7 @@ def merge_kept(
     paths = tuple(session.path_of(frame) for frame in journal.frames if frame.done)
     if journal.plan is None or len(paths) < 2:
         raise CoreError(tr("There are not enough frames here to merge."), tr("Capture again."))
-    options = MeasureOptions(limits=order.limits, pack=pack)
+    options = MeasureOptions(pack=pack)
     probe = measure("bracket", paths, options, token, report)
     target = session.folder / ENVIRONMENT
     merged = probe.merged

@@ -13,7 +13,7 @@ from app.core.base.arrays import Bytes
 from app.core.places.place import Place
 from app.core.portrait.head import Head, title_of
 from app.core.solver.lens_search import STRAIGHT, LensWish
-from app.core.solver.turn_choice import Limits
+from app.core.solver.turn_choice import Objective
 from app.core.storage.library import Damaged
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import Studio
@@ -115,8 +115,7 @@ class Selection:
     studios: Mapping[str, Studio]
     front_deg: float
     styles: tuple[UserStyle, ...]
-    objective: str
-    limits: Limits
+    objective: Objective
     lens: LensWish
 
     def matches_apart_from_front(self, other: Selection) -> bool:
@@ -253,7 +252,6 @@ class Model:
             front_deg=self.front_deg,
             styles=self.user_styles,
             objective=settings.objective,
-            limits=settings.limits,
             lens=self.lens,
         )
 

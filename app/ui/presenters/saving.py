@@ -430,9 +430,7 @@ class Saving:
         if answered is not None:
             asked = Asked(
                 answered.head.name if answered.head is not None else model.head.name,
-                "paper" if answered.objective == "paper" else "picture",
-                answered.limits.match,
-                answered.limits.strength,
+                answered.objective,
             )
         return replace(
             model.place,

@@ -28,7 +28,7 @@ from app.core.environment.environment import Environment, reduce_light, solid_an
 from app.core.measure.finish.audit import choices, given_up
 from app.core.measure.finish.rough import DOUBT, brightened, dimmed, doubts, guesses
 from app.core.measure.read.frame import Merged
-from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, grade_at
+from app.core.solver.turn_choice import Choice, Objective, grade_at
 from app.core.styles.style_pack import StylePack
 
 _COLUMNS: Final = 2048
@@ -63,7 +63,6 @@ def doubt_of(
     environment: Environment,
     pack: StylePack,
     objective: Objective = "picture",
-    limits: Limits = LIMITS,
 ) -> Doubt | None:
     """Find the styles in doubt under an environment; None where all its light was measured."""
     if environment.clipped is None and environment.unseen is None and not environment.rough:
@@ -79,32 +78,28 @@ def doubt_of(
             reference_ev=0.0,
             clip_level=1.0,
         )
-        clipped = _by_clipping(light, environment.rough, pack, objective, limits)
+        clipped = _by_clipping(light, environment.rough, pack, objective)
     if environment.unseen is not None:
         gap = bounded(environment.unseen.astype(np.float32), _COLUMNS)
-        unseen = _by_gaps(radiance, gap, pack, objective, limits)
+        unseen = _by_gaps(radiance, gap, pack, objective)
     return Doubt(*(tuple(np.array(names)[marks].tolist()) for marks in (clipped, unseen)))
 
 
-def _by_clipping(
-    light: Merged, rough: bool, pack: StylePack, objective: Objective, limits: Limits
-) -> Bools:
+def _by_clipping(light: Merged, rough: bool, pack: StylePack, objective: Objective) -> Bools:
     """Styles that depend on what is clipped; of `rough` light it is brightened already."""
     shape = pack.header.environment
     if rough:
         lights = guesses(dimmed(light), light)
-        found = choices(pack, [reduce_light(one, shape) for one in lights], objective, limits)
+        found = choices(pack, [reduce_light(one, shape) for one in lights], objective)
         return np.asarray(doubts(found) > DOUBT)
     likely, looks, *others = guesses(light, brightened(light))
     fewer = guesses(light, brightened(light, _FEW_STOPS))[0]
     alone = [looks + likely - one for one in others[_WHOLE:]]
     lights = [looks, fewer, likely, *others[:_WHOLE], *alone]
-    return _changed(choices(pack, [reduce_light(one, shape) for one in lights], objective, limits))
+    return _changed(choices(pack, [reduce_light(one, shape) for one in lights], objective))
 
 
-def _by_gaps(
-    radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective, limits: Limits
-) -> Bools:
+def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective) -> Bools:
     """Styles that depend on what was not seen, (H, 2 H), 0 to 1."""
     shape = pack.header.environment
     whole = reduce_light(radiance, shape)
@@ -112,7 +107,7 @@ def _by_gaps(
     cover = reduce_light(np.repeat(unseen[..., None], 3, axis=2), shape)
     lights = [whole, *(whole + (factor - 1.0) * gap for factor in _FACTORS)]
     lights += [whole + lamp[..., None] for lamp in hidden_lamps(cover[..., 0], whole)]
-    return _changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective, limits))
+    return _changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective))
 
 
 def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:

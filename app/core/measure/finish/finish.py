@@ -116,7 +116,7 @@ def finish(
     last = grid if found.merged is merged else light_grid(found.merged)
     remaining = still_clipped(lights, last)
     if alone:
-        verdict = rough_audit(looks, found.merged, remaining, last, pack, options.limits)
+        verdict = rough_audit(looks, found.merged, remaining, last, pack)
         return replace(found, audit=verdict)
     verdict = audit(
         found.merged,
@@ -125,7 +125,6 @@ def finish(
         restoration=restoration,
         room_stops=room_stops,
         grid=last,
-        limits=options.limits,
         blind=blind,
     )
     return replace(found, audit=verdict)

@@ -32,7 +32,7 @@ from app.core.measure.finish.audit import Audit, StyleChange, WhatIf, choices, g
 from app.core.measure.finish.findings import advise
 from app.core.measure.finish.lights import Light, LightGrid, components, light_grid
 from app.core.measure.read.frame import Merged
-from app.core.solver.turn_choice import Choice, Limits
+from app.core.solver.turn_choice import Choice
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.core.text.quantities import percent
@@ -108,16 +108,13 @@ def rough_audit(
     lights: Sequence[Light],
     grid: LightGrid,
     pack: StylePack,
-    limits: Limits,
 ) -> Audit:
     """Say which answers hang on what is clipped in one photograph.
 
     `looks` is the light before `brightened`, `likely` after; `grid` is of the latter.
     """
     shape = pack.header.environment
-    found = choices(
-        pack, [reduce_light(each, shape) for each in guesses(looks, likely)], limits=limits
-    )
+    found = choices(pack, [reduce_light(each, shape) for each in guesses(looks, likely)])
     doubt = doubts(found) if looks.clipped.any() else np.zeros(len(pack.styles))
     lost = given_up(found[1:], found[0].turns)
     reach, now, then = found.in_reach, found[0].offered, found[1].offered

@@ -22,7 +22,6 @@ from app.core.measure.finish.audit import DOUBT, choices, given_up
 from app.core.measure.finish.lights import components
 from app.core.measure.fisheye.dual_fisheye import find_circles
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.turn_choice import LIMITS, Limits
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.core.text.directions import place_words
@@ -89,13 +88,11 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     return PreviewLight(light, lamps, float(energy(luminance(likely) * clipped)) / total)
 
 
-def rough_answers(
-    seen: PreviewLight, pack: StylePack, limits: Limits = LIMITS
-) -> tuple[RoughAnswer, ...]:
+def rough_answers(seen: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
     """Name the best styles of a preview, at most three: by grade, then by match."""
-    reach = [one for one in solve_all(pack, seen.light, limits=limits) if one.attainable]
+    reach = [one for one in solve_all(pack, seen.light) if one.attainable]
     best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
-    found = choices(pack, [seen.light, seen.lamps], limits=limits)
+    found = choices(pack, [seen.light, seen.lamps])
     lost = given_up(found[1], found[0].turns)
     return tuple(RoughAnswer(one, bool(lost[pack.index(one.name)] > DOUBT)) for one in best)
 

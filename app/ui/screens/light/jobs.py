@@ -105,7 +105,6 @@ def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -
         styles=styles,
         allowed=allowed,
         powers=lamp_powers(hand.lamp, question.objective),
-        limits=question.limits,
         front_deg=question.front_deg,
         tables=hand.tables,
     )

@@ -29,7 +29,7 @@ from app.core.solver.place_light import Facing, PlaceLight, picture_at, turned
 from app.core.solver.signature import Grade
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.transport import render, to_image
-from app.core.solver.turn_choice import LIMITS, Limits, Objective
+from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.styles.lamps import far_lamp
 from app.core.styles.styles import StyleLamp
 from app.core.text import tr
@@ -80,14 +80,13 @@ class Question:
     floor: bool = True
     distance_m: float = 0.3
     objective: Objective = "picture"
-    limits: Limits = LIMITS
     lens: LensWish = STRAIGHT
 
     @property
     def key(self) -> tuple[object, ...]:
         """Equal keys have equal answers."""
         values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
-        return (self.light, *values, self.objective, self.limits, self.lens)
+        return (self.light, *values, self.objective, self.lens)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +175,7 @@ def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleR
         direction=direction(facing),
         match_curve=curve,
         match=match,
-        attainable=match >= question.limits.match,
+        attainable=match >= LIMITS.match,
         arc_deg=_arc(curve, facing, _HARDLY_LESS * match),
         peaks=(),
     )
@@ -277,7 +276,7 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
     head, row = hand.head, hand.head.pack.index(name)
     picture = sum(parts) * np.float32(question.gain)
     seen = measure_picture(head.pack, head.transport, luminance(picture))
-    verdict = judge(head.pack, row, seen, question.limits)
+    verdict = judge(head.pack, row, seen, LIMITS)
     shown = _shown(hand, held, Facing(question.light, facing), parts, size)
     if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
         without, target = known.without, known.target

@@ -20,7 +20,7 @@ from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
 from app.core.solver.place_light import main_light
 from app.core.solver.shortfall import Cause, LensShortfall, LightShortfall
-from app.core.solver.turn_choice import Limits
+from app.core.solver.turn_choice import LIMITS
 from app.core.styles.styles import Style
 from app.core.text import tr
 from app.core.text.directions import lens_words, light_words, lit_aside_words, placement_words
@@ -257,7 +257,7 @@ class Resolver:
     def sky(self, shown: Shown) -> SkyState:
         """Make the map of the style in front."""
         question = shown.answers.question
-        limit = question.limits.match if question.objective == "picture" else None
+        limit = LIMITS.match if question.objective == "picture" else None
         one = shown.one
         return self._kept.once(
             "sky", one.name, shown.answers, lambda: sky_of(one.map, limit, shown.answers.allowed)
@@ -319,14 +319,14 @@ def _sections(
 
 
 def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
-    limits, kind = answers.question.limits, _kind(answers)
+    kind = _kind(answers)
     before, after = whole_of(one.before.match), whole_of(one.match)
     side = side_line(style)
     why = "" if one.attainable else reason_line(one.shortfall)
     if isinstance(one.shortfall, LightShortfall) and one.shortfall.cause is Cause.WEAK_LAMP:
         # Said once for all; but a match that is enough must not stand here without a word.
-        soft = too_soft_words(one.strength, limits.strength)
-        why = soft if one.grade is None and one.match >= limits.match else ""
+        soft = too_soft_words(one.strength, LIMITS.strength)
+        why = soft if one.grade is None and one.match >= LIMITS.match else ""
     dims = kind and len(powers_for(answers)) > 1
     power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
     told = {
@@ -343,7 +343,7 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
         line=why or side,
         before=before,
         after=after,
-        limit=limits.match,
+        limit=LIMITS.match,
         power=power,
         spoken=tr(
             "{title}, {side}, match {before} without the lamp, {after} with it at {power}, {how}",
@@ -402,7 +402,7 @@ def _lens(shown: Shown) -> str:
 def detail_of(shown: Shown) -> DetailState:
     """Show the style in front with the lamp where it is held."""
     one, view, held, kind = shown.one, shown.view, shown.held, _kind(shown.answers)
-    pack, limits = shown.answers.hand.head.pack, shown.answers.question.limits
+    pack = shown.answers.hand.head.pack
     style = pack.styles[pack.index(one.name)]
     powers = powers_for(shown.answers)
     stops = stops_words(held.power, kind) if shown.dims else ""
@@ -430,7 +430,7 @@ def detail_of(shown: Shown) -> DetailState:
     # At the best place, the numbers of the list.
     source: Placed | View = one if shown.at_best else view
     match, strength = source.match, source.strength
-    verdict, words = verdict_at(match, strength, limits)
+    verdict, words = verdict_at(match, strength)
     if source.grade is not None:
         verdict, words = ("in" if source.attainable else "out"), _GRADED[source.grade]
     return replace(
@@ -453,17 +453,17 @@ _GRADED: Final = {
 }
 
 
-def verdict_at(match: float, strength: float, limits: Limits) -> tuple[Verdict, str]:
+def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
     """Say whether a style is in reach at a match and a strength."""
-    if match < limits.match:
-        return "out", tr("out of reach, under {limit:.0f}", limit=limits.match)
-    if strength < limits.strength:
+    if match < LIMITS.match:
+        return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
+    if strength < LIMITS.strength:
         return "out", tr(
             "too soft: strength {strength}, needs {least:.0f}",
             strength=whole_of(strength),
-            least=limits.strength,
+            least=LIMITS.strength,
         )
-    return "in", tr("in reach, over {limit:.0f}", limit=limits.match)
+    return "in", tr("in reach, over {limit:.0f}", limit=LIMITS.match)
 
 
 def note_of(

@@ -11,7 +11,6 @@ from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.scale import Comparison, compare
 from app.core.second_light.search import Placed
-from app.core.solver.turn_choice import Objective
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import LampPlan, Step
@@ -364,7 +363,6 @@ class LightPresenter(Presenter[LightView]):
         if model.light is None or gain is None:
             return None
         settings = model.settings
-        objective: Objective = "paper" if settings.objective == "paper" else "picture"
         return Question(
             light=model.light,
             gain=gain,
@@ -372,8 +370,7 @@ class LightPresenter(Presenter[LightView]):
             arm=self._arm,
             floor=self._floor,
             distance_m=self._distance_m(),
-            objective=objective,
-            limits=settings.limits,
+            objective=settings.objective,
             lens=model.lens,
         )
 

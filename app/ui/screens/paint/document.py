@@ -37,6 +37,7 @@ from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
+from app.core.solver.turn_choice import LIMITS
 from app.core.storage.data_lock import writing
 from app.core.storage.settings import Settings
 from app.core.styles.styles import Style
@@ -317,7 +318,7 @@ class PaintDocument:
     def renew(
         self, head: Head, table: LightTable | None, settings: Settings, front_deg: float
     ) -> None:
-        """Continue with the same canvas on another head, in other light, or with other limits."""
+        """Continue with the same canvas on another head, or in other light."""
         if head is not self.head:
             self.head, self.look, self.turned = head, head_look(head.transport), None
         self.session = self._session(self.session.canvas, table, settings, front_deg)
@@ -329,8 +330,7 @@ class PaintDocument:
             self.head.transport,
             canvas,
             table,
-            objective="paper" if settings.objective == "paper" else "picture",
-            limits=settings.limits,
+            objective=settings.objective,
             front_deg=front_deg,
         )
 
@@ -532,7 +532,7 @@ def _limit(easel: PaintDocument, model: Model) -> float:
     """Match that the style in reach has at least; as on its card."""
     pack, name = easel.head.pack, easel.built_in
     own = pack.styles[pack.index(name)].signature if name else None
-    return own.match[1] if own is not None and own.relations else model.settings.match_limit
+    return own.match[1] if own is not None and own.relations else LIMITS.match
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:

@@ -102,7 +102,6 @@ class LivePreview:
             return
         self._heard_at, self._answering, self._why = now, True, ""
         head, pictures = self._services.model.head, self._pictures
-        limits = self._services.model.settings.limits
 
         def work(token: Token, report: PhraseReport) -> Live:
             pack = load_named_pack("generic") if head is None else head.pack
@@ -110,7 +109,7 @@ class LivePreview:
             seen = None if picture is None else preview_light(picture, pack.header.environment)
             if seen is None:
                 return Live(picture, message=_HALF, trouble=True)
-            cards = tuple(map(_card, rough_answers(seen, pack, limits)))
+            cards = tuple(map(_card, rough_answers(seen, pack)))
             return Live(picture, cards, _ROUGH if cards else _NOTHING)
 
         self._services.runner.submit(

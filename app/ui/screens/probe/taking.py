@@ -238,7 +238,6 @@ class Taking:
             credentials=None if camera is None else self._cameras.credentials(camera),
             plan="full" if plan == "full" else "paper",
             pack=None if model.head is None else model.head.pack,
-            limits=model.settings.limits,
         )
 
     def _go_on(self, folder: Path, session: Path, plan: str, *, merge: bool = False) -> None:

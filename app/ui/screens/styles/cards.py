@@ -8,7 +8,7 @@ from typing import Final
 
 from app.core.painting.library import CANNOT_READ
 from app.core.solver.solve import StyleResult, proposal
-from app.core.solver.turn_choice import Limits
+from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
 from app.core.styles.lamps import studio_words
 from app.core.styles.styles import RARE, Style
@@ -219,7 +219,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
             line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
             card = replace(card, line=line, brief=brief)
         return replace(card, tip=f"{tip}.")
-    line, brief = _out_of_reach(result, snapshot.question.limits)
+    line, brief = _out_of_reach(result)
     why = reason_sentence(result.shortfall)
     tip = f"{style.full_title}. {why}. {verdict_of(result, snapshot)}"
     return replace(card, line=line, brief=brief, tip=tip, in_reach=False)
@@ -267,7 +267,7 @@ def _paper_card(
     card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
 ) -> CardState:
     """Card by the paper's rule: C, grey below its limit, and our grade where that differs."""
-    quality, least = snapshot.quality(result), snapshot.question.limits.quality
+    quality, least = snapshot.quality(result), LIMITS.quality
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
     words = quality_words(quality)
@@ -308,7 +308,7 @@ def numbers_words(match: float, quality: float | None) -> str:
 def least_match(snapshot: Snapshot, style: Style) -> float:
     """Match that a style in reach has at least."""
     own = style.signature
-    return own.match[1] if own.relations else snapshot.question.limits.match
+    return own.match[1] if own.relations else LIMITS.match
 
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
@@ -363,11 +363,11 @@ def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
     return tr("May be taken for {style}", style=title)
 
 
-def _out_of_reach(result: StyleResult, limits: Limits) -> tuple[str, str]:
+def _out_of_reach(result: StyleResult) -> tuple[str, str]:
     """Write why not for a card, and for a narrow card."""
-    soft = result.match >= limits.match and result.strength < limits.strength
+    soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
     if result.grade is None and soft:
-        numbers = result.strength, limits.strength
+        numbers = result.strength, LIMITS.strength
         return too_soft_words(*numbers), too_soft_card(*numbers)
     words = reason_card(result.shortfall)
     return words, words
@@ -379,20 +379,20 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     Returns:
         "Best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
-    limits, turn = snapshot.question.limits, result.turn_refined_deg
+    turn = result.turn_refined_deg
     told = {"turn": turn_words(turn)}
     if result.grade is not None:
         told["best"] = str(whole_of(result.match))
         if whole(turn) == 0:
             return tr("Best match here is {best} without a turn.", **told)
         return tr("Best match here is {best} at {turn}.", **told)
-    if result.match >= limits.match:
-        told |= {"best": contrast_words(result.strength), "limit": f"{limits.strength:.0f} %"}
+    if result.match >= LIMITS.match:
+        told |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f} %"}
         if whole(turn) == 0:
             return tr("Best contrast here is {best} without a turn. The limit is {limit}.", **told)
         return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **told)
     match = whole_of(result.match)
-    told |= {"best": str(match), "limit": f"{limits.match:.0f}"}
+    told |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
     if match < _NOTHING_LIKE:
         return tr(
             "No turn here comes close: the best match is {best}, and {limit} is needed.", **told

@@ -26,7 +26,7 @@ from app.core.portrait.portraits import exposure_in_mean_light, value_at
 from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.solve import StyleResult
-from app.core.solver.turn_choice import caution
+from app.core.solver.turn_choice import LIMITS, caution
 from app.core.text import tr
 from app.core.text.directions import face_direction_words, light_words, lit_aside_words
 from app.core.text.quantities import contrast_words, exposed_words, lower_first, upper_first
@@ -368,7 +368,7 @@ def _with_words(
         return replace(state, reason=" ".join(f"{words}." for words in beside))
     verdict = verdict_of(result, snapshot)
     if quality is not None:
-        limit = f"{snapshot.question.limits.quality:.0f}"
+        limit = f"{LIMITS.quality:.0f}"
         told = {"best": quality_words(snapshot.quality(result)), "limit": limit}
         verdict = tr("Largest C here is {best}. The limit is {limit}.", **told)
     # What is out of reach by the paper's rule alone lacks nothing of the style.
@@ -387,7 +387,7 @@ def _with_quality(
     state: DetailState, snapshot: Snapshot, result: StyleResult, quality: float
 ) -> DetailState:
     """Show C in place of match: from 0, or from the least where that is below, to the largest."""
-    curve, limit = result.quality_curve * snapshot.quality_scale, snapshot.question.limits.quality
+    curve, limit = result.quality_curve * snapshot.quality_scale, LIMITS.quality
     low = min(float(curve.min()), 0.0)
     size = max(float(curve.max()), limit, low + 1e-30) - low
     match = state.match

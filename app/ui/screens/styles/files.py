@@ -18,6 +18,7 @@ from app.core.painting.user_style import UserStyle
 from app.core.places.place import Place
 from app.core.portrait.age import Kind, light_age
 from app.core.solver.place_light import Facing, picture_at
+from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
 from app.core.text.directions import place_words
 from app.core.text.quantities import time_words
@@ -100,7 +101,7 @@ def save_sheet(
         front_deg=question.front_deg,
         turn_deg=None if state.at_best else state.needle,
         sun=question.sun,
-        limit=question.limits.match,
+        limit=LIMITS.match,
         made=time_words(measured, now) if measured is not None else "",
         age=_age_words(place, now),
         head=head.title,

@@ -20,7 +20,7 @@ from app.core.portrait.head import Head
 from app.core.portrait.portraits import greyed
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.solve import StyleResult, proposal, quality_scale
-from app.core.solver.turn_choice import Limits
+from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
 from app.core.styles.styles import Style
 from app.ui.presenters.lamps_here import lamps_here
@@ -86,7 +86,6 @@ class Question:
     own: tuple[UserStyle, ...] = ()
     damaged: tuple[Damaged, ...] = ()
     objective: str = "picture"
-    limits: Limits = field(default_factory=Limits)
     sun: tuple[float, float] | None = None
     size: Size = (127, 99)
     rough: bool = False
@@ -153,7 +152,7 @@ class Snapshot:
     def within(self, result: StyleResult) -> bool:
         """Whether a style is in reach, by the rule that counts."""
         if self.paper:
-            return self.quality(result) >= self.question.limits.quality
+            return self.quality(result) >= LIMITS.quality
         return result.attainable
 
     def exposure_of(self, name: str) -> tuple[float, ...]:
@@ -227,7 +226,6 @@ def question_of(model: Model, size: Size) -> Question | None:
         own=model.user_styles,
         damaged=model.damaged_styles,
         objective=settings.objective,
-        limits=settings.limits,
         sun=sun,
         size=size,
         rough=capture is not None and capture.plan == "rough",
