@@ -19,7 +19,6 @@ from app.commands.arguments import (
     check_ending,
     check_outputs,
     environment_facts,
-    finite,
     head_files,
     studio_facts,
 )
@@ -75,12 +74,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_questions(parser, run)
     add_lens(parser)
     argument(parser, "--sheet PNG", tr("also write a sheet with pictures"))
-    argument(
-        parser,
-        "--epsilon-c E",
-        tr("also report the paper's own rule: unattainable when the largest quality is below E"),
-        type=finite,
-    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -192,13 +185,10 @@ def _as_json(
         "background": args.background,
         **studio_facts(args),
         "styles": [
-            {**_style_json(result, args.epsilon_c), **_studio_json(pack, result.name)}
-            for result in results
+            {**_style_json(result), **_studio_json(pack, result.name)} for result in results
         ],
         "seconds": round(seconds, 4),
     }
-    if args.epsilon_c is not None:
-        values["epsilon_c"] = args.epsilon_c
     return values | ({"grey": True} if args.grey else {})
 
 
@@ -214,8 +204,8 @@ def _studio_json(pack: StylePack, name: str) -> dict[str, Any]:
     return asdict(pack.studio(name)) if any(one.name == name for one in pack.styles) else {}
 
 
-def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
-    values: dict[str, Any] = {
+def _style_json(result: StyleResult) -> dict[str, Any]:
+    return {
         **fields(result, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(result.turn_refined_deg, 6),
         "direction": result.direction,
@@ -240,11 +230,6 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
             for peak in result.peaks
         ],
     }
-    if epsilon_c is not None:
-        largest = float(result.quality_curve.max())
-        values["quality_max"] = short(largest)
-        values["attainable_paper"] = largest >= epsilon_c
-    return values
 
 
 def _table(
@@ -256,9 +241,7 @@ def _table(
 ) -> str:
     head = [tr("style"), tr("side"), tr("turn"), tr("direction"), tr("match"), tr("contrast")]
     head += [tr("grade"), tr("reason")]
-    if args.epsilon_c is not None:
-        head.insert(6, f"C >= {args.epsilon_c:g}")
-    rows = [_row(result, args.epsilon_c) for result in results]
+    rows = [_row(result) for result in results]
     for result, row in zip(results, rows, strict=True):
         if doubt is not None and result.name in doubt.styles:
             row[-2] = tr("{grade}, doubtful", grade=row[-2])
@@ -324,8 +307,8 @@ def _gain_lines(results: Sequence[StyleResult]) -> list[str]:
     return []
 
 
-def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
-    cells = [
+def _row(result: StyleResult) -> list[str]:
+    return [
         result.title,
         SHORT_SIDES.get(result.side, ""),
         size_words(result.turn_refined_deg),
@@ -335,10 +318,6 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         grade_words(result.grade, result.attainable),
         reason_sentence(result.shortfall),
     ]
-    if epsilon_c is not None:
-        reached = float(result.quality_curve.max()) >= epsilon_c
-        cells.insert(6, tr("yes") if reached else tr("no"))
-    return cells
 
 
 def _full(result: StyleResult) -> str:

@@ -110,16 +110,13 @@ def test_the_front_moves_turns_and_curves(
     assert moved["match_curve"] == plain["match_curve"][16:] + plain["match_curve"][:16]
 
 
-def test_the_paper_objective_and_its_own_rule(
+def test_the_paper_objective_takes_the_largest_quality(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:
-    words = (place, "--head", head, "--objective", "paper")
-    values = _solve(capsys, *words, "--epsilon-c", "0.5")
+    values = _solve(capsys, place, "--head", head, "--objective", "paper")
     assert values["objective"] == "paper"
-    assert values["epsilon_c"] == 0.5
     for style in values["styles"]:
         assert style["quality"] == max(style["quality_curve"])
-        assert style["attainable_paper"] == (style["quality_max"] >= 0.5)
 
 
 def test_grey_light_is_light_without_its_colours(
@@ -143,10 +140,10 @@ def test_grey_light_is_light_without_its_colours(
 def test_the_table_is_aligned_and_says_why(
     capsys: pytest.CaptureFixture[str], head: str, place: str
 ) -> None:
-    assert main(["solve", place, "--head", head, "--epsilon-c", "1"]) == 0
+    assert main(["solve", place, "--head", head]) == 0
     lines = capsys.readouterr().out.splitlines()
     (top,) = [line for line in lines if line.startswith("style")]
-    assert [word for word in top.split() if word != "C"][:6] == [
+    assert top.split()[:6] == [
         "style",
         "side",
         "turn",

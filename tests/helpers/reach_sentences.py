@@ -25,7 +25,6 @@ from app.core.solver.lens_search import LensWish, solve_lens, views_of
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.signature import UNSIGNED
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.solver.turn_choice import LIMITS
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.export import result_card
 from app.ui.presenters import spots
@@ -106,13 +105,13 @@ def _shown(
         base = DetailState(key=result.name)
         turn = result.turn_refined_deg
         shown = detail._with_words(base, snapshot, result, turn, at_best=True)
-        facts = command._style_json(result, None)
+        facts = command._style_json(result)
         yield (
             result.name,
             {
                 "reason": facts["reason"],
                 "shortfall": facts["shortfall"],
-                "table": command._row(result, None)[-1],
+                "table": command._row(result)[-1],
                 "card": card.line,
                 "narrow card": card.brief,
                 "tool tip": card.tip,
@@ -139,7 +138,7 @@ def _with_lamp(pack: StylePack, added: AddedLight) -> Iterable[tuple[str, dict[s
     placed = place_all(pack, transport, second_light.coloured_place(), added)
     styles = {style.name: style for style in pack.styles}
     answers: Any = SimpleNamespace(
-        question=SimpleNamespace(limits=LIMITS, objective="picture"),
+        question=SimpleNamespace(objective="picture"),
         hand=SimpleNamespace(lamp=None),
     )
     for one in placed:
