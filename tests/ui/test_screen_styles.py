@@ -701,7 +701,7 @@ class TestLamps:
     def test_clicks_choose_a_ratio_and_the_pictures_follow(self, shown: Shown) -> None:
         shown.table.presenter.choose("left-loop")
         button = shown.view.gallery.lamps
-        assert button.accessibleName() == "Lamps: as in the paper"
+        assert button.accessibleName() == "Lamps: standard"
         before = shown.card("left-loop").state.target
         sheet = self.opened(shown)
         detail = shown.view.detail
@@ -730,7 +730,8 @@ class TestLamps:
         sheet = shown.view.sheet
         assert isinstance(sheet, LampsSheet)
         names = [stop.accessibleName() for stop in sheet._stops()]
-        assert names == ["Lamp size: As in the paper", "As it comes", "This style only", "Close"]
+        size = "Lamp size: Standard studio lamps"
+        assert names == [size, "As it comes", "This style only", "Close"]
         for _ in range(2):
             shown.press(KEY.Key_Down)
         assert self.studio(shown, "left-loop") == Studio(30.0, None)

@@ -81,7 +81,7 @@ def test_a_choice_for_one_style_is_for_its_mirror_image_too_and_for_no_other(tab
     assert (state.words, state.only) == ("Lamps: 30°, 4:1", True)
     table.model.choose("left-loop")
     state = table.presenter.lamps()
-    assert (state.short, state.size, state.ratio) == ("Lamps: paper", "paper", "none")
+    assert (state.words, state.size, state.ratio) == ("Lamps: standard", "paper", "none")
     assert not state.only
     # For all others: the style keeps its own.
     table.presenter.choose_lamps("dish@1", "8:1")

@@ -150,7 +150,7 @@ _NAMED: Final = {
 }
 
 # What is offered, as `parse_softness` and `parse_ratio` read it, and the words for it.
-SIZE_CHOICES: Final = {"paper": tr("As in the paper")} | {
+SIZE_CHOICES: Final = {"paper": tr("Standard studio lamps")} | {
     key: f"{name} ({parse_softness(key):.0f}°)" for key, name in _NAMED.items()
 }
 RATIO_CHOICES: Final = {"none": tr("As it comes")} | {
@@ -170,11 +170,11 @@ def studio_words(studio: Studio) -> str:
 
     Examples:
         >>> studio_words(Studio(30.0, 4.0)), studio_words(AS_PUBLISHED)
-        ('30°, 4:1', 'as in the paper')
+        ('30°, 4:1', 'standard')
     """
     size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
     ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
-    return ", ".join(filter(None, (size, ratio))) or tr("as in the paper")
+    return ", ".join(filter(None, (size, ratio))) or tr("standard")
 
 
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:

@@ -323,9 +323,13 @@ class Gallery(QWidget):
         self._filter.choose(state.filter.value)
         self._sort.choose(state.sort.value)
         self.alike.setChecked(state.same_exposure)
-        for button, shown in ((self.lamps, state.lamps), (self.lens, state.lens)):
+        lamps, lens = state.lamps, state.lens
+        for button, words, shown in (
+            (self.lamps, lamps.words, lamps),
+            (self.lens, lens.short, lens),
+        ):
             if isinstance(button, Button):
-                button.set_text(shown.short)
+                button.set_text(words)
             describe(button, shown.words)
             button.set_available(shown.works, tr("Needs the light of a place."))
         keys = [card.key for card in state.cards]

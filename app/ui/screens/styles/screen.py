@@ -410,10 +410,8 @@ class StylesPresenter(Presenter[StylesView]):
         studio = studios.get(style, studios.get("", AS_PUBLISHED))
         size, ratio = choice_keys(studio)
         sizes = SIZE_CHOICES if size in SIZE_CHOICES else {**SIZE_CHOICES, size: f"{size}°"}
-        words = tr("Lamps: {lamps}", lamps=studio_words(studio))
         return LampsState(
-            short=tr("Lamps: paper") if studio == AS_PUBLISHED else words,
-            words=words,
+            words=tr("Lamps: {lamps}", lamps=studio_words(studio)),
             sizes=tuple(sizes.items()),
             size=size,
             ratio=ratio,

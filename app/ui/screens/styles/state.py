@@ -195,9 +195,7 @@ class DetailState:
 class LampsState:
     """The photographer's lamps."""
 
-    # "Lamps: 30°, 4:1"; they differ where no lamps were chosen
-    short: str = tr("Lamps: paper")
-    words: str = tr("Lamps: {lamps}", lamps=tr("as in the paper"))
+    words: str = tr("Lamps: {lamps}", lamps=tr("standard"))  # "Lamps: 30°, 4:1"
     # keys and words of what is offered, and keys of what is chosen for the style in front
     sizes: tuple[tuple[str, str], ...] = tuple(SIZE_CHOICES.items())
     size: str = "paper"
