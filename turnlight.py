@@ -22,11 +22,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from app.core.base.errors import Cancelled as Cancelled
     from app.core.base.errors import CoreError as CoreError
+    from app.core.base.progress import Token as Token
     from app.core.environment.environment import Environment as Environment
+    from app.core.measure.measurement import Measurement as Measurement
+    from app.core.measure.options import MeasureOptions as MeasureOptions
     from app.core.places.place import OpenPlace
     from app.core.portrait.render import HeadPicture as HeadPicture
     from app.core.solver.solve import StyleResult as StyleResult
@@ -36,15 +39,21 @@ __all__ = [
     "CoreError",
     "Environment",
     "HeadPicture",
+    "MeasureOptions",
+    "Measurement",
     "Place",
     "StyleResult",
+    "Token",
     "main",
+    "measure",
+    "merge",
     "read_environment",
     "render",
     "solve",
 ]
 
 Yaw: TypeAlias = float | Literal["auto", "short", "broad"]
+Way: TypeAlias = Literal["bracket", "single", "fisheye", "ball", "photos"]
 
 _PACKAGE = "app"
 _FOLDER = Path(__file__).resolve().parent / _PACKAGE
@@ -53,7 +62,10 @@ _CLASSES = {
     "CoreError": "app.core.base.errors",
     "Environment": "app.core.environment.environment",
     "HeadPicture": "app.core.portrait.render",
+    "MeasureOptions": "app.core.measure.options",
+    "Measurement": "app.core.measure.measurement",
     "StyleResult": "app.core.solver.solve",
+    "Token": "app.core.base.progress",
 }
 
 
@@ -75,6 +87,64 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
     from app.core.environment import environment
 
     return environment.read_environment(path, layer)
+
+
+def merge(
+    files: Sequence[Path | str], *, times: Sequence[float] | None = None, full: bool = False
+) -> Measurement:
+    """Merge a bracket of exposures into an HDR panorama.
+
+    Args:
+        files: JPEG, PNG or TIFF frames in any order, or one folder of them.
+        times: Exposure times in seconds in the order of the files, instead of EXIF.
+        full: Keep the size of the frames instead of 2048 x 1024.
+
+    Returns:
+        The light, with its lamps, its warnings, and the styles that depend on clipped light;
+        `environment(name)` can be solved.
+
+    Raises:
+        CoreError: If the frames cannot be read, or are no bracket.
+    """
+    _import_package()
+    from app.core.measure.options import MeasureOptions
+
+    seconds = None if times is None else tuple(times)
+    return measure(files, options=MeasureOptions(times=seconds, full=full))
+
+
+def measure(
+    files: Sequence[Path | str],
+    way: Way = "bracket",
+    *,
+    options: MeasureOptions | None = None,
+    token: Token | None = None,
+    report: Callable[[float, object], None] | None = None,
+) -> Measurement:
+    """Measure the light of a place from photos.
+
+    Args:
+        files: JPEG, PNG or TIFF photos, or one folder of them.
+        way: ``bracket``: exposures of one panorama; ``single``: one 360 photo, for a rough
+            answer; ``fisheye``: frames with two fisheye circles; ``ball``: a mirror ball;
+            ``photos``: photos taken all around.
+        options: Corrections of lamps, sun and masks, and the options of the way.
+        token: Its `cancel` stops the work from another thread.
+        report: Called with the share that is done, 0 to 1, and the step.
+
+    Returns:
+        The light, as for `merge`.
+
+    Raises:
+        CoreError: If the photos cannot be read, or are no use this way.
+        Cancelled: If the token was cancelled.
+    """
+    _import_package()
+    from app.core.base.progress import silent
+    from app.core.measure import ways
+
+    paths = [Path(file) for file in files]
+    return ways.measure(way, paths, options, token, report or silent)
 
 
 def solve(

@@ -44,7 +44,15 @@ def test_the_example_runs(
         exec(compile(block, "docs/python.md", "exec"), names)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("Butterfly")
-    assert len(lines) == 5
+    assert len(lines) == 7
+    # The merged bracket answers as the panorama of which its frames were made.
+    before, after = (
+        {one.name: one for one in turnlight.solve(names[light])}
+        for light in ("environment", "merged")
+    )
+    for name in ("butterfly", "left-loop"):
+        shift = after[name].turn_refined_deg - before[name].turn_refined_deg
+        assert abs(shift) < 2.0
     face = cv2.imread("face.png")
     assert face is not None
     assert face.shape == (320, 256, 3)
@@ -137,3 +145,21 @@ def test_every_public_name_has_a_docstring() -> None:
         assert getattr(turnlight, name).__doc__, name
     for name, member in vars(turnlight.Place).items():
         assert name.startswith("_") or member.__doc__ or member.__func__.__doc__, name
+
+
+def test_measure_stops_when_its_token_is_cancelled(tmp_path: Path) -> None:
+    light = turnlight.read_environment(SCENE).radiance[::2, ::2]
+    for number, gain in enumerate((0.1, 1.0)):
+        frame = (255 * np.clip(gain * light, 0, 1) ** (1 / 2.2)).astype(np.uint8)
+        cv2.imwrite(str(tmp_path / f"{number}.png"), frame[..., ::-1])
+    options = turnlight.MeasureOptions(times=(0.01, 0.1))
+    steps: list[float] = []
+    token = turnlight.Token()
+
+    def report(fraction: float, _step: object) -> None:
+        steps.append(fraction)
+        token.cancel()
+
+    with pytest.raises(turnlight.Cancelled):
+        turnlight.measure([tmp_path], options=options, token=token, report=report)
+    assert steps
