@@ -21,7 +21,7 @@ from app.core.base.paths import user_data
 from app.core.base.progress import Token
 from app.core.measure.bracket.arriving import ArrivingFrames
 from app.core.measure.read.metadata import ENDINGS
-from app.core.measure.single.preview import rough_words
+from app.core.measure.single.preview import answers_of
 from app.core.places.journal import JOURNAL
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
@@ -38,7 +38,9 @@ from app.devices.theta.client import Info, OscClient
 from app.devices.theta.discovery import FoundCamera, check_address, discover, look_at, remember
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.link import Credentials, Link
+from app.words.preview import rough_words
 from app.words.progress import progress_words
+from app.words.remarks import sentences
 
 _STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
 _MOST_DELAY_S: Final = 10
@@ -110,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
                 facts = {"session": str(session.folder), "warnings": [untaken] if untaken else []}
                 return answer(args, facts, untaken or tr("The camera has its own settings back."))
             result = capture.run()
-    say(*result.warnings, *result.probe.notes)
+    say(*sentences((*result.warnings, *result.probe.notes)))
     times = ", ".join(
         f"{name} {result.seconds.get(part, 0.0):.1f} s" for part, name in PARTS.items()
     )
@@ -137,7 +139,8 @@ class StatusTeller:
             say(tr("You may move now."))
         self._free = status.may_move
         if status.metered and self._pack is not None:
-            words, self._pack = rough_words(decode(status.metered), self._pack), None
+            words = rough_words(answers_of(decode(status.metered), self._pack))
+            self._pack = None
             say(*([words] if words else []))
         now = self._clock.now()
         what = (status.stage, status.message, status.shot)
@@ -304,7 +307,7 @@ def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -
         originals=[str(path) for path in result.frames],
         environment=str(result.environment),
         seconds={part: round(result.seconds.get(part, 0.0), 3) for part in PARTS},
-        warnings=list(result.warnings),
+        warnings=list(sentences(result.warnings)),
     )
     return facts
 
@@ -323,7 +326,7 @@ def _watch_folder(args: argparse.Namespace) -> int:
             probe = frames.measure(bracket.paths, token=token, report=ProgressPrinter())
     write_exr(target, probe.merged.radiance, probe.merged.cd_m2)
     seconds = time.perf_counter() - began
-    say(*probe.warnings, *probe.notes)
+    say(*sentences((*probe.warnings, *probe.notes)))
     facts = probe_facts(probe) | {
         "camera": {"model": probe.bracket.frames[0].camera},
         "originals": [str(path) for path in bracket.paths],

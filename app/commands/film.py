@@ -18,7 +18,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
 from app.core.localization.features import build_index
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
-from app.core.measure.film.in_place import GLANCES, beside, looks_mirrored, mirror_words
+from app.core.measure.film.in_place import GLANCES, beside, looks_mirrored
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
@@ -26,7 +26,9 @@ from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES
 from app.core.text.turns import turn_words
+from app.words.film import beside_words, mirror_words
 from app.words.reach import grade_words, reason_sentence
+from app.words.remarks import sentences
 
 _EVERY_S: Final = 5.0  # of the film
 
@@ -81,14 +83,14 @@ def run(args: argparse.Namespace) -> int:
 
     frames = frames_of(MOST_FRAMES)
     film = _live(frames, pack) if args.live else read_film(frames, report=ProgressPrinter())
-    say(*film.notes)
+    say(*sentences(film.notes))
     if args.output is not None:
         write_exr(args.output, film.radiance)
     results = film.results(pack)
     other = None
     if place is not None:
         other = beside(film, results, frames_of(GLANCES), place, pack, index)
-        say(other.words)
+        say(beside_words(other))
     facts = {
         "place": None if other is None else asdict(other),
         "styles": [_facts(film, result) for result in results],
@@ -96,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
         "seen": round(float(film.shown.mean()), 3),
         "still": film.still,
         "mirrored": mirrored if args.mirrored or fits is not None else None,
-        "notes": list(film.notes),
+        "notes": list(sentences(film.notes)),
         "seconds": round(time.perf_counter() - started, 3),
     }
     return answer(args, facts, "\n".join(_line(film, result) for result in results))

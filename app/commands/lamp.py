@@ -28,6 +28,7 @@ from app.core.second_light.library import (
 )
 from app.core.second_light.scale import compare, with_lux
 from app.core.text import tr
+from app.words.remarks import sentences
 
 _Box: TypeAlias = tuple[float, float, float, float]
 
@@ -115,15 +116,15 @@ def _add(args: argparse.Namespace) -> int:
     )
     lamp = _edited(found.lamp, boxes)
     lamp = lamp if lux is None else with_lux(lamp, lux)
-    warnings = list(found.warnings)
+    warnings, notes = list(sentences(found.warnings)), list(sentences(found.notes))
     verdict = compare(_ANY_WHITE, lamp)
     if not verdict.possible:
         warnings.append(str(verdict))
     if distance is None:
         warnings.append(tr("The lamp's distance is not known: --distance states it."))
-    say(*warnings, *found.notes)
+    say(*warnings, *notes)
     kept = add_lamp(lamps_folder(), lamp)
-    facts = {**_facts(kept), "warnings": warnings, "notes": list(found.notes)}
+    facts = {**_facts(kept), "warnings": warnings, "notes": notes}
     told = {"title": kept.title, "name": kept.name, "facts": _words(facts)}
     return answer(args, facts, tr("Kept “{title}” as {name}: {facts}.", **told))
 

@@ -74,6 +74,7 @@ from app.core.text.directions import aside_words, placement_words
 from app.core.text.quantities import metres
 from app.core.text.turns import whole
 from app.words.reach import reason_sentence
+from app.words.remarks import sentences
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 
@@ -160,7 +161,7 @@ def run(args: argparse.Namespace) -> int:
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment, args.layer)
     check_stitched(environment.radiance, environment.name)
-    say(*environment.warnings)
+    say(*sentences(environment.warnings))
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)
     compared = _compared(lamp, scale)
@@ -220,8 +221,8 @@ def _lamp_named(text: str) -> _Lamp:
     if text.strip().lower().partition("@")[0] in KINDS:
         return parse(text)
     if Path(text).suffix.lower() in (".exr", ".hdr"):
-        lamp, said = read_lamp_file(text)
-        say(*said)
+        lamp, remarks = read_lamp_file(text)
+        say(*sentences(remarks))
         return lamp
     if "@" in text:
         # Only a kind has a distance in its name; the sentence lists those there are.

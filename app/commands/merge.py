@@ -29,6 +29,8 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import ENDINGS
 from app.core.measure.ways import measure
 from app.core.text import tr
+from app.words.masks import clutter_name, clutter_reason
+from app.words.remarks import sentences
 
 _WRITERS: Final = (".exr", ".hdr")
 _MOST_STOPS: Final = 30
@@ -130,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
 
 def write(args: argparse.Namespace, probe: Measurement, started: float, **more: Any) -> int:
     """Write the light that was measured, and print how, with `more` facts for JSON."""
-    say(*probe.warnings, *probe.notes)
+    say(*sentences((*probe.warnings, *probe.notes)))
     known = bool(args.mask) or not probe.bracket.panorama
     suggested = () if known else suggest(probe.finished.measured)
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
@@ -156,7 +158,8 @@ def write(args: argparse.Namespace, probe: Measurement, started: float, **more: 
         "seconds": round(seconds, 3),
     }
     lines = [
-        tr("Suggested: {name}. {reason}", name=each.name, reason=each.reason) for each in suggested
+        tr("Suggested: {name}. {reason}", name=clutter_name(each), reason=clutter_reason(each))
+        for each in suggested
     ]
     last = wrote(probe, args.output, seconds)
     return answer(args, facts, probe_table(probe, *lines, "", last))

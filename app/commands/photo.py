@@ -29,6 +29,7 @@ from app.core.text import tr
 from app.core.text.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.core.text.quantities import stops_words
 from app.core.text.turns import turn_words
+from app.words.face_reading import UNREAD
 from app.words.reach import grade_words
 
 FRONT_CAMERA: Final = tr(
@@ -152,7 +153,7 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
         "in_the_light": {"inside": True, "outside": False}.get(check.standing),
         "grade": check.grade,
         "status": "unsure" if light.key is None else "read",
-        "reason": light.reason or None,
+        "reason": None if light.reason is None else UNREAD[light.reason],
     }
 
 
@@ -200,7 +201,7 @@ def _key(light: FaceLight) -> str:
     if light.key == "flat":
         return tr("flat light, from no direction")
     if light.reason:
-        return tr("not read: {reason}", reason=light.reason)
+        return tr("not read: {reason}", reason=UNREAD[light.reason])
     if light.azimuth_deg is None or light.elevation_deg is None:
         return tr("key from behind")
     where = face_direction_words(light.azimuth_deg, light.elevation_deg)

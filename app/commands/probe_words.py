@@ -11,8 +11,11 @@ from app.core.measure.finish.lights import Light
 from app.core.measure.finish.tripod_detection import Clutter
 from app.core.measure.measurement import Measurement
 from app.core.measure.read.frame import Exposure, Frame
+from app.core.places.saved_remarks import facts_of
 from app.core.text import tr
 from app.core.text.quantities import percent, shutter_words
+from app.words.masks import clutter_name, clutter_reason
+from app.words.remarks import sentences
 
 PARTS: Final = {
     "metering": tr("metering"),
@@ -32,6 +35,7 @@ def probe_facts(probe: Measurement) -> dict[str, Any]:
     """Say for JSON what a probe found, whatever it was asked for."""
     finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
     residual = response.residual_stops
+    advice = () if audit is None else audit.advice
     return {
         "size": [probe.merged.radiance.shape[1], probe.merged.radiance.shape[0]],
         "frames": [_frame(*row) for row in _frames(probe)],
@@ -42,7 +46,7 @@ def probe_facts(probe: Measurement) -> dict[str, Any]:
         "clipped_energy_range": None if audit is None else list(audit.clipped_energy_range),
         "lamps": [_lamp(light) for light in finished.lights],
         "rough": probe.rough,
-        "advice": [] if audit is None else list(audit.advice),
+        "advice": list(sentences(advice)),
         "in_doubt": [] if audit is None else list(audit.in_doubt),
         "style_changes": [] if audit is None else [_change(c) for c in audit.style_changes],
         "sun": _sun(probe),
@@ -57,8 +61,13 @@ def probe_facts(probe: Measurement) -> dict[str, Any]:
         "left_out": [
             {"file": str(each.path), "reason": each.reason.value} for each in probe.left_out
         ],
-        "warnings": list(probe.warnings),
-        "notes": list(probe.notes),
+        "warnings": list(sentences(probe.warnings)),
+        "notes": list(sentences(probe.notes)),
+        "remarks": {
+            "advice": facts_of(advice),
+            "warnings": facts_of(probe.warnings),
+            "notes": facts_of(probe.notes),
+        },
     }
 
 
@@ -106,13 +115,17 @@ def _lamp_rows(probe: Measurement) -> list[str]:
         lines += [_lamp_row(light) for light in lamps]
     audit = probe.finished.audit
     if audit is not None:
-        lines += ["", *audit.advice] if audit.advice else []
+        lines += ["", *sentences(audit.advice)] if audit.advice else []
     return lines
 
 
 def clutter_facts(each: Clutter) -> dict[str, Any]:
     """Say for JSON what a mask covers."""
-    return fields(each, "name", "solid_angle_sr", "confidence", "reason")
+    return {
+        "name": clutter_name(each),
+        **fields(each, "solid_angle_sr", "confidence"),
+        "reason": clutter_reason(each),
+    }
 
 
 def _frames(probe: Measurement) -> list[tuple[Frame, float, float]]:

@@ -27,6 +27,7 @@ from app.core.environment.environment import read_environment
 from app.core.portrait.catchlights import catchlight_words
 from app.core.portrait.render import check_height, render_head
 from app.core.text import tr
+from app.words.remarks import sentences
 
 _WRITERS: Final = (".png", ".exr")
 
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     check_height(args.size)
     check_outputs([output], [args.env, *head_files(args.head)])
     environment = read_environment(args.env, args.layer)
-    say(*environment.warnings)
+    say(*sentences(environment.warnings))
     picture = render_head(
         environment, args.turn, args.head, yaw_deg=args.yaw, height=args.size, plain=args.plain
     )

@@ -31,6 +31,7 @@ from app.devices.simulated.cameras import PERSONALITIES
 from app.devices.simulated.exposure_maker import Shot
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
+from app.words.remarks import sentences
 
 MEAN_CD_M2: Final = 400.0
 """Mean luminance over the sphere that a scene is given, in cd/m2."""
@@ -83,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 def read_scene(args: argparse.Namespace) -> Scene:
     """Read ``--scene`` and scale it. Raises `CoreError` when it cannot be read."""
     environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
-    say(*environment.warnings)
+    say(*sentences(environment.warnings))
     return Scene(environment.radiance, Shot(scale=scene_scale(environment, args.mean)))
 
 

@@ -58,9 +58,10 @@ from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
-from app.core.text.doubts import doubt_words
 from app.core.text.turns import direction_words, size_words, whole
+from app.words.doubts import doubt_words
 from app.words.reach import grade_words, reason_sentence
+from app.words.remarks import sentences
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
             tr("Save the set sheet of your own style in the window."),
         )
     environment = _light_of(args.environment, args.layer)
-    say(*environment.warnings)
+    say(*sentences(environment.warnings))
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
     names = [style.name for style in known]
@@ -139,7 +140,7 @@ def _light_of(name: str, layer: str) -> Environment:
         check_stitched(environment.radiance, file.name)
         return environment
     probe = measure("single", [file])
-    say(*probe.warnings, *probe.notes)
+    say(*sentences((*probe.warnings, *probe.notes)))
     return probe.environment(file.stem)
 
 

@@ -27,6 +27,7 @@ from app.core.text.quantities import percent, small_percent, stops_words, upper_
 from app.core.text.turns import signed
 from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
+from app.words.masks import clutter_name
 
 _MARGIN: Final = 24.0
 _SCALE_ROOM: Final = 28.0
@@ -191,7 +192,7 @@ def _notes(
         notes.append(("hatch", words))
     for each in masks:
         share = small_percent(each.solid_angle_sr / (4.0 * np.pi))
-        name = upper_first(each.name)
+        name = upper_first(clutter_name(each))
         words = tr("{name}: {share} of the sphere", name=name, share=share)
         if each.confidence < 1.0:
             sure = percent(each.confidence)

@@ -33,6 +33,7 @@ from app.core.localization.picture_file import read_shown_panorama
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.photos.measure import Photograph, PhotosFacts, measure
+from app.core.measure.photos.remarks import GapsFilled
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack, load_named_pack
 
@@ -229,7 +230,7 @@ def measured(file: Path, fov_deg: float, size: tuple[int, int], pack: StylePack)
         "blind": round(found.blind, 4),
         "turns_off_deg": turns,
         "in_doubt": 0 if audit is None else len(audit.in_doubt),
-        "gaps_told": any(f"{100.0 * found.blind:.0f} %" in line for line in found.warnings),
+        "gaps_told": any(isinstance(each, GapsFilled) for each in found.warnings),
         "seconds": round(seconds[0], 1),
         "processor_seconds": round(seconds[1], 1),
     }

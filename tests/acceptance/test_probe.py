@@ -30,6 +30,7 @@ from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
 from app.devices.simulated.optics import meter, saturation_cd_m2
+from app.words.remarks import sentences
 from benchmarks.light.brackets import enlarged, write_bracket
 from benchmarks.light.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
 from benchmarks.speed.plain_search import choose
@@ -102,7 +103,7 @@ def test_other_curves_are_recovered(curve: Curve, tmp_path: Path) -> None:
     """A curve that is not sRGB, found out by `auto`: median 3 %, 95th percentile 10 %."""
     probe = merged(shoot(tmp_path, light("interior"), curve=curve))
     assert probe.response.response.name != "sRGB"
-    assert any("curve" in warning for warning in probe.warnings)
+    assert any("curve" in warning for warning in sentences(probe.warnings))
     ratio = ratios(probe, light("interior"))
     found = np.abs(ratio / np.median(ratio) - 1.0)
     assert np.median(found) <= 0.03
@@ -183,7 +184,7 @@ def test_a_frame_that_is_cut_off_is_left_out_and_named(tmp_path: Path) -> None:
     files[1].write_bytes(files[1].read_bytes()[: files[1].stat().st_size // 2])
     probe = merged(files)
     assert len(probe.bracket.frames) == 2
-    assert any(files[1].name in warning for warning in probe.warnings)
+    assert any(files[1].name in warning for warning in sentences(probe.warnings))
     assert np.median(errors(probe, light("interior"))) < 0.02
 
 
@@ -201,7 +202,7 @@ def test_an_exposure_that_lies_is_found_out(wrong: int, tmp_path: Path) -> None:
     edits[wrong] = lambda tags: replace(tags, iso=tags.iso * 2)
     files = shoot(tmp_path, light("interior"), edits=edits)
     probe = merged(files)
-    assert any(files[wrong].name in warning for warning in probe.warnings)
+    assert any(files[wrong].name in warning for warning in sentences(probe.warnings))
     ratio = ratios(probe, light("interior"))
     found = np.abs(ratio / np.median(ratio) - 1.0)
     assert np.median(found) <= 0.02

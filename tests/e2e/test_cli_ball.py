@@ -18,6 +18,7 @@ from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
+from app.words.remarks import sentences
 from tests.helpers.mirror_ball import place, traced, write_bracket
 
 SIZE = (500, 750)
@@ -115,6 +116,6 @@ def test_two_folders_dropped_on_the_window_are_two_sides(
     )
     assert opened.place.capture is not None
     assert opened.place.capture.plan == "ball"
-    assert any("0.0 % of the sphere" in note for note in opened.place.capture.notes)
+    assert any("0.0 % of the sphere" in note for note in sentences(opened.place.capture.notes))
     assert opened.folder is not None
     assert len(list((opened.folder / "originals").iterdir())) == 2 * len(STOPS)

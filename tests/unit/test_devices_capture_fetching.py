@@ -12,6 +12,7 @@ from app.devices.capture import fetching
 from app.devices.capture.recovery import Contact
 from app.devices.capture.session import Session
 from app.devices.errors import DeviceError, DownloadFailed
+from app.words.remarks import sentences
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import rig, without_merging, without_waiting_for_the_disk
 from tests.helpers.simulated import stored
@@ -67,7 +68,7 @@ def test_a_damaged_file_does_not_keep_the_others_from_being_used(
     assert len(result.frames) == shots - 1
     assert all(path.exists() for path in result.frames)
     words = f"{name} could not be brought over whole; only {shots - 1} of {shots} exposures"
-    assert any(line.startswith(words) for line in result.warnings)
+    assert any(line.startswith(words) for line in sentences(result.warnings))
     assert not reconnected
 
 

@@ -16,12 +16,14 @@ import pytest
 from app.core.base.errors import Cancelled, CoreError
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.fisheye.fisheye_stitch import Stitching
+from app.core.measure.fisheye.remarks import CirclesStitched
 from app.devices.capture import preparation, shooting, single
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CaptureFailed
 from app.devices.simulated.scene import Scene
+from app.words.remarks import sentences
 from tests.faulty_camera.models import PERSONALITIES, personality_named
 from tests.helpers.cameras import Rig, room
 from tests.helpers.captures import (
@@ -72,7 +74,9 @@ def test_every_camera_takes_every_bracket(
     for shot, file in zip(result.plan.shots, written, strict=True):
         assert file.take is not None
         assert file.take.exposure.ev == pytest.approx(shot.exposure.ev, abs=1e-3)
-    assert not [line for line in result.warnings if "instead of" in line or "equal" in line]
+    assert not [
+        line for line in sentences(result.warnings) if "instead of" in line or "equal" in line
+    ]
     assert result.environment == tmp_path / "session" / ENVIRONMENT
     assert read_environment(result.environment).radiance.shape[1] >= 64
     journal = Session.open(made.folder).journal
@@ -114,7 +118,7 @@ def test_an_insta360_that_stitches_nothing_is_stitched_here(tmp_path: Path) -> N
     stitching = result.probe.of(Stitching)
     assert stitching is not None
     assert stitching.up_deg == 90.0
-    assert any("two fisheye circles" in said for said in result.warnings)
+    assert any(isinstance(each, CirclesStitched) for each in result.warnings)
     truth = reduce_radiance(made.camera.scene.environment, (32, 64)).ravel()
     seen = reduce_radiance(result.probe.merged.radiance, (32, 64)).ravel()
     assert np.corrcoef(np.log(truth + 1e-3), np.log(seen + 1e-3))[0, 1] > 0.9
@@ -363,7 +367,7 @@ def owing(tmp_path: Path) -> tuple[Rig, Weather, dict[str, Any]]:
     weather = Weather(made)
     made.seen = Listener(Stage.MERGING, lambda: weather.lose(1e6))
     result = made.shoot()
-    assert any("could not be put back" in line for line in result.warnings)
+    assert any("could not be put back" in line for line in sentences(result.warnings))
     assert made.camera.options != before
     return made, weather, before
 
@@ -397,7 +401,7 @@ def test_another_camera_does_not_get_what_is_owed(tmp_path: Path) -> None:
     # A session that only has to be merged does not need its camera, and takes no other for it.
     owed.update(finished="", stage="merging")
     result = other.shoot()
-    assert any("could not be put back" in line for line in result.warnings)
+    assert any("could not be put back" in line for line in sentences(result.warnings))
     assert asked(other, "setOptions") == 0
     assert Session.open(other.folder).journal.settings_to_restore
 

@@ -17,6 +17,7 @@ from app.devices.capture.status import Stage, Status
 from app.devices.errors import CaptureFailed
 from app.devices.simulated.exchange import Reply, Request
 from app.devices.simulated.scene import Scene
+from app.words.remarks import sentences
 from tests.helpers.cameras import Rig, room
 from tests.helpers.captures import (
     Weather,
@@ -146,7 +147,7 @@ def test_a_bracket_cut_short_is_shot_again(tmp_path: Path, model: str) -> None:
     made.token, made.seen = type(made.token)(), []
     result = made.shoot("full")
     assert len(result.frames) == len(result.plan.shots)
-    assert any("shot again" in sentence for sentence in result.warnings)
+    assert any("shot again" in sentence for sentence in sentences(result.warnings))
 
 
 @pytest.mark.parametrize("model", ["generic", "V"])
@@ -160,5 +161,5 @@ def test_a_self_timer_that_does_not_run_is_said(tmp_path: Path, model: str) -> N
 
     made.camera.answer = without_timer  # type: ignore[method-assign]
     result = capture(made, delay_s=10).run()
-    assert any("self-timer" in sentence for sentence in result.warnings)
+    assert any("self-timer" in sentence for sentence in sentences(result.warnings))
     assert not any(status.message == "Self-timer" for status in made.seen)

@@ -13,7 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import CoreError
+from app.core.base.remarks import PlainRemark
 from app.core.measure.plan.planner import Plan, PlannedShot
+from app.core.measure.plan.remarks import DarkestExposure
 from app.core.measure.read.frame import Exposure
 from app.core.places.journal import (
     JOURNAL,
@@ -32,7 +34,7 @@ PLAN = Plan(
     "paper",
     tuple(PlannedShot(Exposure(s, 100.0, 2.1), e, e) for s, e in ((0.1, 0.0), (0.4, 2.0))),
     12.5,
-    ("A note.",),
+    (DarkestExposure(-1.5),),
 )
 FULL = SessionJournal(
     model="RICOH THETA Z1",
@@ -49,7 +51,7 @@ FULL = SessionJournal(
     frames=(SessionFrame("R0010015.JPG", "http://192.168.1.1/files/100RICOH/R0010015.JPG", 9),),
     started="2026-11-21T13:00:00+01:00",
     seconds={"metering": 4.5},
-    warnings=("The compass is off.",),
+    warnings=(PlainRemark("The compass is off."),),
 )
 
 
@@ -198,13 +200,17 @@ def test_passwords_never_get_into_a_journal(tmp_path: Path) -> None:
 
 def test_texts_of_a_camera_are_cleaned(tmp_path: Path) -> None:
     session = Session.create(tmp_path / "a")
-    session.update(model="THETA\x1b[31m\n", serial="9" * 9000, warnings=["\ud800 bad", "\x00"])
+    session.update(
+        model="THETA\x1b[31m\n",
+        serial="9" * 9000,
+        warnings=[PlainRemark("\ud800 bad"), PlainRemark("\x00")],
+    )
     assert session.journal.model == "THETA?[31m?"
     assert len(session.journal.serial) == 1000
-    assert session.journal.warnings == ("? bad", "?")
-    session.warn("once")
-    session.warn("once")
-    assert session.journal.warnings.count("once") == 1
+    assert session.journal.warnings == (PlainRemark("? bad"), PlainRemark("?"))
+    session.warn(PlainRemark("once"))
+    session.warn(PlainRemark("once"))
+    assert session.journal.warnings.count(PlainRemark("once")) == 1
     assert Session.open(session.folder).journal == session.journal
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.environment import environment as env
+from app.words.remarks import sentences
 from benchmarks.truth.stock import rotate
 from tests.helpers.pace import units
 from tests.helpers.people import mean_luminance
@@ -144,7 +145,7 @@ def test_repairs_are_counted_by_texel() -> None:
     assert place.radiance[1, 1].tolist() == [300000.0, 1.0, 1.0]
     assert place.radiance[2, 2:4].min() == 0.0
     assert np.isfinite(place.radiance).all()
-    assert place.warnings == (
+    assert sentences(place.warnings) == (
         "hall: repaired 2 NaN texels (set to 0), 1 infinite texel (set to 300000),"
         " 2 negative texels (set to 0).",
         "hall is clipped: its brightest areas may be brighter than the file says.",

@@ -15,6 +15,7 @@ from app.core.environment.environment import read_environment
 from app.core.environment.environment_file import MAX_WIDTH, read_panorama
 from app.core.measure.read.decoding import decode
 from app.core.measure.read.metadata import read_header
+from app.words.remarks import sentences
 
 
 def write(
@@ -173,7 +174,7 @@ def test_repairs_of_a_file_are_counted(tmp_path: Path, pixels: np.ndarray) -> No
     assert place.radiance[1, 1].min() >= 65504.0
     assert place.clipped is not None
     assert place.clipped[1, 1] == 1.0
-    assert "1 NaN texel " in place.warnings[0]
+    assert "1 NaN texel " in sentences(place.warnings)[0]
 
 
 def check_refused(path: Path, words: str) -> None:

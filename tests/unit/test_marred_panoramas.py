@@ -25,6 +25,7 @@ from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import load_named_pack
+from app.words.remarks import sentences
 from tests.helpers.probes import place
 from tests.helpers.shared import SHARED, needs_shared
 
@@ -107,7 +108,7 @@ class TestClipped:
         found = environment.clipped > 0.5
         truth = light.max(axis=-1) >= 999.9
         assert (found & truth).sum() >= 0.9 * truth.sum()
-        assert any("clipped" in line for line in environment.warnings)
+        assert any("clipped" in line for line in sentences(environment.warnings))
 
     @pytest.mark.parametrize("name", SCENES)
     def test_two_stops_under_the_brightest_lamp_is_told(self, name: str) -> None:
@@ -210,7 +211,7 @@ class TestGaps:
         assert environment.blind == pytest.approx(share_of(gap), abs=1e-6)
         assert environment.radiance[gap].min() > 0.0
         assert np.array_equal(environment.radiance[~gap][:100], light[~gap][:100])
-        assert any("not show" in line for line in environment.warnings)
+        assert any("not show" in line for line in sentences(environment.warnings))
 
     def test_alpha_that_nobody_filled_is_no_gap(self, tmp_path: Path) -> None:
         light = small("courtyard")
@@ -296,7 +297,7 @@ def check_photograph(file: Path, gap: Pixels) -> None:
     assert environment.unseen is not None
     assert (environment.unseen ^ gap).mean() < 0.02
     assert environment.radiance[gap].min() > 0.0
-    assert any("not show" in line for line in probe.warnings)
+    assert any("not show" in line for line in sentences(probe.warnings))
 
 
 class TestLayers:
@@ -327,7 +328,7 @@ class TestLayers:
         assert environment.layer == read
         assert set(environment.layers) == {name or "RGB" for name in names}
         assert environment.radiance.max() == names.index("" if read == "RGB" else read) + 1.0
-        assert any(f"layer {read} is read" in line for line in environment.warnings)
+        assert any(f"layer {read} is read" in line for line in sentences(environment.warnings))
 
     def test_without_a_beauty_the_layer_is_asked_for(self, tmp_path: Path) -> None:
         file = self.layered(tmp_path / "layers.exr", ("key", "fill", "rim"))

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import angle_of, directions, remap_frame, rotation
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.align import Alignment, estimate, reference_of, sentences
+from app.core.measure.bracket.align import Alignment, estimate, reference_of, remarks
+from app.words.remarks import sentences
 from tests.helpers.quick import sample_first
 
 SCENES = sorted((Path(__file__).resolve().parents[2] / "resources/demo/scenes").glob("*.exr"))
@@ -76,7 +77,7 @@ def test_aligned_frames_are_left_alone_and_one_rotated_frame_is_found(name: str)
     still = estimate(frames, stops)
     assert all(a.trusted and a.rotation is None for a in still)
     assert max(a.angle_deg for a in still) < 0.02
-    assert sentences(still, ["a", "b", "c"]) == ()
+    assert sentences(remarks(still, ["a", "b", "c"])) == ()
     turn = rotation(3.0, 2.0, 1.0)
     for moved, ev in enumerate(stops):
         bracket = [*frames]
@@ -174,7 +175,7 @@ def test_a_long_bracket_is_followed_from_frame_to_frame() -> None:
     left = _misfits(found, turns, reference)
     assert max(left[k] for k in compared) < 0.1
     assert all(found[k].rotation is None for k in range(9) if k not in compared)
-    words = sentences(found, [f"R{k}.JPG" for k in range(9)])
+    words = sentences(remarks(found, [f"R{k}.JPG" for k in range(9)]))
     turned = [k for k in range(9) if found[k].rotation is not None]
     assert all(f"R{k}.JPG by 2." in words[0] for k in turned)
     assert words[0].count("by 2.") == len(turned)
@@ -194,7 +195,7 @@ def test_frames_that_share_nothing_are_left_alone() -> None:
         found = estimate([_shoot(light, 1), _shoot(light, 0), stranger], (1, 0, -1))
         assert not found[2].trusted
         assert all(a.rotation is None for a in found)
-        words = sentences(found, ["a", "b", "c"])
+        words = sentences(remarks(found, ["a", "b", "c"]))
         if stranger.std() > 0:
             assert words == ("No small rotation lays this on the other frames, left as shot: c.",)
         else:
@@ -204,7 +205,7 @@ def test_frames_that_share_nothing_are_left_alone() -> None:
 def test_lone_frames_and_ordinary_pictures_are_left_alone() -> None:
     picture = np.random.default_rng(0).integers(0, 256, (300, 400, 3), np.uint8)
     assert [a.rotation for a in estimate([picture, picture], (1, 0))] == [None, None]
-    assert sentences(estimate([picture], (0,)), ["a"]) == ()
+    assert sentences(remarks(estimate([picture], (0,)), ["a"])) == ()
 
 
 def test_a_frame_may_be_exposed_as_the_reference_is() -> None:

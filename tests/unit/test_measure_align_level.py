@@ -86,7 +86,8 @@ def test_a_theta_states_each_axis_of_its_accelerometer_alone(pitch: float, roll:
     assert found.rotation is not None
     assert angle_of(found.rotation @ truth.T) < 1e-6
     assert (found.pitch_deg, found.roll_deg) == (pose.pitch_deg, pose.roll_deg)
-    assert "Levelled" in found.note
+    assert found.remark is not None
+    assert not found.remark.by_camera
 
 
 @pytest.mark.parametrize(("pitch", "roll"), TILTS)
@@ -131,7 +132,8 @@ def test_files_that_are_left_alone() -> None:
     wrong = levelling(_bracket(_frame(pose=Pose(7.0, -3.0), corrected=True)))
     assert wrong.rotation is None
     assert (wrong.pitch_deg, wrong.roll_deg) == (0.0, 0.0)
-    assert "has levelled" in wrong.note
+    assert wrong.remark is not None
+    assert wrong.remark.by_camera
     tilted = _frame(pose=Pose(7.0, -3.0), corrected=False)
     assert levelling(_bracket(tilted)).rotation is not None
 

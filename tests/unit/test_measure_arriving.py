@@ -24,6 +24,7 @@ from app.core.measure.read.metadata import read_header
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
+from app.words.remarks import sentences
 from benchmarks.light.brackets import write_bracket
 
 SHAPE = (256, 512)
@@ -145,7 +146,7 @@ def test_a_damaged_frame_is_left_out_as_ever(frames: list[Path], tmp_path: Path)
             arriving.add(path)
         probe = arriving.measure(files)
     assert_same(probe, measure(files))
-    assert any("left out" in line for line in probe.warnings)
+    assert any("left out" in line for line in sentences(probe.warnings))
     missing = [tmp_path / "missing.JPG", frames[0]]
     with ArrivingFrames() as arriving:
         arriving.add(missing[0])

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
 from app.core.measure.bracket.bracket import MAX_FRAMES, read_bracket
+from app.words.remarks import sentences
 from tests.helpers.exif_bytes import (
     RATIONAL,
     SHORT,
@@ -102,7 +103,7 @@ def test_what_does_not_belong_to_the_bracket_of_a_folder_is_left_out(three: list
     (folder / "zero.jpg").touch()
     bracket = read_bracket([folder])
     assert [frame.path.name for frame in bracket.frames] == ["R1.JPG", "R0.JPG", "R2.JPG"]
-    said = " ".join(bracket.warnings)
+    said = " ".join(sentences(bracket.warnings))
     assert f"Took 3 pictures of {folder.name}: R0.JPG to R2.JPG." in said
     assert "Left out: zero.jpg is empty." in said
     for name in ("selfie.jpg", "phone.jpg", "merged.hdr"):
@@ -160,7 +161,7 @@ def test_copies_are_left_out(three: list[Path]) -> None:
     shutil.copyfile(three[1], copy)
     bracket = read_bracket([*three, copy, three[0]])
     assert [frame.path.name for frame in bracket.frames] == ["R1.JPG", "R0.JPG", "R2.JPG"]
-    assert bracket.warnings == (
+    assert sentences(bracket.warnings) == (
         "copy of R1.JPG is a copy of R1.JPG and left out.",
         "R0.JPG is there more than once and used once.",
     )
@@ -172,7 +173,7 @@ def test_files_that_differ_in_their_last_byte_are_no_copies(three: list[Path]) -
         (three[0].parent / f"long{k}.jpg").write_bytes(data + bytes((k // 2,)))
     bracket = read_bracket([three[0].parent])
     assert len(bracket.frames) == 5
-    assert bracket.warnings[0] == "long1.jpg is a copy of long0.jpg and left out."
+    assert sentences(bracket.warnings)[0] == "long1.jpg is a copy of long0.jpg and left out."
 
 
 def test_a_lone_frame_is_no_bracket(three: list[Path]) -> None:
@@ -223,7 +224,7 @@ def test_given_times_win(three: list[Path]) -> None:
     assert bracket.frames[0].exposure is not None
     assert bracket.frames[0].exposure.iso == 64.0
     assert bracket.frames[0].exposure.known
-    (warning,) = bracket.warnings
+    (warning,) = sentences(bracket.warnings)
     assert "R0.JPG (0.5 s, not 0.01667 s)" in warning
 
 
@@ -258,7 +259,7 @@ def test_times_serve_pictures_without_exif(tmp_path: Path) -> None:
     assert bracket.stops == pytest.approx((4.0, 2.0, 0.0))
     assert not bracket.panorama
     assert all(frame.exposure and not frame.exposure.known for frame in bracket.frames)
-    assert bracket.warnings == (
+    assert sentences(bracket.warnings) == (
         "No frame states its ISO value or f-number: the same ones are assumed for all, and the"
         " brightness of the place in cd/m2 stays unknown.",
     )
@@ -269,7 +270,7 @@ def test_an_aperture_that_nobody_states(tmp_path: Path) -> None:
     bracket = read_bracket(files)
     assert np.diff(bracket.stops) == pytest.approx([-2.0, -2.0])
     assert not any(frame.exposure and frame.exposure.known for frame in bracket.frames)
-    assert "No frame states its f-number" in bracket.warnings[0]
+    assert "No frame states its f-number" in sentences(bracket.warnings)[0]
 
 
 def test_what_one_frame_lacks_is_taken_from_the_others(three: list[Path]) -> None:
@@ -279,7 +280,7 @@ def test_what_one_frame_lacks_is_taken_from_the_others(three: list[Path]) -> Non
     assert bracket.frames[0].exposure is not None
     assert bracket.frames[0].exposure.iso == 64.0
     assert bracket.frames[0].exposure.aperture == 2.0
-    assert bracket.warnings == (
+    assert sentences(bracket.warnings) == (
         "bare.jpg states no ISO value; ISO 64 is assumed, as in the other frames.",
         "bare.jpg states no f-number; f/2 is assumed, as in the other frames.",
     )
@@ -296,7 +297,9 @@ def test_what_one_frame_lacks_cannot_be_guessed_when_the_others_differ(tmp_path:
     )
     bracket = read_bracket(files, [1.0, 2.0, 4.0])
     assert bracket.stops == pytest.approx([0.0, -1.0, -2.0])  # f/2 counts: all state it.
-    assert any("only the given exposure times count" in warning for warning in bracket.warnings)
+    assert any(
+        "only the given exposure times count" in warning for warning in sentences(bracket.warnings)
+    )
 
 
 def test_iso_and_aperture_count(tmp_path: Path) -> None:
@@ -327,14 +330,14 @@ def test_some_equal_exposures_are_used(three: list[Path]) -> None:
         "again.jpg",
         "R2.JPG",
     ]
-    assert bracket.warnings == (
+    assert sentences(bracket.warnings) == (
         "R0.JPG and again.jpg have the same exposure; all of them are used.",
     )
 
 
 def test_lenses_exposed_differently_are_named(three: list[Path]) -> None:
     auto = theta(three[0].parent / "auto.jpg", (1, 1000), note=THETA_V)
-    (warning,) = read_bracket([*three, auto]).warnings
+    (warning,) = sentences(read_bracket([*three, auto]).warnings)
     assert "auto.jpg: the two lenses were exposed 0.3 stops apart (ISO 64 and 80)" in warning
 
 
@@ -344,7 +347,7 @@ def test_exif_against_maker_note(three: list[Path]) -> None:
         (0x0103, SRATIONAL, (1, 8, 1, 8)),
     ]
     lying = theta(three[0].parent / "lying.jpg", (1, 30), note=note)
-    warnings = read_bracket([*three, lying]).warnings
+    warnings = sentences(read_bracket([*three, lying]).warnings)
     assert warnings == (
         "EXIF and maker note differ in the exposure time: lying.jpg (0.03333 s in EXIF, 0.125 s).",
         "EXIF and maker note differ in ISO: lying.jpg (ISO 64 in EXIF, 125).",
@@ -363,7 +366,7 @@ def test_a_nominal_time_does_not_contradict_the_exact_one(tmp_path: Path) -> Non
 def test_contradictions_within_exif_are_named(three: list[Path]) -> None:
     more: list[Entry] = [(0x9201, SRATIONAL, (7, 1))]
     lying = theta(three[0].parent / "lying.jpg", (1, 8), more=more)
-    (warning,) = read_bracket([*three, lying]).warnings
+    (warning,) = sentences(read_bracket([*three, lying]).warnings)
     assert warning == "lying.jpg states both 0.125 s and 0.007812 s as its exposure time."
 
 
@@ -413,7 +416,9 @@ def test_of_the_memorial_church_folder_the_bracket_is_taken() -> None:
     times = [32.0 / 2**k for k in range(16)]
     files = sorted(folder.glob("*.png"))
     assert [frame.path for frame in read_bracket([folder], times).frames] == files
-    assert "memorial.hdr does not belong" in " ".join(read_bracket([folder], times).warnings)
+    assert "memorial.hdr does not belong" in " ".join(
+        sentences(read_bracket([folder], times).warnings)
+    )
     bracket = read_bracket(files, times)
     assert [frame.path for frame in bracket.frames] == files
     assert bracket.stops == pytest.approx([5.0 - k for k in range(16)])

@@ -28,6 +28,7 @@ from app.core.styles.style_pack import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import meter
+from app.words.remarks import sentences
 from benchmarks.light.brackets import develop
 from benchmarks.light.camera_curves import curve_named
 from tests.helpers.people import mean_luminance, with_person
@@ -296,7 +297,7 @@ def test_a_lamp_that_flickered_is_left_out(tmp_path: Path) -> None:
     assert 1 in region.frames
     assert region.azimuth_deg == pytest.approx(360.0 * (312 / 1024 - 0.5), abs=1.5)
     assert region.elevation_deg == pytest.approx(90.0 - 180.0 * 192 / 512, abs=1.5)
-    assert "at azimuth -7" in motion.sentences[0]
+    assert "at azimuth -7" in sentences(motion.remarks)[0]
     without, _ = merged(tmp_path, pictures("studio", [light] * 4, FULL[:4]), FULL[:4])
     np.testing.assert_allclose(got[182:202, 302:322], without[182:202, 302:322], rtol=0.02)
 
@@ -359,7 +360,7 @@ def test_a_picture_that_is_no_panorama() -> None:
     assert not mask[50:80, :20].any()
     # What touches the left edge has nothing to do with the right one.
     assert mask[:, 30:].all()
-    assert "7 % from the left, 54 % from the top" in motion.sentences[0]
+    assert "7 % from the left, 54 % from the top" in sentences(motion.remarks)[0]
     assert motion.share == pytest.approx(np.mean(mask == 0), abs=1e-12)
 
 
@@ -372,8 +373,8 @@ def test_frames_of_different_places_are_said_to_be_so() -> None:
     )
     motion = trust(proxies, PAPER, srgb_response())
     assert motion.share > 0.3
-    assert "show different things" in motion.sentences[-1]
-    assert "Shoot the bracket again" in motion.sentences[-1]
+    assert "show different things" in sentences(motion.remarks)[-1]
+    assert "Shoot the bracket again" in sentences(motion.remarks)[-1]
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.floats(0.0, 4.0))

@@ -19,7 +19,7 @@ from app.core.measure.finish.display import (
 )
 from app.core.measure.finish.lights import Light
 from app.core.measure.finish.masks import box_mask
-from app.core.measure.finish.tripod_detection import Clutter
+from app.core.measure.finish.tripod_detection import Clutter, Suggestion
 from app.core.measure.read.frame import Merged
 from app.export.merge_preview import preview
 
@@ -228,7 +228,7 @@ def test_the_preview_names_masks_clipping_and_exposure() -> None:
     clipped = box_mask(20.0, 40.0, 0.0, 20.0, light.radiance.shape[:2])
     mask = box_mask(-60.0, -20.0, -90.0, -60.0, light.radiance.shape[:2])
     noted = preview(
-        replace(light, clipped=clipped), (), [Clutter("stick", mask, 0.05, 0.7, "Why.")], 1.0
+        replace(light, clipped=clipped), (), [Clutter(Suggestion(12.0), mask, 0.05, 0.7)], 1.0
     )
     assert noted.shape[0] > preview(light).shape[0] + 100  # three lines of legend
     x, y = 48 + round(2048 * (30 / 360 + 0.5)), 104 + round(1024 * (0.5 - 10 / 180))

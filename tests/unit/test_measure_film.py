@@ -14,6 +14,7 @@ from app.core.measure.film.film import Film, FilmReader, Glimpse, read_turn
 from app.core.measure.film.headings import background, step
 from app.core.solver.transport import render
 from app.core.styles.style_pack import load_named_pack
+from app.words.remarks import sentences
 from tests.unit.test_facing import place
 from tests.unit.test_measure_film_light import lamp
 
@@ -45,8 +46,8 @@ def test_a_camera_that_stands_still_sees_the_turns_of_the_face() -> None:
     assert film.still
     assert np.abs(film.noses_deg - np.arange(48, -50, -4)).max() < 1.0
     assert 14 <= film.shown.sum() <= 20
-    assert any("stood still" in note for note in film.notes)
-    assert any("the rest is not seen" in note for note in film.notes)
+    assert any("stood still" in note for note in sentences(film.notes))
+    assert any("the rest is not seen" in note for note in sentences(film.notes))
     for result in film.results(load_named_pack("generic")):
         assert abs(result.turn_deg) <= 56.25
 

@@ -15,10 +15,11 @@ from app.core.base.errors import ProbeError
 from app.core.environment.environment import from_radiance
 from app.core.localization.features import build_index
 from app.core.measure.film.film import Film, flipped, read_film
-from app.core.measure.film.in_place import Beside, beside, keep_frames, looks_mirrored, mirror_words
+from app.core.measure.film.in_place import Beside, beside, keep_frames, looks_mirrored
 from app.core.places.shots import is_frame, read_shots
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.style_pack import load_named_pack
+from app.words.film import beside_words, mirror_words
 from tests.helpers.films import turn_frames
 from tests.helpers.quick import quick_first
 from tests.unit.test_facing import place
@@ -89,9 +90,11 @@ def test_a_film_of_another_place_is_refused() -> None:
 
 
 def test_the_disagreement_is_told() -> None:
-    assert "agree: their turns are 3° apart" in Beside(0.0, {"a": 3, "b": -2, "c": 9}).words
-    assert "disagree: their turns are 12° apart" in Beside(0.0, {"a": 12, "b": -14, "c": 9}).words
-    assert "no style in common" in Beside(0.0, {}).words
+    assert "agree: their turns are 3° apart" in beside_words(Beside(0.0, {"a": 3, "b": -2, "c": 9}))
+    assert "disagree: their turns are 12° apart" in beside_words(
+        Beside(0.0, {"a": 12, "b": -14, "c": 9})
+    )
+    assert "no style in common" in beside_words(Beside(0.0, {}))
 
 
 def test_frames_are_kept_where_the_film_lies_in_the_panorama(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from app.core.measure.finish.lights import find_lights, light_grid
 from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions
 from app.core.styles.style_pack import StylePack, load_named_pack
+from app.words.remarks import sentences
 from tests.helpers.probes import clip, place, sunny_place
 
 
@@ -39,7 +40,7 @@ def test_the_sun_is_put_back_and_said() -> None:
     assert found.restoration is not None
     assert found.measured_clipped > 0
     assert found.merged.radiance.sum() > merged.radiance.sum()
-    assert any("sun" in note.lower() for note in found.notes)
+    assert any("sun" in note.lower() for note in sentences(found.notes))
     assert found.measured is merged
 
 
@@ -60,7 +61,7 @@ def test_a_gain_by_hand_beats_the_model_of_the_sky() -> None:
     assert name is not None
     found = finish(merged, pack(), MeasureOptions(gains={name.lower(): 2.0}))
     assert found.restoration is None
-    assert any(f"Lamp {name} was made 2 stops brighter" in note for note in found.notes)
+    assert any(f"Lamp {name} was made 2 stops brighter" in note for note in sentences(found.notes))
 
 
 def test_a_meter_reading_sets_a_lamp() -> None:
@@ -75,7 +76,7 @@ def test_masks_are_filled_and_their_effect_told() -> None:
     found = finish(merged, pack(), MeasureOptions(masks=(parse_mask("nadir:-60"),)))
     assert len(found.clutter) == 1
     assert len(found.changes) == len(pack().styles)
-    assert "Without what is masked" in found.notes[0]
+    assert "Without what is masked" in sentences(found.notes)[0]
 
 
 def test_lamps_that_are_not_there_are_named() -> None:

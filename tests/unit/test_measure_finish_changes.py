@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import EnvironmentFileError
-from app.core.measure.finish.finish import Change, changes, sentence
+from app.core.measure.finish.finish import Change, changes, masking_changes
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack
+from app.words.remarks import remark_words
 from tests.helpers.synthetic import synthetic_pack
 
 
@@ -30,7 +31,7 @@ def test_the_same_light_at_any_exposure_changes_nothing(pack: StylePack) -> None
     for each in found:
         assert each.change_deg == pytest.approx(0.0, abs=1e-3)
         assert each.given_up == pytest.approx(0.0, abs=1e-6)
-    assert sentence(found, "the tripod") == "Without the tripod no turn changes."
+    assert remark_words(masking_changes(found)) == "Without what is masked no turn changes."
 
 
 def test_a_lamp_that_moved_takes_every_turn_with_it(pack: StylePack) -> None:
@@ -44,8 +45,8 @@ def test_a_lamp_that_moved_takes_every_turn_with_it(pack: StylePack) -> None:
         assert each.turn_after_deg != each.turn_before_deg
     worst = max(reached, key=lambda each: each.given_up)
     assert worst.given_up > 0.3
-    words = sentence(found, "the person")
-    assert words.startswith("Without the person ")
+    words = remark_words(masking_changes(found))
+    assert words.startswith("Without what is masked ")
     assert "give up" in words
     assert (worst.title or worst.style) in words
 
@@ -76,36 +77,39 @@ def change(
 @pytest.mark.parametrize(
     ("found", "expected"),
     [
-        ([change(1.4), change(-0.3)], "Without the tripod no turn changes by more than 2 degrees."),
-        ([change(0.8)], "Without the tripod no turn changes by more than 1 degree."),
-        ([change(0.1)], "Without the tripod no turn changes."),
+        (
+            [change(1.4), change(-0.3)],
+            "Without what is masked no turn changes by more than 2 degrees.",
+        ),
+        ([change(0.8)], "Without what is masked no turn changes by more than 1 degree."),
+        ([change(0.1)], "Without what is masked no turn changes."),
         (
             [change(0.1), change(90.0, 0.5, before=False, after=False)],
-            "Without the tripod no turn changes.",
+            "Without what is masked no turn changes.",
         ),
         (
             [change(170.0, 0.002)],
-            "Without the tripod no turn gets worse. Turns move by up to 170 degrees, "
+            "Without what is masked no turn gets worse. Turns move by up to 170 degrees, "
             "but the old ones are as good within 1 %.",
         ),
         (
             [change(12.0, 0.08), change(1.0)],
-            "Without the tripod 1 of 2 turns changes, most of all Loop: from 10° to 22°; "
+            "Without what is masked 1 of 2 turns changes, most of all Loop: from 10° to 22°; "
             "the old turn would give up 8 % of its range.",
         ),
         (
             [change(0.0), change(0.2, before=False, name="rim")],
-            "Without the tripod no turn changes. Now within reach: Rim.",
+            "Without what is masked no turn changes. Now within reach: Rim.",
         ),
         (
             [change(0.0), change(0.2, after=False, name="rim")],
-            "Without the tripod no turn changes. No longer within reach: Rim.",
+            "Without what is masked no turn changes. No longer within reach: Rim.",
         ),
         (
             [change(5.0, before=False, after=False)],
-            "Without the tripod, as with it, no style is within reach.",
+            "Without what is masked, as with it, no style is within reach.",
         ),
     ],
 )
 def test_changes_are_said_in_words(found: list[Change], expected: str) -> None:
-    assert sentence(found, "the tripod") == expected
+    assert remark_words(masking_changes(found)) == expected

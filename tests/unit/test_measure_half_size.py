@@ -25,6 +25,7 @@ from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
 from app.core.measure.read.pixels import FrameStack, open_frames
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
+from app.words.remarks import sentences
 from benchmarks.light.brackets import make_bracket, write_bracket
 from tests.helpers.quick import sample_first
 
@@ -185,4 +186,4 @@ def test_a_bright_frame_that_is_damaged_inside_is_left_out_and_named(tmp_path: P
     files[0].write_bytes(data[: len(data) // 2] + b"\xff\xd9")
     probe = measure(files)
     assert len(probe.bracket.frames) == 2
-    assert any(files[0].name in warning for warning in probe.warnings)
+    assert any(files[0].name in warning for warning in sentences(probe.warnings))

@@ -15,6 +15,7 @@ from app.core.base.errors import ProbeError
 from app.core.measure.bracket.bracket import metered_exposure
 from app.core.measure.read.frame import Exposure, LensExposure, Pose
 from app.core.measure.read.metadata import read_header
+from app.words.remarks import sentences
 from tests.helpers.exif_bytes import (
     RATIONAL,
     SHORT,
@@ -155,9 +156,9 @@ def test_contradicting_tags_of_one_file_are_named(tmp_path: Path) -> None:
     good = read_header(save(tmp_path / "a.jpg", jpeg(exif(None, [*camera_tags(), *agreeing]))))
     bad = read_header(save(tmp_path / "b.jpg", jpeg(exif(None, [*camera_tags(), *wrong]))))
     assert good.doubts == ()
-    assert bad.doubts == (
-        "states both 0.001 s and 0.007812 s as its exposure time",
-        "states both f/2 and f/8",
+    assert sentences(bad.doubts) == (
+        "b.jpg states both 0.001 s and 0.007812 s as its exposure time.",
+        "b.jpg states both f/2 and f/8.",
     )
     assert bad.shutter_s == 0.001
 

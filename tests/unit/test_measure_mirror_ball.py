@@ -20,6 +20,7 @@ from app.core.measure.ball.ball_finder import Ball, find_ball, fused, refined
 from app.core.measure.ball.mirror_ball import BallOptions, Side, find_lens, joined, metal, unwrap
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.resampling import azimuth_elevation
+from app.words.remarks import sentences
 from tests.helpers.mirror_ball import COLOURS, DIAGONAL_MM, LAMPS, Float32, place, traced
 from tests.helpers.quick import quick_first
 
@@ -200,7 +201,9 @@ def test_the_colour_of_the_mirror_is_taken_out(mirror: tuple[float, float, float
     clear = side.weight > 0.3
     made, own = (each[clear].mean(axis=0) for each in (side.texels[..., :3], true))
     assert made / made.sum() == pytest.approx(own / own.sum(), rel=0.05)
-    assert any("coloured" in note for note in side.notes) == (max(mirror) > 1.2 * min(mirror))
+    assert any("coloured" in note for note in sentences(side.notes)) == (
+        max(mirror) > 1.2 * min(mirror)
+    )
 
 
 @pytest.mark.parametrize("mm", quick_first([50.0, 35.0, 85.0], 1))

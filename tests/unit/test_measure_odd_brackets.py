@@ -20,6 +20,7 @@ from app.core.measure.bracket.response import srgb_response
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.pixels import open_frames
+from app.words.remarks import sentences
 from tests.helpers.odd_brackets import Made, Way, error_of, make, speckle, spreads, view
 from tests.helpers.photos import write_photo
 from tests.helpers.shared import SHARED, needs_shared
@@ -95,7 +96,7 @@ def test_a_merge_agrees_with_its_frames_as_well_as_opencvs(tmp_path: Path, way: 
     mine = error_of(got, truth, known)
     their_error = error_of(np.nan_to_num(peers["debevec"][0]), truth, known)
     assert mine[0] <= 1.1 * their_error[0]
-    assert not any("again" in words for words in probe.warnings)
+    assert not any("again" in words for words in sentences(probe.warnings))
 
 
 def test_a_hand_is_found_to_a_half_a_pixel_although_somebody_walks() -> None:
@@ -130,9 +131,9 @@ def test_only_a_known_curve_tells_that_too_much_moved() -> None:
         trust(proxies, made.stops, srgb_response(), known=known) for known in (True, False)
     )
     assert sure.share == unsure.share > 0.15
-    assert any("Shoot the bracket again" in words for words in sure.sentences)
-    assert "Something moved" in unsure.sentences[0]
-    assert not any("again" in words for words in unsure.sentences)
+    assert any("Shoot the bracket again" in words for words in sentences(sure.remarks))
+    assert "Something moved" in sentences(unsure.remarks)[0]
+    assert not any("again" in words for words in sentences(unsure.remarks))
 
 
 @pytest.mark.slow
@@ -143,7 +144,7 @@ def test_the_memorial_church_stands_still() -> None:
     rows = [row for row in rows if row and row[0].startswith("memorial0")]
     wishes = MeasureOptions(times=tuple(float(row[1]) for row in rows))
     probe = measure([folder / row[0] for row in rows], wishes)
-    assert not any("again" in words or "moved" in words for words in probe.warnings)
+    assert not any("again" in words or "moved" in words for words in sentences(probe.warnings))
     assert not any(lay.needed for lay in probe.lays)
 
 

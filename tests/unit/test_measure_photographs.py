@@ -19,6 +19,7 @@ from app.core.base.sphere import rotation
 from app.core.environment.environment import read_environment
 from app.core.measure.options import MeasureOptions
 from app.core.measure.photos.measure import measure
+from app.core.measure.photos.remarks import OneExposure
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
@@ -85,7 +86,7 @@ def test_exposures_are_merged_and_their_drift_found(bracketed: Taken) -> None:
     off = np.array(found.bracket.stops) - np.array(bracketed.stops)
     assert np.abs(off - np.median(off)).max() < 0.15
     assert max(placed_off(bracketed.rotations, [p.rotation for p in photographs_of(found)])) < 0.5
-    assert not any("One exposure" in line for line in found.warnings)
+    assert not any(isinstance(each, OneExposure) for each in found.warnings)
 
 
 def test_drift_is_found_without_exif(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from app.core.base.progress import Token
 from app.core.measure.read.decoding import RawRows, needs_whole_decode, proxy_shape
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.measure.read.pixels import open_frames, relaid
+from app.words.remarks import sentences
 
 SHAPE = (264, 528)
 
@@ -126,7 +127,9 @@ def test_half_a_jpeg_is_left_out_and_named(tmp_path: Path) -> None:
             assert stack.stops == (0.0, -4.0)
             assert paths[1] not in [frame.path for frame in stack.frames]
             assert len(stack.proxies) == len(stack.samples) == 2
-            assert stack.warnings == ("1.jpg is damaged or cut off. The frame is left out.",)
+            assert sentences(stack.warnings) == (
+                "1.jpg is damaged or cut off. The frame is left out.",
+            )
 
 
 @pytest.mark.parametrize("ending", ["png", "tif", "exr", "hdr"])
@@ -167,7 +170,7 @@ def test_a_file_that_changed_its_size_is_left_out(tmp_path: Path) -> None:
     paths = jpegs(tmp_path)
     cv2.imwrite(str(paths[2]), picture(0, (64, 128)))
     with open_frames(bracket(paths)) as stack:
-        assert "2.jpg has changed its size" in stack.warnings[0]
+        assert "2.jpg has changed its size" in sentences(stack.warnings)[0]
 
 
 @pytest.mark.parametrize("memory", [1 << 30, 0])
@@ -273,4 +276,4 @@ def test_a_frame_that_is_half_not_numbers_is_left_out(tmp_path: Path) -> None:
         write(path, light, "float")
     with open_frames(bracket(paths, kind="float")) as stack:
         assert "b.exr" not in [frame.path.name for frame in stack.frames]
-        assert "50 % of it is NaN" in stack.warnings[0]
+        assert "50 % of it is NaN" in sentences(stack.warnings)[0]

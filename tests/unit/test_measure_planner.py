@@ -14,6 +14,7 @@ from app.core.base.errors import ProbeError
 from app.core.measure.plan.camera_table import CAMERAS, CameraFacts, camera_facts
 from app.core.measure.plan.planner import CameraLimits, Plan, plan
 from app.core.measure.read.frame import Exposure
+from app.words.remarks import remark_words, sentences
 
 MODELS = st.sampled_from(CAMERAS)
 
@@ -45,7 +46,7 @@ def check_plan(made: Plan, metered: Exposure, limits: CameraLimits, longest_s: f
         )
         assert shot.ev_offset == pytest.approx(real, abs=1e-9)
     assert len({shot.exposure for shot in made.shots}) == len(made.shots) >= 2
-    if not any("bracket is shot" in note for note in made.notes):
+    if not any("bracket is shot" in note for note in sentences(made.notes)):
         assert made.shots[0].wanted_ev == 0.0
     assert abs(made.shots[0].ev_offset - made.shots[0].wanted_ev) <= 0.21
     if len(made.shots) > 2 and made.shots[1].wanted_ev > made.shots[0].wanted_ev:
@@ -90,7 +91,7 @@ def test_every_plan_is_legal(
     for shot in made.shots:
         # The lists' widest gap is that between 1/8 and 1/6 s.
         missed = abs(shot.ev_offset - shot.wanted_ev)
-        told = any(f"{shot.wanted_ev:+.1f} EV is out of" in note for note in made.notes)
+        told = any(f"{shot.wanted_ev:+.1f} EV is out of" in note for note in sentences(made.notes))
         assert missed <= 0.21 or told
         assert missed > 1.0 / 6.0 or not told
 
@@ -111,7 +112,7 @@ def test_full_goes_down_to_the_camera_s_floor(model: CameraFacts, time: float) -
     assert all(1.6 < step < 2.4 for step in steps[:-1])
     assert 0.3 < steps[-1] < 2.75
     assert len(made.shots) <= model.max_shots
-    assert made.notes == () or "bright" in made.notes[0]
+    assert sentences(made.notes) == () or "bright" in sentences(made.notes)[0]
 
 
 def test_paper_at_an_ordinary_exposure() -> None:
@@ -148,20 +149,24 @@ def test_sunlight_on_the_oldest_model_is_told_truly() -> None:
     made = plan(Exposure(1 / 2400, 100.0, 2.0), limits_of("S"), "paper")
     assert made.shots[-1].exposure.shutter_s == 0.00015625
     assert made.shots[-1].ev_offset == pytest.approx(-1.415, abs=1e-3)
-    assert made.notes == ("-2.0 EV is out of the camera's reach; -1.4 EV is the nearest.",)
+    assert sentences(made.notes) == (
+        "-2.0 EV is out of the camera's reach; -1.4 EV is the nearest.",
+    )
     full = plan(Exposure(1 / 2400, 100.0, 2.0), limits_of("S"), "full")
     assert len(full.shots) == 3
-    assert "darkest exposure is -1.4 EV" in full.notes[0]
+    assert "darkest exposure is -1.4 EV" in remark_words(full.notes[0])
 
 
 def test_night_raises_iso_to_its_end_and_says_what_is_missing() -> None:
     made = plan(Exposure(4.0, 3200.0, 2.4), limits_of("X"), "paper")
     assert [shot.exposure.shutter_s for shot in made.shots] == [4.0, 1.0]
-    assert made.notes == ("+2.0 EV is out of the camera's reach; +0.0 EV is the nearest.",)
+    assert sentences(made.notes) == (
+        "+2.0 EV is out of the camera's reach; +0.0 EV is the nearest.",
+    )
     darker = plan(Exposure(16.0, 3200.0, 2.4), limits_of("X"), "paper")
     assert [shot.exposure.shutter_s for shot in darker.shots] == [4.0, 1.0]
     assert offsets(darker) == pytest.approx([-2.0, -4.0])
-    assert darker.notes[0] == (
+    assert remark_words(darker.notes[0]) == (
         "The place is too dark for the camera: the bracket is shot 2.0 EV darker than metered."
     )
 
@@ -172,7 +177,7 @@ def test_a_place_brighter_than_the_camera_can_take() -> None:
         chosen: Literal["paper", "full"] = "paper" if kind == "paper" else "full"
         made = plan(Exposure(1 / 6400, 100.0, 16.0), limits_of("S"), chosen)
         assert offsets(made) == pytest.approx([6.0, 8.0])
-        assert "too bright" in made.notes[0]
+        assert "too bright" in sentences(made.notes)[0]
 
 
 def test_full_with_few_frames_spreads_them_and_keeps_the_darkest() -> None:
@@ -185,7 +190,7 @@ def test_full_with_few_frames_spreads_them_and_keeps_the_darkest() -> None:
     dark = [0.0, *offsets(few)[2:]]
     steps = [bright - dim for bright, dim in itertools.pairwise(dark)]
     assert steps == pytest.approx([4.62] * 3, abs=0.1)
-    assert few.notes == ("With 5 frames the dark ones are 4.6 EV apart instead of 2.",)
+    assert sentences(few.notes) == ("With 5 frames the dark ones are 4.6 EV apart instead of 2.",)
     two = plan(Exposure(1 / 30, 200.0, 2.1), limits_of("Z1"), "full", 2)
     assert [shot.wanted_ev for shot in two.shots] == pytest.approx([0.0, -13.85], abs=0.01)
 

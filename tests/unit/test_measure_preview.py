@@ -10,8 +10,9 @@ import pytest
 from app.core.base.arrays import Bytes
 from app.core.base.colour import luminance, srgb_encode, to_bytes
 from app.core.environment.environment import SHAPE, energy
-from app.core.measure.single.preview import preview_light, rough_answers, rough_words
+from app.core.measure.single.preview import answers_of, preview_light, rough_answers
 from app.core.styles.style_pack import StylePack, load_named_pack
+from app.words.preview import rough_words
 from tests.helpers.probes import place
 
 
@@ -61,7 +62,7 @@ def test_no_whole_panorama(shape: tuple[int, int, int]) -> None:
 
 def test_black() -> None:
     assert preview_light(np.zeros((64, 128, 3), np.uint8), SHAPE) is None
-    assert rough_words(None, pack()) == ""
+    assert rough_words(answers_of(None, pack())) == ""
 
 
 def test_the_best_three_by_grade_then_match() -> None:
@@ -72,7 +73,7 @@ def test_the_best_three_by_grade_then_match() -> None:
     keys = [(one.result.grade == "nearly", -one.result.match) for one in answers]
     assert keys == sorted(keys)
     assert all(one.result.attainable for one in answers)
-    words = rough_words(seen((40.0, 35.0, 12.0, 40.0)), pack())
+    words = rough_words(answers_of(seen((40.0, 35.0, 12.0, 40.0)), pack()))
     assert words.startswith("A rough first answer: ")
     assert answers[0].result.title in words
 

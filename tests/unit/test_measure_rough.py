@@ -15,7 +15,9 @@ from app.core.environment.environment import reduce_light
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
+from app.core.measure.read.remarks import PhoneRendered
 from app.core.solver.solve import StyleResult, solve_all
+from app.words.remarks import sentences
 from tests.helpers.cameras import pack
 from tests.helpers.exif_bytes import SHORT, camera_tags, exif, jpeg, pose_xmp
 from tests.helpers.probes import Float32, away_deg, place
@@ -57,7 +59,7 @@ def test_white_counts_as_four_stops_and_one_clipped_channel_as_one(tmp_path: Pat
     assert found[rest] == pytest.approx(0.2, rel=0.01)
     assert probe.rough
     assert probe.merged.cd_m2 is None
-    assert any("states no exposure time" in each for each in probe.warnings)
+    assert any("states no exposure time" in each for each in sentences(probe.warnings))
 
 
 @pytest.mark.usefixtures("best_turns")
@@ -94,7 +96,7 @@ def test_what_is_not_clipped_is_not_in_doubt(tmp_path: Path) -> None:
     assert in_doubt(probe) == ()
     assert probe.merged.radiance.max() == pytest.approx(0.8, rel=0.01)
     assert probe.finished.audit is not None
-    assert "nothing in it is clipped" in probe.finished.audit.advice[0]
+    assert "nothing in it is clipped" in sentences(probe.finished.audit.advice)[0]
 
 
 def test_the_user_knows_a_lamp_better(tmp_path: Path) -> None:
@@ -115,7 +117,7 @@ def test_phones_that_rendered_it_are_named(tmp_path: Path) -> None:
     tags = [*camera_tags(), (0xA401, SHORT, (3,))]
     file.write_bytes(jpeg(exif(None, camera=tags), shape=(64, 128)))
     probe = measure([file], MeasureOptions(alone=True))
-    assert any("phone's HDR" in each for each in probe.warnings)
+    assert any(isinstance(each, PhoneRendered) for each in probe.warnings)
 
 
 GREY = np.full((128, 256, 3), 0.2, np.float32)

@@ -16,6 +16,7 @@ from app.core.measure.finish.masks import cap_mask, parse_mask
 from app.core.measure.finish.tripod_detection import (
     NADIR,
     Clutter,
+    Suggestion,
     foot_of,
     resolve,
     suggest,
@@ -23,6 +24,7 @@ from app.core.measure.finish.tripod_detection import (
 )
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.resampling import Chart
+from app.words.masks import clutter_name, clutter_reason
 from tests.helpers.shared import SHARED, needs_shared
 
 SCENES = ("city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset")
@@ -103,7 +105,8 @@ def test_a_black_tripod_is_found_where_it_is(name: str) -> None:
     there, stray = overlap(found.mask, truth)
     assert there > 0.75
     assert stray < 0.25
-    assert found.name == "stick, tripod or hand"
+    assert isinstance(found.origin, Suggestion)
+    assert found.origin.azimuth_deg is None
     assert 0.3 <= found.confidence <= 0.95
     assert found.mask.shape == light.shape[:2]
     assert found.mask.dtype == np.float32
@@ -126,8 +129,9 @@ def test_somebody_who_holds_the_stick_is_found(name: str, azimuth: float) -> Non
     there, stray = overlap(found.mask, truth)
     assert there > 0.8
     assert stray < 0.3
-    assert found.name == "somebody close to the camera"
-    said = float(found.reason.partition("azimuth ")[2].partition("°")[0])
+    assert isinstance(found.origin, Suggestion)
+    assert found.origin.azimuth_deg is not None
+    said = found.origin.azimuth_deg
     assert abs((said - azimuth + 180.0) % 360.0 - 180.0) < 15.0
 
 
@@ -182,8 +186,9 @@ def test_masks_by_hand_and_suggestions_come_in_the_order_asked_for() -> None:
     light, _ = tripod(scene("city"))
     specs = [parse_mask(text) for text in ("box:0,20,-20,10", "suggested", "nadir:-80")]
     box, found, cap = resolve(specs, merged(light))
-    assert (box.name, box.confidence) == ("masked box", 1.0)
-    assert found.name == "stick, tripod or hand"
+    assert (clutter_name(box), box.confidence) == ("masked box", 1.0)
+    assert isinstance(found.origin, Suggestion)
+    assert found.origin.azimuth_deg is None
     np.testing.assert_array_equal(cap.mask, cap_mask(-80.0, light.shape[:2]))
     assert cap.solid_angle_sr == pytest.approx(2 * np.pi * (1 - np.sin(np.radians(80))), rel=0.01)
     both = union([box, cap], light.shape[:2])
@@ -221,5 +226,5 @@ def test_a_suggestion_says_no_more_than_it_knows() -> None:
     light, _ = tripod(scene("sunset"))
     (found,) = suggest(merged(light))
     assert isinstance(found, Clutter)
-    assert found.reason.startswith("It reaches ")
+    assert clutter_reason(found).startswith("It reaches ")
     assert found.confidence < 1.0

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from app.core.base.remarks import PlainRemark
 from app.core.measure.finish.finish import finish
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket, Exposure, Frame
@@ -50,12 +51,11 @@ def test_facts_of_a_capture(rig: Rig) -> None:
 
 def test_files_count_from_the_middle_frame(rig: Rig) -> None:
     merged = clip(place([(0.0, 0.0, 10.0, 1.0)]))
-    probe = SimpleNamespace(
-        **vars(probe_of(merged)), warnings=("One.", "One.", "Two."), notes=("Note.",)
-    )
+    one, two = PlainRemark("One."), PlainRemark("Two.")
+    probe = SimpleNamespace(**vars(probe_of(merged)), warnings=(one, one, two), notes=(two,))
     facts = capture_facts(probe, "", "files")  # type: ignore[arg-type]
     assert [frame.ev for frame in facts.frames] == [2.0, 0.0, -2.0]
-    assert facts.warnings == ("One.", "Two.")
+    assert facts.warnings == (one, two)
 
 
 def test_the_sun_is_found_where_it_stands() -> None:

@@ -20,6 +20,7 @@ from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from app.devices.webcam.files import film_frames
+from app.words.remarks import sentences
 from tests.helpers.films import write_film
 from tests.unit.test_measure_film import stood_still
 
@@ -110,7 +111,7 @@ def test_window_reads_a_film_as_it_is_set(
     # Green is stored above on the right.
     assert bool(given[0][2][30, 50, 1] > 128) is mirrored
     assert opened.place.capture is not None
-    words = " ".join(opened.place.capture.warnings)
+    words = " ".join(sentences(opened.place.capture.warnings))
     assert ("switch on Mirrored" in words) is not mirrored
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import StyleError
-from app.core.faces.light_reading import FaceLight
+from app.core.faces.light_reading import FaceLight, Unread
 from app.core.faces.pose import Pose
 from app.core.painting.photo_style import lamp_words, photo_lamps, photo_style
 from app.core.painting.user_style import UserStyle, prepare_user_style, solve_user_styles
@@ -112,7 +112,7 @@ def test_title_side_and_note() -> None:
     ("light", "words"),
     [
         (replace(KEY, key="behind", azimuth_deg=None, elevation_deg=None), "behind"),
-        (FaceLight(KEY.pose, reason="The light is flat."), "flat"),
+        (FaceLight(KEY.pose, reason=Unread.FLAT), "flat"),
     ],
 )
 def test_what_was_not_read_is_refused(light: FaceLight, words: str) -> None:
@@ -130,6 +130,6 @@ def test_flat_light_and_light_from_behind_are_refused() -> None:
 
 def test_a_profile_is_refused() -> None:
     light = read(portrait("generic", 50.0, 20.0))
-    aside = FaceLight(replace(light.pose, yaw_deg=70.0), reason="The face is seen from the side.")
+    aside = FaceLight(replace(light.pose, yaw_deg=70.0), reason=Unread.PROFILE)
     with pytest.raises(StyleError, match="side"):
         made(aside)

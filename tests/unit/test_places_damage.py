@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 
 from app.core.places.library import list_places
 from app.core.places.place import to_json
+from app.core.places.remarks import PartLost
 from app.core.places.store import create_place, read_place, write_place
+from app.words.remarks import sentences
 from tests.helpers.quick import sample_first
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place
 
@@ -48,7 +50,7 @@ def test_what_a_newer_version_wrote_survives(kept: Path) -> None:
     (kept / "place.json").write_text(json.dumps(facts), "utf-8")
     place = read_place(kept)
     assert place.name == "Café de l’Été"
-    assert any("newer Turnlight" in remark for remark in place.remarks)
+    assert any("newer Turnlight" in remark for remark in sentences(place.remarks))
     assert list_places(kept.parent)[0].state == "newer"
     write_place(kept, replace(place, notes="new", location=replace(place.location, sun=False)))
     facts["notes"] = "new"
@@ -100,8 +102,8 @@ def test_unfit_field_costs_that_field_only(kept: Path, key: str, value: object) 
     (kept / "place.json").write_bytes(damaged)
     place = read_place(kept)
     assert len(place.remarks) >= 2, place.remarks
-    assert "could not be read" in place.remarks[0]
-    assert "place.json.bak" in place.remarks[1]
+    assert "could not be read" in sentences(place.remarks)[0]
+    assert "place.json.bak" in sentences(place.remarks)[1]
     assert (kept / "place.json.bak").read_bytes() == damaged
     again = to_json(replace(place, source=None))
     for other in set(facts) - {key}:
@@ -119,7 +121,7 @@ def test_lost_name_of_the_light_is_found_again(kept: Path) -> None:
     (kept / "place.json").write_text(json.dumps(facts | {"environment": 5}), "utf-8")
     place = read_place(kept)
     assert place.environment == "environment-0123456789ab.exr"
-    assert "found again" in place.remarks[-1]
+    assert "found again" in sentences(place.remarks)[-1]
 
 
 def test_light_of_another_name_is_not_taken_for_ours(kept: Path) -> None:
@@ -139,7 +141,7 @@ def test_bad_results_are_dropped_one_by_one(kept: Path) -> None:
         facts["results"][0]["name"],
         facts["results"][2]["name"],
     ]
-    assert "1 of 3 results" in place.remarks[0]
+    assert "1 of 3 results" in sentences(place.remarks)[0]
     write_place(kept, place)
     assert read_place(kept).remarks == ()
 
@@ -150,11 +152,11 @@ def test_cut_off_file_leaves_the_light_and_what_the_folder_says(kept: Path, shar
     (kept / "place.json").write_bytes(whole[: int(len(whole) * share)])
     listed = list_places(kept.parent)[0]
     assert listed.state == "damaged"
-    assert listed.trouble is not None
-    assert "damaged or incomplete" in listed.trouble
+    assert isinstance(listed.trouble, PartLost)
+    assert "damaged or incomplete" in listed.trouble.why
     assert listed.folder == kept
     place = read_place(kept)
-    assert "place.json.bak" in "".join(place.remarks)
+    assert "place.json.bak" in "".join(sentences(place.remarks))
     assert place.made_at.astimezone(UTC).year == 2026
     assert place.name == "cafe"
     assert place.environment == "environment-0123456789ab.exr"
@@ -180,7 +182,7 @@ def test_file_that_is_something_else(kept: Path, content: bytes, words: str) -> 
     assert listed.name == "cafe"
     assert listed.has_light
     place = read_place(kept)
-    assert words in place.remarks[0]
+    assert words in sentences(place.remarks)[0]
     assert (kept / "place.json.bak").stat().st_size == len(content)
     assert place.name == "cafe"
     assert place.made_at.hour == 12
@@ -198,8 +200,8 @@ def test_deep_nesting_is_damage(kept: Path) -> None:
     (kept / "place.json").write_text(json.dumps(facts | {"notes": deep}), "utf-8")
     place = read_place(kept)
     assert place.notes == ""
-    assert "nested too deeply" in place.remarks[0]
-    assert "place.json.bak" in place.remarks[1]
+    assert "nested too deeply" in sentences(place.remarks)[0]
+    assert "place.json.bak" in sentences(place.remarks)[1]
 
 
 @pytest.mark.slow

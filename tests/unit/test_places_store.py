@@ -17,6 +17,8 @@ from hypothesis import HealthCheck, example, given
 from hypothesis import settings as limits
 from hypothesis import strategies as st
 
+from app.core.base.remarks import PlainRemark
+from app.core.measure.bracket.remarks import MuchMotion
 from app.core.places.library import list_places
 from app.core.places.place import (
     Asked,
@@ -28,6 +30,7 @@ from app.core.places.place import (
     answers_of,
     to_json,
 )
+from app.core.places.remarks import FolderUnreadable, LightMissing, Unfinished
 from app.core.places.store import (
     capture_folders,
     change_place,
@@ -40,6 +43,7 @@ from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.lamps import Studio
 from app.core.styles.style_pack import load_named_pack
+from app.words.remarks import sentences
 from tests.unit.test_places_results import RESULTS
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions, pipes and links as on POSIX")
@@ -77,6 +81,9 @@ FRAMES = st.builds(
     st.floats(-20.0, 20.0),
     SHARES,
 )
+REMARKS = st.lists(
+    st.builds(PlainRemark, PRINTABLE) | st.builds(MuchMotion, SHARES), max_size=2
+).map(tuple)
 CAPTURES = st.builds(
     CaptureFacts,
     TEXTS,
@@ -84,9 +91,9 @@ CAPTURES = st.builds(
     st.lists(FRAMES, max_size=4).map(tuple),
     st.none() | SHARES,
     st.none() | st.floats(0.0, 1e6),
-    st.lists(PRINTABLE, max_size=2).map(tuple),
-    st.lists(PRINTABLE, max_size=2).map(tuple),
-    st.lists(PRINTABLE, max_size=2).map(tuple),
+    REMARKS,
+    REMARKS,
+    REMARKS,
 )
 PLACES = st.builds(
     Place,
@@ -148,7 +155,15 @@ def full_place() -> Place:
         chosen="left-loop",
         needle_deg=-7.1,
         goal_deg=96.4,
-        capture=CaptureFacts("RICOH THETA X", "full", frames, 0.01, 850.0, ("Moved.",), ("More.",)),
+        capture=CaptureFacts(
+            "RICOH THETA X",
+            "full",
+            frames,
+            0.01,
+            850.0,
+            (PlainRemark("Moved."),),
+            (PlainRemark("More."),),
+        ),
         said_white_cd_m2=412.5,
         spot="0af3",
         studios={"": Studio(30.0, None), "left-loop": Studio(math.pi, 4.0)},
@@ -293,7 +308,7 @@ def test_answers_by_an_earlier_rule_are_kept_and_told_once(kept: Path) -> None:
     write_place(kept, replace(read_place(kept), results=old))
     opened = read_place(kept)
     assert [each.name for each in opened.before] == ["butterfly", "left-loop"]
-    assert any("answered again" in remark for remark in opened.remarks)
+    assert any("answered again" in remark for remark in sentences(opened.remarks))
     write_place(kept, replace(opened, results=results))
     again = read_place(kept)
     assert again.remarks == ()
@@ -323,7 +338,7 @@ def test_what_could_not_be_read_again_is_not_written(kept: Path) -> None:
 
 
 def test_long_words_of_a_camera_are_cut_rather_than_refused(kept: Path) -> None:
-    capture = CaptureFacts("X" * 999, warnings=("w" * 9999,) * 999)
+    capture = CaptureFacts("X" * 999, warnings=(PlainRemark("w" * 9999),) * 999)
     write_place(kept, replace(read_place(kept), capture=capture))
     again = read_place(kept)
     assert again.remarks == ()
@@ -430,7 +445,7 @@ def test_missing_light_is_said(kept: Path) -> None:
     (kept / "environment-0123456789ab.exr").unlink()
     listed = list_places(kept.parent)[0]
     assert not listed.has_light
-    assert "light of this place is missing" in str(listed.trouble)
+    assert listed.trouble == LightMissing()
 
 
 def test_new_place_without_light_is_no_trouble(root: Path) -> None:
@@ -451,7 +466,7 @@ def test_lists_nothing_that_never_was_a_place(root: Path) -> None:
 def test_root_that_is_a_file_is_told_and_not_raised(root: Path) -> None:
     root.write_bytes(b"")
     (listed,) = list_places(root)
-    assert "cannot be read" in str(listed.trouble)
+    assert isinstance(listed.trouble, FolderUnreadable)
 
 
 @pytest.mark.parametrize("inside", ["capture", "capture-3", "."])
@@ -464,7 +479,7 @@ def test_capture_that_was_broken_off_is_offered(root: Path, inside: str) -> None
     assert listed.captures == ((folder / inside),)
     assert listed.name == "old court"
     place = read_place(folder)
-    assert "gone on with" in place.remarks[0]
+    assert place.remarks[0] == Unfinished()
     assert (place.made_at.hour, place.made_at.minute) == (12, 5)
     write_place(folder, place)
     assert list_places(root)[0].state == "whole"

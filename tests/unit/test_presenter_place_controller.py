@@ -15,8 +15,10 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_image
 from app.core.base.paths import resources
+from app.core.base.remarks import PlainRemark
 from app.core.environment.environment import read_environment
 from app.core.measure.finish.findings import Findings, Lamp, find
+from app.core.measure.finish.remarks import SunRestored
 from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Place
 from app.core.places.store import PlaceSummary, create_place, read_place
@@ -28,6 +30,7 @@ from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.probe.notices import advice_notice
 from app.ui.screens.probe.state import CameraBlock, Notice
+from app.words.remarks import remark_words, sentences
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.probes import place
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
@@ -251,25 +254,30 @@ def test_layers_are_asked_for_and_one_is_opened(table: Table, tmp_path: Path) ->
     assert table.model.light.environment.radiance.max() == 8.0
     assert table.model.place is not None
     assert table.model.place.capture is not None
-    assert any("layer key is read" in line for line in table.model.place.capture.warnings)
+    assert any(
+        "layer key is read" in line for line in sentences(table.model.place.capture.warnings)
+    )
 
 
 def test_a_ball_says_how_fine_it_is_and_what_it_does_not_show() -> None:
-    facts = CaptureFacts(plan="ball", notes=("It resolves 0.5°.", "3 % was not seen."))
+    facts = CaptureFacts(
+        plan="ball", notes=(PlainRemark("It resolves 0.5°."), PlainRemark("3 % was not seen."))
+    )
     ball = Place("Ball", datetime(2026, 6, 21, 12, tzinfo=UTC), capture=facts)
     notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
     assert notice == Notice("note", "It resolves 0.5°.", "3 % was not seen.")
     # What must be said comes first; nothing is left out.
-    ball = replace(ball, capture=replace(facts, warnings=("Frame 2 moved.",)))
+    ball = replace(ball, capture=replace(facts, warnings=(PlainRemark("Frame 2 moved."),)))
     notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
     assert notice == Notice("advice", "Frame 2 moved.", "It resolves 0.5°. 3 % was not seen.")
     # A sun that no frame holds; each sentence is said once.
     sun = Findings((Lamp("A", "sun", 40.0, 30.0, 0.5, 0.6, True),))
-    notes = ("It resolves 0.5°.", "The sun was put back.")
+    restored = SunRestored("A", 30.0, "clear", 95000.0, 70000.0, 110000.0)
+    notes = (PlainRemark("It resolves 0.5°."), restored)
     facts = CaptureFacts(plan="ball", notes=notes, frames=(FrameFacts("a.jpg", 0.01),))
     notice = advice_notice(replace(ball, capture=facts), sun, None, CameraBlock())
     assert notice is not None
-    assert notice.body == "The sun was put back. It resolves 0.5°."
+    assert notice.body == f"{remark_words(restored)} It resolves 0.5°."
 
 
 def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(

@@ -15,6 +15,7 @@ from app.core.environment.environment import energy, read_environment, reduce_ra
 from app.core.second_light.captured import edit_mask, find_mask, make_lamp
 from app.core.second_light.library import capture_lamp
 from app.devices.simulated.cameras import SENSORS
+from app.words.remarks import sentences
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
 from tests.helpers.quick import sample_first
 
@@ -120,7 +121,7 @@ def test_a_lamp_burnt_out_in_every_frame_is_told(tmp_path: Path) -> None:
     light, truth = room(lamp, 0.02, reflections=False)
     files = bracket(tmp_path, light, lamp.level / 16.0, stops=(2.0, 0.0))
     found = capture_lamp(files)
-    assert any("clipped in every frame" in words for words in found.warnings)
+    assert any("clipped in every frame" in words for words in sentences(found.warnings))
     assert overlap(found.lamp.alpha, truth) >= 0.9
 
 

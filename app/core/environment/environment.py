@@ -20,13 +20,14 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.image_input import CLIPPED, UNSEEN
+from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded, row_edges
 from app.core.base.sphere import solid_angles as solid_angles
 from app.core.environment.environment_file import Repairs, read_panorama, repair
 from app.core.environment.holes import canvas, filled
 from app.core.environment.plateau import plateau
+from app.core.environment.remarks import ClippedFile, FromOnePhoto, LayerChosen, PartUnseen
 from app.core.text import tr
-from app.core.text.quantities import small_percent
 
 _Mark = TypeVar("_Mark", bound=np.generic)
 SHAPE: Final = (32, 64)
@@ -89,43 +90,19 @@ class Environment:
         return float(energy(light * bounded(self.clipped, _FINE))) / float(energy(light))
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences to show the user: layer, repairs, what is a guess and what was not seen."""
-        name, words = self.name, list(self.repairs.warnings(self.name))
+    def warnings(self) -> tuple[Remark, ...]:
+        """What to report: layer, repairs, what is a guess and what was not seen."""
+        remarks: list[Remark] = list(self.repairs.remarks(self.name))
         if self.layers:
-            others = ", ".join(each for each in self.layers if each != self.layer)
-            words.append(
-                tr(
-                    "{name}: layer {layer} is read; it also holds {others}.",
-                    name=name,
-                    layer=self.layer,
-                    others=others,
-                )
-            )
+            others = tuple(each for each in self.layers if each != self.layer)
+            remarks.append(LayerChosen(self.name, self.layer, others))
         if self.rough:
-            words.append(
-                tr(
-                    "{name} was made from one photograph: where that was clipped, its light is a "
-                    "guess.",
-                    name=name,
-                )
-            )
+            remarks.append(FromOnePhoto(self.name))
         elif self.clipped is not None:
-            words.append(
-                tr(
-                    "{name} is clipped: its brightest areas may be brighter than the file says.",
-                    name=name,
-                )
-            )
+            remarks.append(ClippedFile(self.name))
         if self.unseen is not None:
-            words.append(
-                tr(
-                    "{name} does not show {share} of the sphere. It was filled from around.",
-                    name=name,
-                    share=small_percent(self.blind),
-                )
-            )
-        return tuple(words)
+            remarks.append(PartUnseen(self.name, self.blind))
+        return tuple(remarks)
 
 
 def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Float32]:

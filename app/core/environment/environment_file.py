@@ -36,7 +36,8 @@ from app.core.base.image_input import (
     upright,
 )
 from app.core.environment.layers import Layer, choose_layer, layers_of
-from app.core.text import tr, tr_plural
+from app.core.environment.remarks import Repaired
+from app.core.text import tr
 from app.core.text.quantities import percent
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ _TIFF: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
 _OTHER_IMAGES: Final = (
     (b"\xff\xd8\xff", "JPEG"),
     (b"\x89PNG", "PNG"),
-    *((magic, tr("TIFF or raw")) for magic in _TIFF),
+    *((magic, "TIFF or raw") for magic in _TIFF),
     (b"GIF8", "GIF"),
     (b"BM", "BMP"),
     (b"RIFF", "WebP"),
@@ -90,36 +91,11 @@ class Repairs:
         """All counts together; a texel with two kinds of damage counts twice."""
         return self.nan + self.infinite + self.negative
 
-    def warnings(self, name: str) -> tuple[str, ...]:
-        """Say in words what was repaired.
-
-        Examples:
-            >>> Repairs(nan=2, negative=1).warnings("hall")
-            ('hall: repaired 2 NaN texels (set to 0), 1 negative texel (set to 0).',)
-        """
-        parts = []
-        if self.nan:
-            parts.append(
-                tr_plural("{count} NaN texel (set to 0)", "{count} NaN texels (set to 0)", self.nan)
-            )
-        if self.infinite:
-            parts.append(
-                tr_plural(
-                    "{count} infinite texel (set to {level:g})",
-                    "{count} infinite texels (set to {level:g})",
-                    self.infinite,
-                    level=self.level,
-                )
-            )
-        if self.negative:
-            parts.append(
-                tr_plural(
-                    "{count} negative texel (set to 0)",
-                    "{count} negative texels (set to 0)",
-                    self.negative,
-                )
-            )
-        return (tr("{name}: repaired {what}.", name=name, what=", ".join(parts)),) if parts else ()
+    def remarks(self, name: str) -> tuple[Repaired, ...]:
+        """Report what was repaired, if anything was."""
+        if not self.total:
+            return ()
+        return (Repaired(name, self.nan, self.infinite, self.negative, self.level),)
 
 
 def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:

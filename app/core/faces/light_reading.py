@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
@@ -22,7 +23,6 @@ from app.core.faces.finder import Face, face_mesh
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import Pose, head_pose
 from app.core.styles.style_pack import load_named_pack
-from app.core.text import tr
 
 Key: TypeAlias = Literal["front", "behind", "flat"]
 
@@ -64,6 +64,15 @@ _LIT: Final = 0.2  # of likeness, for each stop that more or less of the skin is
 _LAMP: Final = 0.01  # of likeness, that each lamp of a style must bring
 
 
+class Unread(Enum):
+    """Why no direction of light was read from a face."""
+
+    PROFILE = "profile"
+    HIDDEN = "hidden"
+    FLAT = "flat"
+    MIXED = "mixed"  # something hides a part, or several lamps light it
+
+
 @dataclass(frozen=True, slots=True)
 class FaceLight:
     """What a face says of its light.
@@ -78,7 +87,7 @@ class FaceLight:
         fill_ratio: Key and frontal fill to the fill alone; None where no fill was read.
         ratio_stops: How much brighter the brighter cheek is than the other.
         styles: Names and likeness, 0 to 1, of the styles that it may be, the likeliest first.
-        reason: Why it was not read, or has no direction; empty when it was.
+        reason: Why it was not read, or has no direction; None when it was.
     """
 
     pose: Pose
@@ -90,7 +99,7 @@ class FaceLight:
     fill_ratio: float | None = None
     ratio_stops: float | None = None
     styles: tuple[tuple[str, float], ...] = ()
-    reason: str = ""
+    reason: Unread | None = None
 
     @property
     def at_lens(self) -> bool:
@@ -180,10 +189,10 @@ def light_on_head(grey: Float32, seen: Bools, pose: Pose) -> FaceLight:
     """Read the same from a face that was brought onto the head, see `on_head`."""
     found = FaceLight(pose)
     if abs(pose.yaw_deg) > _PROFILE_DEG:
-        return replace(found, reason=tr("The face is seen from the side."))
+        return replace(found, reason=Unread.PROFILE)
     values, shown = grey[head_map().skin], seen[head_map().skin]
     if shown.mean() < _LEAST_SEEN:
-        return replace(found, reason=tr("Too little of the face can be seen."))
+        return replace(found, reason=Unread.HIDDEN)
     found = replace(found, ratio_stops=_ratio(grey, seen))
     likeness = _likeness(values, shown, _lamps().pictures, _lamps().fill, FILLS)
     apart, lopsided = _apart(grey, seen)
@@ -191,14 +200,12 @@ def light_on_head(grey: Float32, seen: Bools, pose: Pose) -> FaceLight:
     found = replace(found, styles=_styles(values, shown, alone.size))
     shading = _shading(values[shown], shown, key, lopsided)
     if shading.flat:
-        reason = tr("The light is flat: no side of the face is brighter.")
-        return replace(found, key="flat", softness_deg=None, reason=reason)
+        return replace(found, key="flat", softness_deg=None, reason=Unread.FLAT)
     rim = _key(likeness, apart, _lamps().around)
     if _is_behind(found.pose, alone, rim, shading):
         return replace(found, key="behind", softness_deg=alone.size)
     if likeness[0].max() < _LEAST_LIKE and shading.unlike:
-        reason = tr("Something hides the face, or several lamps light it.")
-        return replace(found, reason=reason)
+        return replace(found, reason=Unread.MIXED)
     return _with_key(found, key, shading)
 
 

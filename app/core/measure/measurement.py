@@ -11,6 +11,7 @@ import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.progress import Report, Token
+from app.core.base.remarks import Remark
 from app.core.environment.environment import Environment, from_radiance, kept_shares
 from app.core.measure.bracket.align import Alignment, Levelling
 from app.core.measure.bracket.deghosting import Moved
@@ -41,7 +42,7 @@ class Measurement:
         way: Key of the way, as in `ways.WAYS`.
         bracket: The frames that were used, with their true exposures; a film has none.
         finished: The light, its lamps and sun, and which answers hang on what is clipped.
-        warnings, notes: Sentences: what may be wrong, and what was done.
+        warnings, notes: What may be wrong, and what was done.
         display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
         blind: Share of the sphere that was filled because no picture shows it.
         left_out: Files that are no exposures of the series.
@@ -52,8 +53,8 @@ class Measurement:
     way: str
     bracket: Bracket
     finished: Finished
-    warnings: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
+    notes: tuple[Remark, ...] = ()
     display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
     blind: float = 0.0
     left_out: tuple[LeftOut, ...] = ()

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from app.core.base.errors import StyleError
-from app.core.faces.light_reading import FaceLight
+from app.core.faces.light_reading import FaceLight, Unread
 from app.core.painting.canvas import Canvas, from_weights, make_canvas, weights_of
 from app.core.painting.user_style import MAX_TITLE, UserStyle, clean_text, light_side
 from app.core.solver.transport import Transport, render, to_image
@@ -88,6 +88,15 @@ def lamp_words(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
     return tr("{key}; frontal fill, {ratio:g}:1.", key=words, ratio=round(ratio, 1))
 
 
+_WHY: Final = {
+    None: tr("The light on this face cannot be read."),
+    Unread.PROFILE: tr("The face is seen from the side."),
+    Unread.HIDDEN: tr("Too little of the face can be seen."),
+    Unread.FLAT: tr("The light is flat: no side of the face is brighter."),
+    Unread.MIXED: tr("Something hides the face, or several lamps light it."),
+}
+
+
 def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
     """Key and fill that light a face so; see `photo_lamps`."""
     azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
@@ -98,7 +107,7 @@ def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
         )
     if azimuth is None or elevation is None or size is None:
         raise StyleError(
-            light.reason or tr("The light on this face cannot be read."),
+            _WHY[light.reason],
             tr("Choose a picture of a face that looks into the lens and is lit from one side."),
         )
     size = float(np.clip(size, *SIZES_DEG))

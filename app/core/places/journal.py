@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias
 
 from app.core.base.files import open_file
+from app.core.base.remarks import PlainRemark, Remark
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.measure.read.frame import Exposure
+from app.core.places.saved_remarks import facts_of, remarks_of
 from app.core.storage.json_file import (
     Check,
     Unfit,
@@ -120,7 +122,7 @@ class SessionJournal:
     started: str = ""
     finished: str = ""
     seconds: Mapping[str, float] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
 
     @property
     def owes(self) -> bool:
@@ -137,6 +139,9 @@ def text_of(journal: SessionJournal) -> str:
     written that cannot be read again.
     """
     facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
+    facts["warnings"] = facts_of(journal.warnings)
+    if journal.plan is not None:
+        facts["plan"]["notes"] = facts_of(journal.plan.notes)
     written = json.dumps(facts, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
     journal_of(written)
     return written
@@ -174,6 +179,15 @@ def _line(value: Any) -> str:
     if not line.isprintable():
         raise Unfit("control characters")
     return line
+
+
+def _remarks(value: Any) -> tuple[Remark, ...]:
+    """Check for remarks, and that the sentences among them are lines."""
+    remarks = remarks_of(value)
+    for each in remarks:
+        if isinstance(each, PlainRemark):
+            _line(each.sentence)
+    return remarks
 
 
 def _like(pattern: str) -> Check:
@@ -235,7 +249,7 @@ _PLAN: Final = record(
         "kind": one_of("paper", "full"),
         "shots": listed(_SHOT, _MAX_ITEMS),
         "expected_s": number(0.0, 1e6),
-        "notes": listed(_line, _MAX_ITEMS),
+        "notes": _remarks,
     },
 )
 _FRAME: Final = record(
@@ -273,7 +287,7 @@ _CHECKS: Final[dict[str, Check]] = {
     "started": _line,
     "finished": _line,
     "seconds": _seconds,
-    "warnings": listed(_line, _MAX_ITEMS),
+    "warnings": _remarks,
 }
 # Journals of earlier versions lack these.
 _LATER: Final = frozenset({"picture_to_delete", "shot_start", "singles", "surplus"})

@@ -22,6 +22,7 @@ from typing import Any, Final
 from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
+from app.core.places.remarks import FolderUnreadable
 from app.core.places.store import EARLIEST, PlaceSummary, summarise
 from app.core.text import tr
 
@@ -47,11 +48,7 @@ def list_places(root: Path) -> tuple[PlaceSummary, ...]:
     except FileNotFoundError:
         return ()
     except OSError as error:
-        trouble = tr(
-            "The folder of places {root} cannot be read: {reason}.",
-            root=root,
-            reason=words_of(error),
-        )
+        trouble = FolderUnreadable(root, words_of(error))
         return (PlaceSummary(root, root.name, EARLIEST, None, trouble, "damaged"),)
     found = [summary for folder in folders if (summary := summarise(folder)) is not None]
     return tuple(sorted(found, key=lambda each: (each.made_at, each.folder.name), reverse=True))

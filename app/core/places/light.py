@@ -23,12 +23,14 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.image_input import stated_scale
 from app.core.base.images import write_exr, write_half_exr, write_png
+from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment, from_radiance
 from app.core.environment.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.measure.finish.display import display_panorama
 from app.core.places.originals import ORIGINALS
 from app.core.places.place import ENVIRONMENT_NAME, Place, PlaceError
+from app.core.places.remarks import LightChanged
 from app.core.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 
@@ -142,10 +144,10 @@ def fingerprint_of(radiance: FloatImage) -> str:
     return total.hexdigest()
 
 
-def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]]:
+def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, ...]]:
     """Read the light of a place.
 
-    Returns `remarks`: a sentence when the file is not the one that the results were worked out
+    Returns `remarks`: one when the file is not the one that the results were worked out
     from: then they have to be worked out again.
     Raises PlaceError when the place has no light, or its file is missing or damaged; the hint says
     what can be done about it.
@@ -186,13 +188,9 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]
             ),
             _next_step(folder),
         ) from error
-    remarks = environment.repairs.warnings(place.name)
+    remarks = environment.repairs.remarks(place.name)
     if place.fingerprint and fingerprint_of(environment.radiance) != place.fingerprint:
-        changed = tr(
-            "{name} was changed since the results were worked out. They are worked out again.",
-            name=place.environment,
-        )
-        remarks = (*remarks, changed)
+        return environment, (*remarks, LightChanged(place.environment))
     return environment, remarks
 
 

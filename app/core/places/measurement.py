@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from app.core.base.progress import Progress, Report, Task, Token
 from app.core.environment.environment import Environment, from_radiance, read_environment
@@ -25,7 +27,9 @@ from app.core.places.store import read_place
 from app.core.second_light.scale import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.style_pack import load_named_pack
-from app.core.text.quantities import place_name
+
+NamePlace: TypeAlias = Callable[[datetime, str, Collection[str]], str]
+"""Names a place: by when it was made, its light (`Findings.light`), and names that are taken."""
 
 # Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
 # days 1,000 and more; in between a bright window and a dull evening look alike.
@@ -77,7 +81,13 @@ def location_of(probe: Measurement) -> Location:
 
 
 def place_of_capture(
-    folder: Path, places: Path, name: str, probe: Measurement, camera: str, plan: str
+    folder: Path,
+    places: Path,
+    name: str,
+    probe: Measurement,
+    camera: str,
+    plan: str,
+    naming: NamePlace,
 ) -> tuple[Place, PlaceLight]:
     """Describe the place in a folder by what a camera measured there; prepare its light.
 
@@ -85,12 +95,13 @@ def place_of_capture(
         places: Folder of places, whose names are taken.
         name: A place that nobody has named yet is named after its light.
         camera, plan: See `capture_facts`.
+        naming: Names a place that has no name of its own.
     """
     before = read_place(folder)
-    if before.name == place_name(before.made_at):
+    if before.name == naming(before.made_at, "", ()):
         lamps = find(probe.merged.radiance, cd_m2=probe.merged.cd_m2)
         others = list_places(places)
-        name = place_name(before.made_at, lamps.light, [each.name for each in others])
+        name = naming(before.made_at, lamps.light, [each.name for each in others])
     place = replace(
         before,
         name=name,

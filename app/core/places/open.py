@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import Cancelled, CoreError
@@ -14,6 +14,7 @@ from app.core.base.progress import Progress, Report, Task, Token
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
 from app.core.measure.film.in_place import keep_frames
 from app.core.measure.film.movie_header import read_movie_header
+from app.core.measure.film.remarks import FrontCamera
 from app.core.measure.options import HEAD
 from app.core.places.intake import Intake, sort_out
 from app.core.places.load import load_place
@@ -22,16 +23,10 @@ from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack
-from app.core.text import tr
 
 FilmFrames: TypeAlias = Callable[[Path, int, int], Iterable[tuple[float, float, Bytes]]]
 """Reads about so many frames of a video, no wider than so many columns: for each the time, s, the
 share of the film that is over, and (H, W, 3) uint8 sRGB."""
-
-_FRONT_CAMERA: Final = tr(
-    "A front camera took this film. If text in it reads backwards, switch on Mirrored and open it "
-    "again."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +90,7 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
     light, location, facts = measure_intake(intake, token, report)
     if intake.film is not None and not settings.mirrored:
         front = read_movie_header(intake.film).front_camera
-        facts = replace(facts, warnings=(*facts.warnings, *[_FRONT_CAMERA] * front))
+        facts = replace(facts, warnings=(*facts.warnings, *[FrontCamera()] * front))
     token.check()
     report(0.9, Progress(Task.SAVING_PLACE))
     # It is unknown when the light of files was measured: their place has no age.

@@ -16,8 +16,11 @@ import numpy as np
 from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Float64
 from app.core.base.errors import CoreError
+from app.core.base.remarks import Remark
 from app.core.base.visible import STEERING
+from app.core.places.remarks import LostPart
 from app.core.places.saved_reasons import sentence_of, shortfall_of
+from app.core.places.saved_remarks import facts_of, remarks_of
 from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.shortfall import Shortfall
@@ -56,7 +59,7 @@ LONGEST_NAME: Final = 120
 LONGEST_NOTES: Final = 100_000
 LONGEST_TAG: Final = 32
 MOST_TAGS: Final = 12
-UNNAMED: Final = tr("Unnamed place")
+UNNAMED: Final = "Unnamed place"
 
 
 class PlaceError(CoreError):
@@ -115,9 +118,9 @@ class CaptureFacts:
     clipped_share: float | None = None
     # luminance of radiance 1, cd/m2; None where the scale is only relative
     white_cd_m2: float | None = None
-    warnings: tuple[str, ...] = ()
-    advice: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
+    advice: tuple[Remark, ...] = ()
+    notes: tuple[Remark, ...] = ()
     # names of the styles whose answer depends on what is clipped
     doubtful: tuple[str, ...] = ()
     # share of the sphere that nothing shows, 0 to 1
@@ -174,7 +177,7 @@ class Place:
     studios: Mapping[str, Studio] = field(default_factory=dict)
     # where the lens may stand; its background in azimuths of the panorama
     lens: LensWish = STRAIGHT
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
     source: Source | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -349,9 +352,9 @@ _CAPTURE: Final[dict[str, Check]] = {
     "clipped_share": optional(_SHARE),
     "white_cd_m2": optional(number(0.0, 1e12)),
     "frames": listed(record(FrameFacts, _FRAME), _MOST_FRAMES),
-    "warnings": _SENTENCES,
-    "advice": _SENTENCES,
-    "notes": _SENTENCES,
+    "warnings": remarks_of,
+    "advice": remarks_of,
+    "notes": remarks_of,
     "doubtful": _SENTENCES,
     "blind": _SHARE,
     "doubtful_unseen": _SENTENCES,
@@ -408,31 +411,32 @@ _WHY: Final[dict[str, Check]] = {
     "reason": optional(sentence_of),
     "shortfall": optional(sentence_of),
 }
-# What each entry of a place may be, what it is when it is missing, and what to call it.
-_PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
-    "name": (text(20 * LONGEST_NAME), "", tr("its name")),
-    "made_at": (_time, None, tr("its time")),
-    "environment": (text(80, rf"({ENVIRONMENT_NAME})?"), "", tr("its light")),
-    "fingerprint": (text(64, "([0-9a-f]{64})?"), "", tr("the light's checksum")),
-    "measured_at": (optional(_time), None, tr("when the light was measured")),
-    "front_deg": (_ANGLE, 0.0, tr("where the photographer stands")),
-    "head": (_head, "generic", tr("the head")),
-    "notes": (text(LONGEST_NOTES), "", tr("the notes")),
-    "tags": (_TAGS, (), tr("the tags")),
-    "location": (entries, {}, tr("where the place is")),
-    "asked": (optional(record(Asked, _ASKED)), None, tr("what the results were asked with")),
-    "results": (listed(lambda each: each, _MOST_RESULTS), (), tr("the results")),
-    "before": (listed(lambda each: each, _MOST_RESULTS), (), tr("the earlier results")),
-    "chosen": (optional(_WORD), None, tr("the chosen style")),
-    "needle_deg": (optional(_ANGLE), None, tr("the turn looked at")),
-    "goal_deg": (optional(_ANGLE), None, tr("the turn to go to")),
-    "capture": (optional(entries), None, tr("how the light was measured")),
-    "said_white_cd_m2": (optional(_WHITE), None, tr("how bright it is there")),
-    "spot": (_WORD, "", tr("the spot")),
-    "studios": (_studios, {}, tr("the studio’s lamps")),
-    "lens": (_LENS, STRAIGHT, tr("where the lens may stand")),
+# What each entry of a place may be, and what it is when it is missing.
+_PLACE: Final[dict[str, tuple[Check, Any]]] = {
+    "name": (text(20 * LONGEST_NAME), ""),
+    "made_at": (_time, None),
+    "environment": (text(80, rf"({ENVIRONMENT_NAME})?"), ""),
+    "fingerprint": (text(64, "([0-9a-f]{64})?"), ""),
+    "measured_at": (optional(_time), None),
+    "front_deg": (_ANGLE, 0.0),
+    "head": (_head, "generic"),
+    "notes": (text(LONGEST_NOTES), ""),
+    "tags": (_TAGS, ()),
+    "location": (entries, {}),
+    "asked": (optional(record(Asked, _ASKED)), None),
+    "results": (listed(lambda each: each, _MOST_RESULTS), ()),
+    "before": (listed(lambda each: each, _MOST_RESULTS), ()),
+    "chosen": (optional(_WORD), None),
+    "needle_deg": (optional(_ANGLE), None),
+    "goal_deg": (optional(_ANGLE), None),
+    "capture": (optional(entries), None),
+    "said_white_cd_m2": (optional(_WHITE), None),
+    "spot": (_WORD, ""),
+    "studios": (_studios, {}),
+    "lens": (_LENS, STRAIGHT),
 }
 _ANSWERS: Final = ("results", "before")
+_REMARKS: Final = ("warnings", "advice", "notes")
 _LISTED: Final = ("name", "made_at", "environment", "tags", "notes")
 _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
 
@@ -488,13 +492,23 @@ def _known(place: Place) -> Facts:
 
 def _capture_to_json(capture: CaptureFacts) -> Facts:
     # These texts come from cameras and from the program: cut, rather than refused.
-    facts = {name: plain(getattr(capture, name)) for name in _CAPTURE}
+    facts = {name: plain(getattr(capture, name)) for name in _CAPTURE if name not in _REMARKS}
     for name in ("camera", "plan"):
         facts[name] = facts[name][:_LONGEST_WORD]
-    for name in ("warnings", "advice", "notes", "doubtful", "doubtful_unseen"):
+    for name in ("doubtful", "doubtful_unseen"):
         facts[name] = [each[:_LONGEST_SENTENCE] for each in facts[name][:_MOST_SENTENCES]]
     facts["frames"] = facts["frames"][:_MOST_FRAMES]
-    return facts
+    # Earlier versions refuse a capture without lists of sentences.
+    facts |= {name: [] for name in _REMARKS}
+    return facts | {"remarks": {name: facts_of(getattr(capture, name)) for name in _REMARKS}}
+
+
+def _with_remarks(facts: Facts) -> Facts:
+    """Put the remarks in the place of the sentences that earlier versions kept."""
+    remarks = facts.get("remarks")
+    if not isinstance(remarks, dict):
+        return facts
+    return facts | {name: remarks[name] for name in _REMARKS if name in remarks}
 
 
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
@@ -516,12 +530,12 @@ def _result_to_json(result: StyleResult) -> Facts:
     return facts | {"cause": plain(result.shortfall), "reason": None}
 
 
-def _taken(facts: Facts, name: str, lost: list[str]) -> Any:
-    check, default, noun = _PLACE[name]
-    return take(facts, name, check, default, lost, noun)
+def _taken(facts: Facts, name: str, lost: list[LostPart]) -> Any:
+    check, default = _PLACE[name]
+    return take(facts, name, check, default, lost, LostPart(name))
 
 
-def summary_of(facts: Facts, lost: list[str]) -> Facts:
+def summary_of(facts: Facts, lost: list[LostPart]) -> Facts:
     """Take only what a list of places shows."""
     return {each: _taken(facts, each, lost) for each in _LISTED}
 
@@ -544,28 +558,28 @@ def answers_of(facts: Facts) -> tuple[int, int, str]:
     return len(there), len(rows), clean_name(title) if isinstance(title, str) and title else ""
 
 
-def unreadable(place: Place) -> list[str]:
+def unreadable(place: Place) -> list[LostPart]:
     """Return what of a place would count as damaged when it is read again; mostly nothing."""
-    lost: list[str] = []
+    lost: list[LostPart] = []
     _decoded(_known(place), lost, place.name, place.made_at)
     return lost
 
 
-def place_of(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Place:
+def place_of(facts: Facts, lost: list[LostPart], name: str, made_at: datetime) -> Place:
     """Make a place of what a file holds; what is missing or unfit has its default."""
     place = _decoded(facts, lost, name, made_at)
     # Before anything changes it: what this version would make of the very same file.
     return replace(place, source=Source(facts, _known(place)))
 
 
-def _decoded(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Place:
+def _decoded(facts: Facts, lost: list[LostPart], name: str, made_at: datetime) -> Place:
     values: Facts = {}
     for key in _PLACE:
         values[key] = _taken(facts, key, lost)
         if key == "location":
-            values[key] = _part(Location(), values[key], _LOCATION, lost, _PLACE[key][2])
+            values[key] = _part(Location(), values[key], _LOCATION, lost, key)
         elif key == "capture" and values[key] is not None:
-            values[key] = _part(CaptureFacts(), values[key], _CAPTURE, lost, _PLACE[key][2])
+            values[key] = _part(CaptureFacts(), _with_remarks(values[key]), _CAPTURE, lost, key)
         elif key in _ANSWERS:
             values[key] = _results(facts, key, values[key], lost)
     values["name"] = values["name"] or name or UNNAMED
@@ -577,13 +591,13 @@ def _part(
     default: Location | CaptureFacts,
     facts: Facts,
     checks: dict[str, Check],
-    lost: list[str],
-    noun: str,
+    lost: list[LostPart],
+    key: str,
 ) -> Location | CaptureFacts:
-    """Take what is fit of an object; it is named once, whatever was lost of it."""
-    bad: list[str] = []
+    """Take what is fit of an object; it is listed once, whatever was lost of it."""
+    bad: list[LostPart] = []
     values = {
-        name: take(facts, name, check, getattr(default, name), bad, noun)
+        name: take(facts, name, check, getattr(default, name), bad, LostPart(key))
         for name, check in checks.items()
     }
     lost.extend(bad[:1])
@@ -591,7 +605,7 @@ def _part(
 
 
 def _results(
-    facts: Facts, key: str, found: Sequence[Any], lost: list[str]
+    facts: Facts, key: str, found: Sequence[Any], lost: list[LostPart]
 ) -> tuple[StyleResult, ...]:
     good, kept = [], []
     for entry in found:
@@ -601,7 +615,7 @@ def _results(
         except Unfit:
             continue
     if len(kept) < len(found):
-        lost.append(tr("{lost} of {all} results", lost=len(found) - len(kept), all=len(found)))
+        lost.append(LostPart(key, len(found) - len(kept), len(found)))
         facts[key] = kept
     return tuple(good)
 

@@ -25,8 +25,10 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import read_picture
 from app.core.base.progress import Report, Token, silent
+from app.core.base.remarks import Remark
 from app.core.places.originals import ORIGINALS, adopt_files
 from app.core.places.place import PlaceError
+from app.core.places.remarks import PhotosLost
 from app.core.solver.signature import GRADES
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (
@@ -138,7 +140,7 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 }
 
 
-def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
+def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
     """Read what is kept, as much of it as there is.
 
     Returns `shots`: in the order in which they were added, without those that were removed.
@@ -147,7 +149,7 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
     return tuple(shot for shot in shots if not shot.removed), lost
 
 
-def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts, str]:
+def _read(folder: Path) -> tuple[list[Shot], tuple[Remark, ...], Facts, str]:
     file = read_json(folder / SHOTS, _MOST_BYTES)
     shots, lost = [], 0
     for key, value in file.facts.items():
@@ -159,14 +161,8 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts, str]:
             lost += 1
     if file.state in ("missing", "whole") and not lost:
         return shots, (), file.facts, file.version
-    remark = (
-        tr("What is kept of {count} of the photos taken here could not be read.", count=lost)
-        if lost
-        else tr("What is kept of some of the photos taken here could not be read.")
-    )
-    where = folder / _FOLDER / ORIGINALS
-    said = tr("{remark} The photos themselves are in {folder}.", remark=remark, folder=where)
-    return shots, (said,), file.facts, file.version
+    remark = PhotosLost(lost, folder / _FOLDER / ORIGINALS)
+    return shots, (remark,), file.facts, file.version
 
 
 _shot: Final = record(

@@ -33,6 +33,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as
+from app.core.base.remarks import Remark
 from app.core.environment.environment import read_environment
 from app.core.places.journal import JOURNAL
 from app.core.places.originals import (
@@ -60,6 +61,18 @@ from app.core.places.place import (
     unreadable,
     version_of,
 )
+from app.core.places.remarks import (
+    CopyFailed,
+    CopyKept,
+    FromNewer,
+    JudgedAnew,
+    LightFoundAgain,
+    LightMissing,
+    LostPart,
+    PartLost,
+    PlaceUnreadable,
+    Unfinished,
+)
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
@@ -81,7 +94,6 @@ MERGED: Final = "environment.exr"
 """Name of what a capture has merged, in its session's folder."""
 
 _CAPTURE: Final = "capture"
-_RECAPTURE: Final = tr("Open it and look, or capture here again.")
 EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
 """Time of a place whose own is not known."""
 
@@ -94,7 +106,7 @@ class PlaceSummary:
     name: str
     made_at: datetime
     thumbnail: Path | None = None
-    trouble: str | None = None  # why the place is not as it should be, a sentence; None when it is
+    trouble: Remark | None = None  # why the place is not as it should be; None when it is
     # "unfinished": a folder that was begun, with something in it that can be gone on with. Each of
     # them can be opened with `read_place`
     state: State = "whole"
@@ -117,7 +129,7 @@ def summarise(folder: Path) -> PlaceSummary | None:
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "missing" and not any(_is_trace(name) for name in names):
         return None
-    lost: list[str] = []
+    lost: list[LostPart] = []
     said = summary_of(file.facts, lost)
     name, made_at, environment = said["name"], said["made_at"], said["environment"]
     light = environment if environment in names else newest_light(folder, names)
@@ -140,24 +152,21 @@ def summarise(folder: Path) -> PlaceSummary | None:
     )
 
 
-def _judge(file: JsonFile, lost: Sequence[str], lightless: bool) -> tuple[State, str | None]:
-    """Find the most important thing to say about a place."""
+def _judge(
+    file: JsonFile, lost: Sequence[LostPart], lightless: bool
+) -> tuple[State, Remark | None]:
+    """Find the most important thing to report of a place."""
     if file.state == "missing":
-        return "unfinished", tr("This place was begun but not finished. What was captured is kept.")
+        return "unfinished", Unfinished()
     if file.state == "unreadable":
-        return "damaged", tr("This place cannot be read: {why}.", why=file.why)
+        return "damaged", PlaceUnreadable(file.why)
     if file.state == "damaged" or lost:
-        return "damaged", tr(
-            "A part of this place cannot be read: {why}. {recapture}",
-            why=file.why if file.state == "damaged" else ", ".join(lost),
-            recapture=_RECAPTURE,
-        )
+        why = file.why if file.state == "damaged" else ""
+        return "damaged", PartLost(why, tuple(lost), empty=not file.facts)
     if lightless:
-        return "damaged", tr("The light of this place is missing. Capture here again.")
+        return "damaged", LightMissing()
     if version_of(file.facts) > VERSION:
-        return "newer", tr(
-            "This place was kept by a newer Turnlight. Update this one to see it all."
-        )
+        return "newer", FromNewer()
     return "whole", None
 
 
@@ -308,7 +317,11 @@ def write_place(folder: Path, place: Place) -> Path | None:
     lost = unreadable(place)
     if lost:
         raise PlaceError(
-            tr("“{name}” was not kept: {parts} cannot be.", name=place.name, parts=", ".join(lost))
+            tr(
+                "“{name}” was not kept: {parts} cannot be.",
+                name=place.name,
+                parts=", ".join(each.name for each in lost),
+            )
         )
     sweep(folder)
     base = "" if place.source is None else place.source.version
@@ -351,7 +364,7 @@ def read_place(folder: Path) -> Place:
             tr("“{name}” cannot be read: {why}.", name=summary.name, why=file.why),
             tr("Look at {folder}.", folder=folder),
         )
-    lost: list[str] = []
+    lost: list[LostPart] = []
     place = place_of(file.facts, lost, summary.name, summary.made_at)
     if place.source is not None:
         place = replace(place, source=replace(place.source, version=file.version))
@@ -360,47 +373,29 @@ def read_place(folder: Path) -> Place:
         light = newest_light(folder)
         place = replace(place, environment=light)
         if light:
-            remarks.append(tr("Its light was found again in {light}.", light=light))
+            remarks.append(LightFoundAgain(light))
     if by_the_rule_before(place):
         place = replace(place, before=place.results)
-        remarks.append(
-            tr(
-                "Turnlight now judges a style by what the face shows. This place is answered "
-                "again; its earlier answers are kept with it."
-            )
-        )
+        remarks.append(JudgedAnew())
     return replace(place, remarks=tuple(remarks))
 
 
-def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
-    remarks = []
+def _remarks(folder: Path, file: JsonFile, lost: Sequence[LostPart]) -> list[Remark]:
+    remarks: list[Remark] = []
     bad = file.state == "damaged" or bool(lost)
     newer = version_of(file.facts) > VERSION
     if file.state == "missing":
-        remarks.append(tr("This place was begun but not finished; it can be gone on with."))
+        remarks.append(Unfinished())
     if bad:
-        said = [
-            tr("A part of this place could not be read: {why}.", why=file.why)
-            if file.why
-            else tr("A part of this place could not be read.")
-        ]
-        if lost:
-            said.append(tr("Lost: {names}.", names=", ".join(dict.fromkeys(lost))))
-        if not file.facts:
-            said.append(tr("Only the files in its folder are left."))
-        remarks.append(" ".join(said))
+        remarks.append(PartLost(file.why, tuple(lost), empty=not file.facts))
     if newer:
-        remarks.append(
-            tr("A newer Turnlight kept this place; what this one does not know is kept.")
-        )
+        remarks.append(FromNewer())
     if bad or newer:
         kept = keep_bad(folder / PLACE, MOST_BYTES)
         if kept is None:
-            remarks.append(
-                tr("The file as it was could not be copied; it is still {place}.", place=PLACE)
-            )
+            remarks.append(CopyFailed(PLACE))
         elif bad:
-            remarks.append(tr("The file as it was is kept as {name}.", name=kept.name))
+            remarks.append(CopyKept(kept.name))
     return remarks
 
 

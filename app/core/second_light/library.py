@@ -32,6 +32,7 @@ from app.core.base.image_input import clear_error, open_image
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
+from app.core.base.remarks import PlainRemark, Remark
 from app.core.base.sphere import bounded, remap_frame
 from app.core.environment.environment import from_radiance
 from app.core.environment.environment_file import read_panorama
@@ -56,7 +57,7 @@ from app.core.text import tr
 _FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter
 
 
-def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
+def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[Remark, ...]]:
     """Read a lamp from a panorama of it in a dark room.
 
     `path`: OpenEXR or Radiance. A channel A is the mask (the light premultiplied); without one the
@@ -66,15 +67,16 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
     """
     # As it is stored: what is transparent is not the lamp, rather than not seen.
     environment = from_radiance(read_panorama(path, coverage=False).radiance, Path(path).stem)
-    name, said = environment.name, list(environment.warnings)
+    name, remarks = environment.name, list(environment.warnings)
     white, shape = stated_white(path), environment.shape
     radiance = bounded(environment.radiance, _FINEST)
     del environment  # It may be a gigabyte larger than what is needed of it.
     alpha = _alpha(Path(path), shape)
     if alpha is None:
         mask = find_mask(radiance)
-        alpha, said = mask.alpha, [*said, *mask.warnings]
-    return make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(said)
+        alpha = mask.alpha
+        remarks += map(PlainRemark, mask.warnings)
+    return make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(remarks)
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
@@ -129,8 +131,8 @@ class Capture:
     """A lamp from files, and what there is to say about it."""
 
     lamp: CapturedLamp
-    warnings: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
 
 def capture_lamp(
@@ -174,7 +176,8 @@ def capture_lamp(
         distance_m=distance_m,
         camera=cameras.pop() if len(cameras) == 1 else "",
     )
-    return Capture(lamp, (*probe.warnings, *mask.warnings), mask.notes)
+    warnings = (*probe.warnings, *map(PlainRemark, mask.warnings))
+    return Capture(lamp, warnings, tuple(map(PlainRemark, mask.notes)))
 
 
 MAX_TITLE: Final = 80

@@ -35,6 +35,7 @@ Facts: TypeAlias = dict[str, Any]
 State: TypeAlias = Literal["whole", "damaged", "missing", "unreadable"]
 
 _Made = TypeVar("_Made")
+_Lost = TypeVar("_Lost")
 
 _NO_LETTERS: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
 _DEEPEST: Final = 24
@@ -248,15 +249,17 @@ def carry_unknown(new: Any, known: Any, found: Any) -> Any:
     return deepcopy(found) if new == known and type(new) is type(known) else new
 
 
-def take(facts: Facts, name: str, check: Check, default: Any, lost: list[str], noun: str) -> Any:
-    """Take one entry, or its default where it is missing; an unfit one is removed and named."""
+def take(
+    facts: Facts, name: str, check: Check, default: Any, lost: list[_Lost], part: _Lost
+) -> Any:
+    """Take one entry, or its default where it is missing; an unfit one is removed and listed."""
     if name not in facts:
         return default
     try:
         return check(facts[name])
     except Unfit:
         del facts[name]
-        lost.append(noun)
+        lost.append(part)
         return default
 
 

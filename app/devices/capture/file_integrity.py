@@ -21,12 +21,12 @@ from app.core.base.errors import ProbeError
 from app.core.base.files import open_file, os_errors_as
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
-from app.core.measure.bracket.bracket import mapped_words
+from app.core.measure.bracket.bracket import rendered_frames
 from app.core.measure.bracket.half_size import is_whole
 from app.core.measure.plan.planner import Plan
 from app.core.measure.read.frame import Exposure
 from app.core.measure.read.metadata import ENDINGS, Header, read_header
-from app.core.text import tr
+from app.core.text import tr, tr_plural
 from app.core.text.quantities import listed, shutter_words
 from app.devices.errors import CaptureFailed
 from app.devices.theta.untrusted import words
@@ -69,9 +69,19 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
     files stay.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
-    if mapped := mapped_words(headers):
-        hint = tr("Switch the filter off on the camera and shoot again. The files were kept.")
-        raise CaptureFailed(mapped, hint, "tone-mapped")
+    if names := rendered_frames(headers):
+        raise CaptureFailed(
+            tr_plural(
+                "{names} was taken with HDR rendering or range compensation on, "
+                "which changes every pixel in its own way.",
+                "{names} were taken with HDR rendering or range compensation on, "
+                "which changes every pixel in its own way.",
+                len(names),
+                names=listed(names),
+            ),
+            tr("Switch the filter off on the camera and shoot again. The files were kept."),
+            "tone-mapped",
+        )
     _check_different(headers)
     return tuple(_differences(headers, plan))
 

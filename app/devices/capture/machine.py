@@ -18,6 +18,7 @@ from typing import Final, Literal
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.images import write_exr
 from app.core.base.progress import Progress, Token, span
+from app.core.base.remarks import Remark
 from app.core.measure.bracket.arriving import ArrivingFrames
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
@@ -55,7 +56,7 @@ class CaptureResult:
     frames: tuple[Path, ...]
     probe: Measurement
     environment: Path
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     seconds: Mapping[str, float]
 
 

@@ -20,18 +20,17 @@ from app.core.base.progress import PhraseReport, Token
 from app.core.localization.recapture_registration import Registered, register_again
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import PlannedShot
-from app.core.measure.single.preview import rough_words
+from app.core.measure.single.preview import RoughAnswer, answers_of
 from app.core.measure.ways import measure
 from app.core.places.frames import small_picture
 from app.core.places.journal import SessionJournal
-from app.core.places.measurement import place_of_capture
+from app.core.places.measurement import NamePlace, place_of_capture
 from app.core.places.place import Place
 from app.core.places.resume import drop_empty_place
 from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
-from app.core.text.quantities import place_name
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import Debts, Session
@@ -52,6 +51,7 @@ class CaptureOrder:
 
     Attributes:
         camera: None where only what is here is to be merged.
+        naming: Names a place that has no name of its own.
         pack: Head and styles; the generic one where None.
         first: (h, 2 h, 3) uint8 or None. Display panorama of the place that is captured again, to
             be laid on.
@@ -60,6 +60,7 @@ class CaptureOrder:
     places: Path
     made_at: datetime
     camera: FoundCamera | None
+    naming: NamePlace
     credentials: Credentials | None = None
     plan: Literal["paper", "full"] = "paper"
     delay_s: int = 0
@@ -83,7 +84,7 @@ class CaptureProgress:
     shots: tuple[PlannedShot, ...] = ()
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
     metered: Bytes | None = field(default=None, repr=False)
-    rough: str = ""
+    rough: tuple[RoughAnswer, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +116,7 @@ class Recording:
         self._open: Session | None = None
         self._pictures: dict[Path, Bytes | None] = {}
         self._metered: Bytes | None = None
-        self._rough = ""
+        self._rough: tuple[RoughAnswer, ...] | None = None
 
     def watch(self, session: Session, pack: StylePack) -> None:
         """Take what is seen from this session on."""
@@ -130,7 +131,7 @@ class Recording:
         plan = self.journal.plan
         if self._metered is None and status.metered and self._pack is not None:
             self._metered = decode(status.metered)
-            self._rough = rough_words(self._metered, self._pack)
+            self._rough = answers_of(self._metered, self._pack)
         pictures = tuple(
             None if frame.thumbnail is None else self._picture(frame.thumbnail)
             for frame in status.frames
@@ -221,7 +222,7 @@ def _begin(order: CaptureOrder, recording: Recording) -> tuple[Path, str, Sessio
     """Make the folders, or open those that are gone on with."""
     if order.folder is not None and order.session is not None:
         return order.folder, read_place(order.folder).name, Session.open(order.session)
-    name = order.name or place_name(order.made_at)
+    name = order.name or order.naming(order.made_at, "", ())
     folder = create_place(order.places, name, order.made_at, spot=order.spot)
     recording.folder = folder
     session = Session.open_or_create(new_capture_folder(folder))
@@ -237,7 +238,9 @@ def _finished(
         with contextlib.suppress(ValueError):
             registered = register_again(order.first, result.probe.display)
     camera, plan = result.profile.title, result.plan.kind
-    place, light = place_of_capture(folder, order.places, name, result.probe, camera, plan)
+    place, light = place_of_capture(
+        folder, order.places, name, result.probe, camera, plan, order.naming
+    )
     recording.captured = CapturedPlace(folder, place, light, result, registered)
     return recording.captured
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from app.core.base.progress import Token
+from app.core.base.remarks import PlainRemark, Remark
 from app.core.measure.bracket.arriving import ArrivingFrames
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
@@ -59,7 +60,7 @@ class Job:
     probe: Measurement | None = None
     environment: Path | None = None
     seconds: dict[str, float] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[Remark] = field(default_factory=list)
 
     @property
     def plan(self) -> Plan:
@@ -69,11 +70,12 @@ class Job:
             raise CaptureFailed(tr("No bracket has been planned."), tr("Start again."), "no-plan")
         return plan
 
-    def warn(self, sentence: str) -> None:
-        """Keep a sentence for the user, once."""
-        if sentence and sentence not in self.warnings:
-            self.warnings.append(sentence)
-            self.session.warn(sentence)
+    def warn(self, warning: Remark | str) -> None:
+        """Keep a warning for the user, once."""
+        remark = PlainRemark(warning) if isinstance(warning, str) else warning
+        if warning and remark not in self.warnings:
+            self.warnings.append(remark)
+            self.session.warn(remark)
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:

@@ -35,6 +35,7 @@ from app.core.base.files import (
     os_errors_as,
     words_of,
 )
+from app.core.base.remarks import PlainRemark, Remark
 from app.core.places.journal import (
     JOURNAL,
     Newer,
@@ -240,16 +241,16 @@ class Session:
                     changes[name] = _clean(changes[name], 1000)
             if "warnings" in changes:
                 kept = tuple(changes["warnings"])[:_MAX_WARNINGS]
-                changes["warnings"] = tuple(_clean(each, 1000) for each in kept)
+                changes["warnings"] = tuple(map(_cleaned, kept))
             journal = replace(self._journal, **changes)
             atomic_write_text(self.folder / JOURNAL, text_of(journal))
             self._journal = journal
 
-    def warn(self, sentence: str) -> None:
+    def warn(self, remark: Remark) -> None:
         """Add a warning, once."""
         with self._lock:
-            if _clean(sentence, 1000) not in self._journal.warnings:
-                self.update(warnings=(*self._journal.warnings, sentence))
+            if _cleaned(remark) not in self._journal.warnings:
+                self.update(warnings=(*self._journal.warnings, remark))
 
     def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
         """State which files of the camera are the frames, in the order of shooting.
@@ -444,6 +445,12 @@ def _date(taken: str) -> str:
     """Write the camera's date so that names sort by it."""
     date = camera_time(taken)
     return "undated" if date is None else date.strftime("%Y%m%d-%H%M%S")
+
+
+def _cleaned(remark: Remark) -> Remark:
+    if isinstance(remark, PlainRemark):
+        return PlainRemark(_clean(remark.sentence, 1000))
+    return remark
 
 
 def _clean(text: str, longest: int) -> str:

@@ -34,6 +34,7 @@ from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.undo import Undoable
+from app.words.remarks import remark_words
 
 if TYPE_CHECKING:
     from app.devices.capture.place_capture import CapturedPlace
@@ -422,7 +423,7 @@ class PlaceController:
             step=step,
         )
         for remark in place.remarks:
-            notify.tell(remark, kind="warning")
+            notify.tell(remark_words(remark), kind="warning")
         self._remember(opened.folder)
         self.saving.hold(opened)
 

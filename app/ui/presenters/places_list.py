@@ -29,6 +29,7 @@ from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
+from app.words.places import trouble_words
 
 T = TypeVar("T")
 
@@ -310,7 +311,7 @@ class PlacesListPresenter(Presenter[View]):
             return _unfinished_words(left)
         reached, every, best = one.answers
         if one.trouble or not every:
-            return one.trouble or ""
+            return "" if one.trouble is None else trouble_words(one.trouble)
         told = {"reached": reached, "every": every, "best": best}
         if not reached:
             return tr("None of {every} styles in reach", **told)

@@ -11,6 +11,7 @@ from app.core.base.errors import EnvironmentFileError
 from app.core.base.paths import resources
 from app.core.base.progress import PhraseReport, Token, silent
 from app.core.environment.environment import read_environment, reduce
+from app.words.remarks import sentences
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +99,7 @@ def read_scenes(
         except EnvironmentFileError as error:
             said.append(f"Left out: {error.message}")
             continue
-        said += environment.warnings
+        said += sentences(environment.warnings)
         name = file.stem.removesuffix("_1k").removesuffix("_2k").replace("_", " ")
         scenes.append(Scene(name, reduce(environment, LARGEST), reduce(environment, _FINE)))
     if not scenes:

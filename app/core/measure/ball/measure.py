@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
+from app.core.base.remarks import Remark
 from app.core.environment.environment import energy
 from app.core.measure.ball.ball_finder import Ball, find_ball, fused, refined
 from app.core.measure.ball.mirror_ball import (
@@ -19,6 +20,7 @@ from app.core.measure.ball.mirror_ball import (
     panorama_rows,
     unwrap,
 )
+from app.core.measure.ball.remarks import LensFromBackground
 from app.core.measure.bracket import handheld
 from app.core.measure.bracket.bracket import read_bracket
 from app.core.measure.bracket.measure import room_below
@@ -31,7 +33,6 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.read.decoding import open_frame
 from app.core.measure.read.frame import Bracket
 from app.core.measure.read.pixels import FrameStack, reduced
-from app.core.text import tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +66,11 @@ def measure(
         one, ball = _merged(bracket, options, token, part)
         measurements.append(one)
         balls.append(ball)
-    guessed: tuple[str, ...] = ()
+    guessed: tuple[Remark, ...] = ()
     for number, one in enumerate(measurements):
         if one.bracket.frames[0].focal_mm is None:
             balls[number] = find_lens(one.merged, balls[number], wanted, token)
-            guessed = (tr("No file states the lens: what is behind the ball told it."),)
+            guessed = (LensFromBackground(),)
     rows = panorama_rows(max(ball.radius_px for ball in balls))
     views = [
         unwrap(one.merged, ball, rows, wanted, token)
@@ -88,7 +89,7 @@ def measure(
         finished=finished,
         own=BallFacts(balls[0]),
         blind=share,
-        warnings=tuple(dict.fromkeys(line for one in measurements for line in one.warnings)),
+        warnings=tuple(dict.fromkeys(each for one in measurements for each in one.warnings)),
         notes=(*ball_notes(balls, share), *guessed, *whole.notes, *finished.notes),
         display=display_panorama(finished.merged.radiance),
     )

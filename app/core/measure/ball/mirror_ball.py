@@ -28,9 +28,11 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Token
+from app.core.base.remarks import Remark
 from app.core.base.sphere import direction, directions, rotation
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.ball.ball_finder import Ball
+from app.core.measure.ball.remarks import BallBlind, BallColoured, BallDirty, BallSize, BallSmall
 from app.core.measure.finish.masks import box_mask
 from app.core.measure.options import WayOptions
 from app.core.measure.read.frame import Merged
@@ -96,12 +98,12 @@ class Side:
     """What a ball reflects to one photographer, whose place is azimuth 0 of the panorama.
 
     `texels`, (H, W, 5) float32, are radiance, and the shares clipped and dark; `weight`, (H, W)
-    float32, is how well each is resolved, 0 to 1; 0 where it is blind. `notes` are sentences.
+    float32, is how well each is resolved, 0 to 1; 0 where it is blind. `notes` are what to report.
     """
 
     texels: Float32 = field(repr=False)
     weight: Float32 = field(repr=False)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
     @property
     def blind(self) -> Float32:
@@ -200,11 +202,8 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
     texels = side.texels.copy()
     texels[dirty > 0, :3] = np.exp(np.dstack(filled)[dirty > 0])
     areas = solid_angles((rows, 2 * rows))[:, None] * (side.weight > 0.0)
-    note = tr(
-        "About {share:.1f} % of what the ball shows looks like dirt, and was filled from around.",
-        share=100.0 * float((areas * dirty).sum() / areas.sum()),
-    )
-    return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty), (note,))
+    dirt = BallDirty(float((areas * dirty).sum() / areas.sum()))
+    return Side(texels, side.weight * (1.0 - np.float32(0.95) * dirty), (dirt,))
 
 
 def _matt(light: Float32, camera: Float32) -> Float32:
@@ -275,14 +274,8 @@ def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
         return side
     texels = side.texels.copy()
     texels[..., :3] /= tint
-    note = tr(
-        "The ball is coloured: it reflects red, green and blue like {red:.2f} : {green:.2f} : "
-        "{blue:.2f}. That was taken out.",
-        red=tint[0],
-        green=tint[1],
-        blue=tint[2],
-    )
-    return replace(side, texels=texels, notes=(*side.notes, note))
+    red, green, blue = (float(each) for each in tint)
+    return replace(side, texels=texels, notes=(*side.notes, BallColoured(red, green, blue)))
 
 
 def _past(
@@ -415,25 +408,9 @@ def _mixed(first: Side, second: Side) -> Side:
 _COARSE_DEG: Final = 1.2
 
 
-def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[str, ...]:
-    """Say how fine a ball's panorama is, and how much of it was filled."""
+def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[Remark, ...]:
+    """Report how fine a ball's panorama is, and how much of it was filled."""
     fine = max(math.degrees(2.0 / ball.radius_px) for ball in balls)
     width = min(round(2.0 * ball.radius_px) for ball in balls)
-    notes = [
-        tr(
-            "The ball is {width} pixels wide: it resolves {fine:.1f}°, and less toward its rim.",
-            width=width,
-            fine=fine,
-        )
-    ]
-    if fine > _COARSE_DEG:
-        notes.append(tr("Go nearer or use a longer lens, so that the ball is larger."))
-    seen = (
-        tr("{share:.1f} % of the sphere, behind the ball, was not seen and is filled from around.")
-        if len(balls) > 1
-        else tr(
-            "{share:.1f} % of the sphere, behind the ball and the photographer, was not seen and "
-            "is filled from around. Pictures from a second side show it."
-        )
-    )
-    return (*notes, seen.format(share=100.0 * blind))
+    small = [BallSmall()] if fine > _COARSE_DEG else []
+    return (BallSize(width, fine), *small, BallBlind(blind, len(balls)))

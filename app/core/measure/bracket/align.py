@@ -45,9 +45,10 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
+from app.core.base.remarks import Remark
 from app.core.base.sphere import angle_of, angles_of, from_vector, positions, rotation
+from app.core.measure.bracket.remarks import FramesApart, FramesRotated, FramesUnlike, Levelled
 from app.core.measure.read.frame import Bracket, Frame, Pose
-from app.core.text import tr
 
 _CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
 _BLACK: Final = 4
@@ -428,8 +429,8 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
     return tuple(_alignment(fits[index], index == middle) for index in range(count))
 
 
-def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[str, ...]:
-    """Say what was done about frames that do not lie on each other.
+def remarks(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[Remark, ...]:
+    """Report what was done about frames that do not lie on each other.
 
     Nothing where every frame that can be compared lies where it should: frames too dark to be
     compared are no reason to worry then.
@@ -442,21 +443,15 @@ def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[st
         if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
     ]
     dark = [k for k in blind if k not in strange] if moved else []
-    notes = (
-        (
-            tr("Rotated to lie on the other frames: {listed}."),
-            [f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved],
-        ),
-        (
-            tr("No small rotation lays this on the other frames, left as shot: {listed}."),
-            [names[k] for k in strange],
-        ),
-        (
-            tr("Shares too little with the other frames to be aligned, left as shot: {listed}."),
-            [names[k] for k in dark],
-        ),
-    )
-    return tuple(words.format(listed=", ".join(frames)) for words, frames in notes if frames)
+    found: list[Remark] = []
+    if moved:
+        angles = tuple(alignments[k].angle_deg for k in moved)
+        found.append(FramesRotated(tuple(names[k] for k in moved), angles))
+    if strange:
+        found.append(FramesUnlike(tuple(names[k] for k in strange)))
+    if dark:
+        found.append(FramesApart(tuple(names[k] for k in dark)))
+    return tuple(found)
 
 
 def _alignment(fit: Fit, reference: bool) -> Alignment:
@@ -521,7 +516,7 @@ class Levelling:
     rotation: Float64 | None = None
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
-    note: str = ""
+    remark: Levelled | None = None
 
 
 def levelling(
@@ -545,21 +540,15 @@ def levelling(
     if pose is None or max(abs(pose.pitch_deg), abs(wrap(pose.roll_deg))) < _LEVEL_DEG:
         return Levelling()
     if _corrected(shot, bracket.frames):
-        return Levelling(
-            note=tr(
-                "{name} states a tilt ({tilt}), but the camera has levelled the picture "
-                "itself; it is left as it is.",
-                name=shot.path.name,
-                tilt=_tilt(pose),
-            )
-        )
+        remark = Levelled(shot.path.name, pose.pitch_deg, pose.roll_deg, by_camera=True)
+        return Levelling(remark=remark)
     readings = _readings(pose, shot.camera)
     if first_rotation is not None:
         # Their heading would be that of a small movement between two shots.
         readings = [_ahead(reading @ first_rotation.T) for reading in readings]
     matrix = readings[0] if picture is None else _most_upright(readings, picture)
-    note = tr("Levelled: the camera was tilted ({tilt}).", tilt=_tilt(pose))
-    return Levelling(matrix, pose.pitch_deg, pose.roll_deg, note)
+    remark = Levelled(shot.path.name, pose.pitch_deg, pose.roll_deg)
+    return Levelling(matrix, pose.pitch_deg, pose.roll_deg, remark)
 
 
 def first_shot(bracket: Bracket) -> int:
@@ -638,11 +627,3 @@ def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
     if shot.zenith_corrected is not None:
         return shot.zenith_corrected
     return any(frame.zenith_corrected for frame in frames)
-
-
-def _tilt(pose: Pose) -> str:
-    return tr(
-        "pitch {pitch_deg:+.1f}°, roll {roll_deg:+.1f}°",
-        pitch_deg=pose.pitch_deg,
-        roll_deg=pose.roll_deg,
-    )

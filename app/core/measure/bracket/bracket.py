@@ -16,6 +16,23 @@ from typing import Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file, os_errors_as
+from app.core.base.remarks import Remark
+from app.core.measure.bracket.remarks import (
+    Copies,
+    FileLeftOut,
+    LensesApart,
+    NoteContradiction,
+    NotOfBracket,
+    PicturesTaken,
+    RenderedByCamera,
+    SameExposure,
+    Tag,
+    TagAssumed,
+    TagIgnored,
+    TagsUnstated,
+    TimesAgainstExif,
+    TimeUnstated,
+)
 from app.core.measure.fisheye.dual_fisheye import may_be_circles
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.measure.read.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
@@ -34,7 +51,7 @@ _GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one f
 
 def settle_exposures(
     headers: Sequence[Header], times: Sequence[float] | None = None
-) -> tuple[list[Exposure], list[str]]:
+) -> tuple[list[Exposure], list[Remark]]:
     """Decide the exposure of every frame.
 
     Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
@@ -56,16 +73,16 @@ def settle_exposures(
         )
         for shutter, iso, aperture in zip(shutters, isos, apertures, strict=True)
     ]
-    doubts = [
+    remarks: list[Remark] = [
         *_unstated(headers),
         *iso_doubts,
         *doubts,
         *(_times_doubts(headers, shutters) if given else ()),
         *_lens_doubts(headers),
         *_note_doubts(headers),
-        *(f"{h.frame.path.name} {doubt}." for h in headers for doubt in h.doubts),
+        *(doubt for header in headers for doubt in header.doubts),
     ]
-    return exposures, doubts
+    return exposures, remarks
 
 
 def metered_exposure(header: Header) -> Exposure | None:
@@ -98,88 +115,64 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
 
 
 def _fill(
-    headers: Sequence[Header], values: list[float | None], tag: str, given: bool
-) -> tuple[list[float | None], list[str]]:
+    headers: Sequence[Header], values: list[float | None], tag: Tag, given: bool
+) -> tuple[list[float | None], list[Remark]]:
     """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
     stated = [value for value in values if value is not None]
     if len(stated) == len(values) or not stated:
         return values, []
-    silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
-    start = (
-        tr_plural(
-            "{names} states no ISO value",
-            "{names} state no ISO value",
-            len(silent),
-            names=listed(silent),
-        )
-        if tag == "iso"
-        else tr_plural(
-            "{names} states no f-number",
-            "{names} state no f-number",
-            len(silent),
-            names=listed(silent),
-        )
-    )
-    sign = "f/" if tag == "aperture" else "ISO "
+    pairs = zip(headers, values, strict=True)
+    silent = tuple(header.frame.path.name for header, value in pairs if value is None)
     if max(stated) > min(stated) * (1.0 + _SAME):
         if given:
-            doubt = tr(
-                "{start} and the others differ in theirs: only the given exposure times count.",
-                start=start,
-            )
-            return [None] * len(values), [doubt]
-        low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
-        raise ProbeError(
-            tr(
-                "{start}, and the other frames differ in theirs ({low} to {high}).",
-                start=start,
-                low=low,
-                high=high,
-            ),
-            tr("Leave it out, or shoot with fixed ISO and aperture."),
+            return [None] * len(values), [TagIgnored(tag, silent)]
+        raise _differing(silent, stated, tag)
+    return [stated[0]] * len(values), [TagAssumed(tag, silent, stated[0])]
+
+
+def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> ProbeError:
+    low, high = min(stated), max(stated)
+    if tag == "iso":
+        words = tr_plural(
+            "{names} states no ISO value, and the other frames differ in theirs "
+            "(ISO {low:g} to ISO {high:g}).",
+            "{names} state no ISO value, and the other frames differ in theirs "
+            "(ISO {low:g} to ISO {high:g}).",
+            len(names),
+            names=listed(names),
+            low=low,
+            high=high,
         )
-    doubt = tr(
-        "{start}; {sign}{stated:g} is assumed, as in the other frames.",
-        start=start,
-        sign=sign,
-        stated=stated[0],
-    )
-    return [stated[0]] * len(values), [doubt]
+    else:
+        words = tr_plural(
+            "{names} states no f-number, and the other frames differ in theirs "
+            "(f/{low:g} to f/{high:g}).",
+            "{names} state no f-number, and the other frames differ in theirs "
+            "(f/{low:g} to f/{high:g}).",
+            len(names),
+            names=listed(names),
+            low=low,
+            high=high,
+        )
+    return ProbeError(words, tr("Leave it out, or shoot with fixed ISO and aperture."))
 
 
-def _unstated(headers: Sequence[Header]) -> list[str]:
+def _unstated(headers: Sequence[Header]) -> list[Remark]:
     no_iso = all(header.iso is None for header in headers)
     no_aperture = all(header.aperture is None for header in headers)
-    if no_iso and no_aperture:
-        start = tr("No frame states its ISO value or f-number: the same ones are assumed for all")
-    elif no_iso:
-        start = tr("No frame states its ISO value: the same one is assumed for all")
-    elif no_aperture:
-        start = tr("No frame states its f-number: the same one is assumed for all")
-    else:
-        return []
-    return [tr("{start}, and the brightness of the place in cd/m2 stays unknown.", start=start)]
+    return [TagsUnstated(no_iso, no_aperture)] if no_iso or no_aperture else []
 
 
-def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[str]:
-    doubts = []
-    for header, time in zip(headers, times, strict=True):
-        stated = header.shutter_s
-        if stated and abs(math.log2(time / stated)) > CONTRADICTION_STOPS:
-            doubts.append(
-                tr(
-                    "{name} ({time:.4g} s, not {stated:.4g} s)",
-                    name=header.frame.path.name,
-                    time=time,
-                    stated=stated,
-                )
-            )
-    if not doubts:
-        return []
-    return [tr("The given exposure times are used against EXIF: {listed}.", listed=listed(doubts))]
+def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[Remark]:
+    doubts = [
+        (header.frame.path.name, time, header.shutter_s)
+        for header, time in zip(headers, times, strict=True)
+        if header.shutter_s and abs(math.log2(time / header.shutter_s)) > CONTRADICTION_STOPS
+    ]
+    return [TimesAgainstExif(*zip(*doubts, strict=True))] if doubts else []
 
 
-def _lens_doubts(headers: Sequence[Header]) -> list[str]:
+def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
     """Name the frame whose two halves lie furthest apart (theta-api: auto exposure per lens)."""
     worst, gap = None, LENS_STOPS
     for header in headers:
@@ -191,65 +184,24 @@ def _lens_doubts(headers: Sequence[Header]) -> list[str]:
             worst, gap = header, abs(math.log2(first / second))
     if worst is None:
         return []
-    one, two = worst.frame.lenses
-    both = tr("ISO {first:g} and {second:g}", first=one.iso, second=two.iso)
-    if one.shutter_s != two.shutter_s:
-        both = tr(
-            "{isos}, {first:.4g} s and {second:.4g} s",
-            isos=both,
-            first=one.shutter_s,
-            second=two.shutter_s,
-        )
-    return [
-        tr(
-            "{name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so "
-            "that the halves of the panorama do not agree. Shoot the bracket in "
-            "manual mode.",
-            name=worst.frame.path.name,
-            gap=gap,
-            both=both,
-        )
-    ]
+    lenses = worst.frame.lenses
+    isos, shutters = zip(*((lens.iso, lens.shutter_s) for lens in lenses), strict=True)
+    return [LensesApart(worst.frame.path.name, gap, isos, shutters)]
 
 
-def _note_doubts(headers: Sequence[Header]) -> list[str]:
+def _note_doubts(headers: Sequence[Header]) -> list[Remark]:
     """Compare EXIF with the maker note where both lenses agree with each other."""
-    shutters, isos = [], []
+    apart: dict[Tag, list[tuple[str, float, float]]] = {"shutter": [], "iso": []}
     for header in headers:
         name, note = header.frame.path.name, header.note
         if note is None:
             continue
-        time = _agreed(note.lens_shutters_s)
-        if _contradict(header.shutter_s, time):
-            shutters.append(
-                tr(
-                    "{name} ({stated:.4g} s in EXIF, {noted:.4g} s)",
-                    name=name,
-                    stated=header.shutter_s,
-                    noted=time,
-                )
-            )
-        iso = _agreed(note.lens_isos)
-        if _contradict(header.iso, iso):
-            isos.append(
-                tr(
-                    "{name} (ISO {stated:g} in EXIF, {noted:g})",
-                    name=name,
-                    stated=header.iso,
-                    noted=iso,
-                )
-            )
-    doubts = []
-    if shutters:
-        doubts.append(
-            tr(
-                "EXIF and maker note differ in the exposure time: {listed}.",
-                listed=listed(shutters),
-            )
-        )
-    if isos:
-        doubts.append(tr("EXIF and maker note differ in ISO: {listed}.", listed=listed(isos)))
-    return doubts
+        time, iso = _agreed(note.lens_shutters_s), _agreed(note.lens_isos)
+        if header.shutter_s and time and _contradict(header.shutter_s, time):
+            apart["shutter"].append((name, header.shutter_s, time))
+        if header.iso and iso and _contradict(header.iso, iso):
+            apart["iso"].append((name, header.iso, iso))
+    return [NoteContradiction(tag, *zip(*rows, strict=True)) for tag, rows in apart.items() if rows]
 
 
 def _agreed(pair: Sequence[float]) -> float | None:
@@ -258,9 +210,7 @@ def _agreed(pair: Sequence[float]) -> float | None:
     return pair[0]
 
 
-def _contradict(first: float | None, second: float | None) -> bool:
-    if not first or not second:
-        return False
+def _contradict(first: float, second: float) -> bool:
     return abs(math.log2(first / second)) > CONTRADICTION_STOPS
 
 
@@ -320,9 +270,9 @@ def read_bracket(
         return _lone(headers[0], (*left_out, *warnings), times)
     _check_count(headers, files)
     _check_alike(headers)
-    if mapped := mapped_words(headers):
+    if names := rendered_frames(headers):
         hint = tr("Switch the camera's filter and options off and shoot again, or leave it out.")
-        raise ProbeError(mapped, hint)
+        raise ProbeError(_rendered(names), hint)
     stated = None if times is None else [time or 0.0 for _, time in listed_files]
     exposures, doubts = settle_exposures(headers, stated)
     dressed = [
@@ -337,19 +287,18 @@ def read_bracket(
     return _in_order(bracket)
 
 
-def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[str]]:
+def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
     """Leave out what the camera has rendered itself, where the others are a bracket."""
     plain = [header for header in headers if not header.frame.tone_mapped]
     known = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
     if len(plain) == len(headers) or not known or max(known) - min(known) < EQUAL_STOPS:
         return headers, []
-    mapped = [header for header in headers if header.frame.tone_mapped]
-    return plain, [tr("Left out: {message}", message=mapped_words(mapped))]
+    return plain, [RenderedByCamera(rendered_frames(headers), left_out=True)]
 
 
 def _read_all(
     paths: list[Path], times: Sequence[float] | None, *, sort_out: bool
-) -> tuple[list[Header], list[str]]:
+) -> tuple[list[Header], list[Remark]]:
     """Read the headers of the files named, or of the bracket in the folder named."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
@@ -370,7 +319,7 @@ def _read_all(
 
 def _bracket_of(
     files: Sequence[Path], folder: str, count: int | None
-) -> tuple[list[Header], list[str]]:
+) -> tuple[list[Header], list[Remark]]:
     """Choose what belongs together: one size, one kind, one camera; most stated exposures first.
 
     Where two sets are as good, all of them are given back: then it is an error to name the odd one.
@@ -397,31 +346,14 @@ def _bracket_of(
         raise errors[0]
     taken = ranked[0]
     _check_number(len(taken))
-    others = [header.frame.path.name for headers in ranked[1:] for header in headers]
-    said = [tr("Left out: {message}", message=error.message) for error in errors]
+    others = tuple(header.frame.path.name for headers in ranked[1:] for header in headers)
+    remarks: list[Remark] = [FileLeftOut(error.message) for error in errors]
     if others:
-        said.append(
-            tr_plural(
-                "Left out: {names} does not belong to the bracket.",
-                "Left out: {names} do not belong to the bracket.",
-                len(others),
-                names=listed(others),
-            )
-        )
-    if said:
+        remarks.append(NotOfBracket(others))
+    if remarks:
         first, last = taken[0].frame.path.name, taken[-1].frame.path.name
-        said.insert(
-            0,
-            tr_plural(
-                "Took {count} picture of {folder}: {first} to {last}.",
-                "Took {count} pictures of {folder}: {first} to {last}.",
-                len(taken),
-                folder=folder,
-                first=first,
-                last=last,
-            ),
-        )
-    return taken, said
+        remarks.insert(0, PicturesTaken(len(taken), folder, first, last))
+    return taken, remarks
 
 
 def _is_folder(path: Path) -> bool:
@@ -506,7 +438,7 @@ def _check_pixels(headers: list[Header]) -> None:
         )
 
 
-def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
+def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
     """Leave out files that are named twice and files of the same bytes."""
     kept: dict[tuple[str, ...], _Listed] = {}
     dropped: dict[str, list[str]] = {}
@@ -516,18 +448,8 @@ def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
         if first is not file:
             name = first[0].frame.path.name
             dropped.setdefault(name, []).append(file[0].frame.path.name)
-    return list(kept.values()), [
-        tr_plural(
-            "{names} is a copy of {name} and left out.",
-            "{names} are copies of {name} and left out.",
-            len(copies),
-            names=listed(copies),
-            name=name,
-        )
-        if set(copies) != {name}
-        else tr("{name} is there more than once and used once.", name=name)
-        for name, copies in dropped.items()
-    ]
+    copies: list[Remark] = [Copies(name, tuple(names)) for name, names in dropped.items()]
+    return list(kept.values()), copies
 
 
 def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
@@ -583,7 +505,7 @@ def not_all_around(frame: Frame) -> ProbeError:
     )
 
 
-def _lone(header: Header, said: Sequence[str], times: Sequence[float] | None) -> Bracket:
+def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | None) -> Bracket:
     """Make a bracket of one photograph, or say why it will not do."""
     frame, name = header.frame, header.frame.path.name
     if frame.kind not in ("uint8", "uint16"):
@@ -595,12 +517,12 @@ def _lone(header: Header, said: Sequence[str], times: Sequence[float] | None) ->
             tr("{name} says that it shows only a part of the sphere.", name=name),
             tr("Export it as a full panorama (360 x 180 degrees)."),
         )
-    stops, doubts = 0.0, [tr("{name} states no exposure time.", name=name)]
+    stops, doubts = 0.0, list[Remark]([TimeUnstated(name)])
     if frame.exposure is not None or times is not None:
         exposures, doubts = settle_exposures([header], times)
         frame, stops = replace(frame, exposure=exposures[0]), exposures[0].ev
-    told = (*said, *doubts, *filter(None, [mapped_words([header])]))
-    return Bracket((frame,), (stops,), told)
+    rendered = [RenderedByCamera((name,))] if frame.tone_mapped else []
+    return Bracket((frame,), (stops,), (*remarks, *doubts, *rendered))
 
 
 def _check_alike(headers: list[Header]) -> None:
@@ -667,18 +589,19 @@ def _clause(names: list[str], what: str) -> str:
     )
 
 
-def mapped_words(headers: Sequence[Header]) -> str:
-    """Say which frames were changed by the camera in every pixel; empty where none was."""
-    mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
-    if not mapped:
-        return ""
+def rendered_frames(headers: Sequence[Header]) -> tuple[str, ...]:
+    """Name the pictures that the camera has changed in every pixel."""
+    return tuple(header.frame.path.name for header in headers if header.frame.tone_mapped)
+
+
+def _rendered(names: Sequence[str]) -> str:
     return tr_plural(
         "{names} was taken with HDR rendering or range compensation on, "
         "which changes every pixel in its own way.",
         "{names} were taken with HDR rendering or range compensation on, "
         "which changes every pixel in its own way.",
-        len(mapped),
-        names=listed(mapped),
+        len(names),
+        names=listed(names),
     )
 
 
@@ -705,9 +628,6 @@ def _in_order(bracket: Bracket) -> Bracket:
     for first in range(len(stops)):
         same = [k for k in range(len(stops)) if math.fabs(stops[k] - stops[first]) < EQUAL_STOPS]
         if len(same) > 1 and same[0] == first:
-            names = listed([frames[k].path.name for k in same])
-            warnings = (
-                *warnings,
-                tr("{names} have the same exposure; all of them are used.", names=names),
-            )
+            names = tuple(frames[k].path.name for k in same)
+            warnings = (*warnings, SameExposure(names))
     return Bracket(frames, stops, warnings)

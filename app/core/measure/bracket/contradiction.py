@@ -21,8 +21,8 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32, Float64
+from app.core.measure.bracket.remarks import FramesContradict
 from app.core.measure.bracket.weighting import clipped_code
-from app.core.text import tr
 
 _OPEN: Final = (20, 235)  # codes that say how much light there is
 
@@ -228,20 +228,9 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
     return min(max(0.0, _MISFIT * max(usual, default=0.0) - LOOSE.stops), _MOST_SLACK)
 
 
-def hopeless(frames: Sequence[Bytes], share: float) -> str:
-    """Say why what moved cannot be told: another place, or frames of one that do not fit."""
-    if alike(frames) > _SAME_PLACE:
-        return tr(
-            "The frames do not fit each other over {share:.0f} % of the picture, so "
-            "that what moved cannot be told: they were averaged. Exposures or tone "
-            "curves are not as stated.",
-            share=100.0 * share,
-        )
-    return tr(
-        "The frames show different things over {share:.0f} % of the picture. "
-        "Shoot the bracket again if you can.",
-        share=100.0 * share,
-    )
+def hopeless(frames: Sequence[Bytes], share: float) -> FramesContradict:
+    """Report why motion cannot be found: another place, or frames of one that do not fit."""
+    return FramesContradict(share, same_place=alike(frames) > _SAME_PLACE)
 
 
 def alike(frames: Sequence[Bytes]) -> float:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
+from app.core.base.remarks import Remark
 from app.core.environment.environment import solid_angles
 from app.core.measure.bracket.contradiction import (
     CLIPPED,
@@ -34,8 +35,8 @@ from app.core.measure.bracket.contradiction import (
     misfit,
     worst,
 )
+from app.core.measure.bracket.remarks import Motion, MovedPart, MuchMotion
 from app.core.measure.bracket.response import Response
-from app.core.text import tr, tr_plural
 
 _BLACK: Final = 8  # below it a code says "at most" rather than "this much"
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
@@ -96,7 +97,7 @@ class Moved:
     masks: tuple[Float32 | None, ...] = field(repr=False)
     share: float = 0.0
     where: tuple[Region, ...] = ()
-    sentences: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
 
 def trust(
@@ -139,7 +140,7 @@ def trust(
             return Moved(outside)
         unlike = float(np.count_nonzero(evidence)) / evidence.size
         if unlike > _HOPELESS:
-            return Moved(outside, unlike, sentences=(hopeless(frames, unlike),))
+            return Moved(outside, unlike, remarks=(hopeless(frames, unlike),))
     height, width = evidence.shape
     panorama = sphere and width == 2 * height
     turn = _quiet_column(evidence) if panorama else 0
@@ -160,7 +161,7 @@ def trust(
     touched = np.minimum.reduce(masks) == 0
     share = float(area @ np.count_nonzero(touched, axis=1))
     where = tuple(sorted(regions, key=lambda region: -region.share))
-    return Moved(tuple(by_frame), share, where, _sentences(where, share, panorama, known))
+    return Moved(tuple(by_frame), share, where, _remarks(where, share, panorama, known))
 
 
 def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tolerance) -> Bytes:
@@ -408,47 +409,17 @@ def _in_picture(region: Region, order: Sequence[int], turn: float) -> Region:
     return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 
 
-def _sentences(
+def _remarks(
     where: tuple[Region, ...], share: float, panorama: bool, known: bool
-) -> tuple[str, ...]:
-    """Say what moved and what was done."""
+) -> tuple[Remark, ...]:
+    """Report what moved."""
     if not where:
         return ()
-    named = [_words(region, panorama) for region in where[:_NAMED]]
-    more = len(where) - _NAMED
-    if more > 0:
-        named.append(tr_plural("at {count} smaller place", "at {count} smaller places", more))
-    listed = (
-        named[0]
-        if len(named) == 1
-        else tr("{places}; and {last}", places="; ".join(named[:-1]), last=named[-1])
+    places = tuple(
+        MovedPart(region.azimuth_deg, region.elevation_deg)
+        if panorama
+        else MovedPart(region.column, region.row)
+        for region in where[:_NAMED]
     )
-    sentences = [
-        tr(
-            "Something moved between the frames {listed}. Only frames that agree are used there.",
-            listed=listed,
-        )
-    ]
-    if share > _MUCH and known:
-        sentences.append(
-            tr(
-                "That is {share:.0f} % of the picture. Shoot the bracket again when less "
-                "moves, if you can.",
-                share=100.0 * share,
-            )
-        )
-    return tuple(sentences)
-
-
-def _words(region: Region, panorama: bool) -> str:
-    """Where a region of a panorama or of an ordinary picture is."""
-    if panorama:
-        return tr(
-            "at azimuth {azimuth_deg:.0f}°, elevation {elevation_deg:.0f}°",
-            azimuth_deg=region.azimuth_deg,
-            elevation_deg=region.elevation_deg,
-        )
-    across, down = 100.0 * region.column, 100.0 * region.row
-    return tr(
-        "at {across:.0f} % from the left, {down:.0f} % from the top", across=across, down=down
-    )
+    motion = Motion(places, max(len(where) - _NAMED, 0), panorama)
+    return (motion, MuchMotion(share)) if share > _MUCH and known else (motion,)

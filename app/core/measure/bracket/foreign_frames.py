@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Final
@@ -29,6 +28,7 @@ from app.core.measure.bracket.contradiction import (
     contradiction,
     worst,
 )
+from app.core.measure.bracket.remarks import ForeignFrame, Reason
 from app.core.measure.bracket.response import (
     Mode,
     ResponseChoice,
@@ -36,7 +36,6 @@ from app.core.measure.bracket.response import (
     choose_response,
     srgb_response,
 )
-from app.core.text import tr
 
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
 """Half a stop, so that light that flickers or a cloud is no reason to leave a frame out."""
@@ -61,14 +60,6 @@ _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
 _ONE_IN: Final = 3  # at most one frame in so many is foreign
 
 
-class Reason(Enum):
-    """Why a frame is no exposure of the series."""
-
-    BLACK = "black"
-    OTHER_SCENE = "other-scene"
-    TONE_MAPPED = "tone-mapped"
-
-
 @dataclass(frozen=True, slots=True)
 class LeftOut:
     """A file of a bracket that was not merged, and why."""
@@ -77,21 +68,9 @@ class LeftOut:
     reason: Reason
 
     @property
-    def sentence(self) -> str:
-        """Name it, and say what to do."""
-        name = self.path.name
-        if self.reason is Reason.BLACK:
-            return tr("{name} is black and was left out.", name=name)
-        if self.reason is Reason.OTHER_SCENE:
-            return tr(
-                "{name} shows another scene and was left out. Remove it from the bracket.",
-                name=name,
-            )
-        return tr(
-            "{name} is no exposure of this bracket and was left out: its tones were changed, as in "
-            "an HDR picture or a preview.",
-            name=name,
-        )
+    def remark(self) -> ForeignFrame:
+        """Name the file."""
+        return ForeignFrame(self.path.name, self.reason)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,10 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
+from app.core.base.remarks import Remark
 from app.core.localization.homography import by_elements, scaled
 from app.core.localization.homography import moved as moved_by
 from app.core.measure.bracket.align import middle_frame
-from app.core.text import tr
+from app.core.measure.bracket.remarks import FramesShifted
 
 LONGEST: Final = 1600
 """Pixels of the longer side of the pictures that are compared; more shows nothing more."""
@@ -129,21 +130,10 @@ def reference_of(pictures: Sequence[Bytes]) -> int:
     return middle_frame([float(_open(picture).mean()) for picture in pictures])
 
 
-def sentences(lays: Sequence[Lay], names: Sequence[str]) -> tuple[str, ...]:
-    """Say which frames were moved."""
-    listed = [
-        tr("{name} by {pixels}", name=name, pixels=f"{lay.shift_px:.{int(lay.shift_px < 1.5)}f}")
-        for name, lay in zip(names, lays, strict=True)
-        if lay.needed
-    ]
-    if not listed:
-        return ()
-    return (
-        tr(
-            "The camera moved. Laid on the other frames, pixels at most: {names}.",
-            names=", ".join(listed),
-        ),
-    )
+def remarks(lays: Sequence[Lay], names: Sequence[str]) -> tuple[Remark, ...]:
+    """Report which frames were moved."""
+    moved = [(name, lay.shift_px) for name, lay in zip(names, lays, strict=True) if lay.needed]
+    return (FramesShifted(*zip(*moved, strict=True)),) if moved else ()
 
 
 def lay_on_each_other(

@@ -23,6 +23,7 @@ from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import rotate_light
 from app.core.environment.environment import energy
 from app.core.environment.holes import GOES_ON, canvas
+from app.core.environment.remarks import PartUnseen
 from app.core.measure.bracket.bracket import read_bracket
 from app.core.measure.bracket.merging import check_options, merge_bracket
 from app.core.measure.finish.display import display_panorama
@@ -71,7 +72,7 @@ def measure(
         display = beside.submit(display_panorama, found.merged.radiance)
         light = finished(found, options, blind)
     report(1.0, Progress(Task.DONE))
-    notes = tuple(note for note in (found.levelling.note, *light.notes) if note)
+    notes = tuple(note for note in (found.levelling.remark, *light.notes) if note)
     return replace(found, finished=light, display=display.result(), notes=notes)
 
 
@@ -106,13 +107,8 @@ def _without_gaps(found: Measurement, token: Token) -> tuple[Measurement, Float3
             tr("Choose a panorama that is not transparent over most of the sphere."),
         )  # fmt: skip
     merged = fill(found.merged, blind, GOES_ON)
-    words = tr(
-        "{name} does not show {share} of the sphere. It was filled from around.",
-        name=frame.path.name,
-        share=small_percent(share),
-    )
     finished = replace(found.finished, merged=merged, measured=merged)
-    warnings = (*found.warnings, words)
+    warnings = (*found.warnings, PartUnseen(frame.path.name, share))
     return replace(found, finished=finished, blind=share, warnings=warnings), blind
 
 

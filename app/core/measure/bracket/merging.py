@@ -18,6 +18,7 @@ from typing import Final
 from app.core.base.arrays import Bytes, Float64
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Progress, Report, Task, Token, span
+from app.core.base.remarks import Remark
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.measure.bracket import align, deghosting, handheld
 from app.core.measure.bracket.align import Levelling, first_shot, levelling
@@ -163,10 +164,10 @@ def merge_frames(
         warnings=(
             *bracket.warnings,
             *stack.warnings,
-            *aligned.sentences,
-            *response.sentences(names),
-            *motion.sentences,
-            *(stitching.warnings() if stitching is not None else ()),
+            *aligned.remarks,
+            *response.with_tags(names),
+            *motion.remarks,
+            *(stitching.remarks if stitching is not None else ()),
         ),
         own=stitching,
     )
@@ -203,7 +204,7 @@ def _without(
         bracket,
         frames=tuple(stack.frames[k] for k in kept),
         stops=tuple(stack.stops[k] for k in kept),
-        warnings=(*bracket.warnings, *stack.warnings, *(each.sentence for each in left_out)),
+        warnings=(*bracket.warnings, *stack.warnings, *(each.remark for each in left_out)),
         unstitched=False,
     )
     probe = merge_frames(rest, options, open_frame, token, report)
@@ -272,7 +273,7 @@ class _Aligned:
 
     stack: FrameStack
     alignments: tuple[align.Alignment, ...]
-    sentences: tuple[str, ...]
+    remarks: tuple[Remark, ...]
     lays: tuple[handheld.Lay, ...] = ()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
@@ -300,7 +301,7 @@ def _align(stack: FrameStack, moves: bool, sphere: bool, token: Token, report: R
     if any(turn is not None for turn in turns):
         ways = [None if turn is None else partial(remap_frame, matrix=turn) for turn in turns]
         stack = relaid(stack, ways, token=token, report=report)
-    return _Aligned(stack, found, align.sentences(found, names))
+    return _Aligned(stack, found, align.remarks(found, names))
 
 
 def _aligned_by_hand(
@@ -320,7 +321,7 @@ def _aligned_by_hand(
     if any(move is not None for move in moves) or any(mask is not None for mask in seen):
         ways = [None if m is None else partial(handheld.laid, homography=m) for m in moves]
         stack = relaid(stack, ways, seen=seen, token=token, report=report)
-    return _Aligned(stack, unturned, handheld.sentences(lays, names), lays)
+    return _Aligned(stack, unturned, handheld.remarks(lays, names), lays)
 
 
 def _levelled(merged: Merged, level: Levelling) -> Merged:

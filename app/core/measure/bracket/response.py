@@ -21,6 +21,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float64
+from app.core.base.remarks import Remark
 from app.core.measure.bracket.brightness_transfer import (
     CodeMatches,
     StepCheck,
@@ -28,14 +29,21 @@ from app.core.measure.bracket.brightness_transfer import (
     match_codes,
     reach,
 )
+from app.core.measure.bracket.remarks import (
+    CurveDoubtful,
+    CurveRecovered,
+    CurveUnchecked,
+    FramesUnfit,
+    OwnCurves,
+    TwoFramesAlone,
+    WrongTag,
+)
 from app.core.measure.bracket.response_recovery import (
     Recovered,
     recover_curve,
     recover_own_curves,
     srgb_table,
 )
-from app.core.text import tr
-from app.core.text.quantities import upper_first
 
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
@@ -49,15 +57,6 @@ _CHANNELS_DIFFER: Final = 0.6
 _CHANNEL_HOLD: Final = 0.1
 _MID_TONES: Final = slice(64, 193)
 _OWN_FIT: Final = 0.5
-_OWN: Final = tr(
-    "The camera gave each frame a tone curve of its own, as phones do. They "
-    "were recovered from the bracket; bright and dark places are less exact "
-    "than from a camera with one curve."
-)
-_TWO_FRAMES: Final = tr(
-    "Two frames cannot tell another tone curve from a wrong exposure tag; "
-    "the tags are believed. A third frame would tell."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +72,6 @@ class Response:
     name: str
     table: Float64 = field(repr=False)
     residual_stops: float = float("nan")
-    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +87,11 @@ class ResponseChoice:
     stops: tuple[float, ...]
     check: StepCheck = field(repr=False)
     tag_errors: tuple[TagError, ...] = ()
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
-    def sentences(self, names: Sequence[str]) -> tuple[str, ...]:
-        """All sentences for the user, naming the frames, from the brightest on."""
-        return (*(error.sentence(names) for error in self.tag_errors), *self.remarks)
+    def with_tags(self, names: Sequence[str]) -> tuple[Remark, ...]:
+        """All remarks, naming the frames, from the brightest on."""
+        return (*(error.remark(names) for error in self.tag_errors), *self.remarks)
 
 
 def srgb_response() -> Response:
@@ -135,19 +133,10 @@ def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto")
 
 
 def _unchecked(plain: ResponseChoice, mode: Mode) -> ResponseChoice:
-    """Say that frames without overlap tell nothing about the curve."""
-    start = tr(
-        "No two frames show the same place well exposed, so that the tone curve is taken as sRGB"
-    )
-    remarks: tuple[str, ...] = ()
-    if len(plain.stops) > 1:
-        recover = mode == "recover"
-        remarks = (
-            tr("{start}; it could not be recovered.", start=start)
-            if recover
-            else tr("{start}; it could not be checked.", start=start),
-        )
-    return replace(plain, response=replace(plain.response, note=f"{start}."), remarks=remarks)
+    """Report that frames without overlap tell nothing about the curve."""
+    if len(plain.stops) < 2:
+        return plain
+    return replace(plain, remarks=(CurveUnchecked(recover=mode == "recover"),))
 
 
 def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | None:
@@ -162,17 +151,11 @@ def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | 
     return replace(plain, response=response, stops=stops, tag_errors=errors)
 
 
-def _disagreement(check: StepCheck) -> str:
-    """Say by how much the steps disagree with sRGB."""
+def _disagreement(check: StepCheck) -> CurveDoubtful:
+    """Report by how much the steps disagree with sRGB."""
     order = sorted(check.steps, key=lambda step: abs(step.off) / step.nominal)
     typical = order[len(order) // 2]  # a typical one; the worst may be worst for another reason
-    return tr(
-        "The frames are {measured:.2f} stops apart where the files say "
-        "{nominal:.2f}: the camera's tone curve is probably not sRGB. Let it be "
-        "recovered from the bracket.",
-        measured=typical.measured,
-        nominal=typical.nominal,
-    )
+    return CurveDoubtful(typical.measured, typical.nominal)
 
 
 def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> ResponseChoice:
@@ -190,23 +173,14 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
     if own is not None:
         return own
     if mode == "auto" and not check.disagreement < plain.check.disagreement:
-        return replace(plain, remarks=(_hopeless(plain.check.residual_stops),))
+        return replace(plain, remarks=(FramesUnfit(plain.check.residual_stops),))
     residual = check.residual_stops
-    remark = tr(
-        "The camera's tone curve is not sRGB; recovered from the bracket, "
-        "residual {residual:.2f} stops.",
-        residual=residual,
-    )
-    remarks = (remark,) if mode == "auto" else ()
+    remarks: tuple[Remark, ...] = (CurveRecovered(residual),) if mode == "auto" else ()
     if len(stops) == 2:
-        remarks = (*remarks, _TWO_FRAMES)
+        remarks = (*remarks, TwoFramesAlone())
     if check.disagreement > _MISFIT:
-        remarks = (*remarks, _hopeless(residual))
-    note = tr(
-        "The tone curve was recovered from the bracket, residual {residual:.2f} stops.",
-        residual=residual,
-    )
-    response = Response("recovered", table, residual, note)
+        remarks = (*remarks, FramesUnfit(residual))
+    response = Response("recovered", table, residual)
     return replace(plain, response=response, stops=stops, tag_errors=errors, remarks=remarks)
 
 
@@ -220,23 +194,8 @@ def _each_its_own(
     better = check_matches(matches, stops, table)
     if better.disagreement > _OWN_FIT * check.disagreement:
         return None
-    residual = better.residual_stops
-    response = Response(
-        "recovered",
-        table,
-        residual,
-        tr("{own} Residual {residual:.2f} stops.", own=_OWN, residual=residual),
-    )
-    return replace(plain, response=response, stops=stops, remarks=(_OWN,))
-
-
-def _hopeless(residual: float) -> str:
-    """Say that no curve and no single wrong tag explains the frames."""
-    return tr(
-        "The frames do not fit each other ({residual:.2f} stops off): the light "
-        "changed between them, or more than one exposure is not as stated.",
-        residual=residual,
-    )
+    response = Response("recovered", table, better.residual_stops)
+    return replace(plain, response=response, stops=stops, remarks=(OwnCurves(),))
 
 
 def _by_channel(
@@ -284,36 +243,10 @@ class TagError:
     stops: float
     suspects: tuple[int, ...]
 
-    def sentence(self, names: Sequence[str]) -> str:
-        """Say it, naming the frame."""
-        name = names[self.frame]
-        name = upper_first(name)
-        text = (
-            tr(
-                "{name} is {stops:.2f} stops brighter than its exposure tags say; the measured "
-                "exposure is used.",
-                name=name,
-                stops=self.stops,
-            )
-            if self.stops > 0
-            else tr(
-                "{name} is {stops:.2f} stops darker than its exposure tags say; the measured "
-                "exposure is used.",
-                name=name,
-                stops=-self.stops,
-            )
-        )
-        others = [names[number] for number in self.suspects if number != self.frame]
-        if not others:
-            return text
-        doubt = others[0]
-        for other in others[1:]:
-            doubt = tr("{names} or {last}", names=doubt, last=other)
-        return tr(
-            "{text} It cannot be told whether the tags of {names} are wrong instead.",
-            text=text,
-            names=doubt,
-        )
+    def remark(self, names: Sequence[str]) -> WrongTag:
+        """Name the frames."""
+        others = tuple(names[number] for number in self.suspects if number != self.frame)
+        return WrongTag(names[self.frame], self.stops, others)
 
 
 def explain_by_tags(

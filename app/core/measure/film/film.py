@@ -15,6 +15,7 @@ from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import FloatImage, luminance
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Progress, Report, Task, Token, silent
+from app.core.base.remarks import Remark
 from app.core.environment.environment import reduce_radiance
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FRONTAL_DEG
@@ -29,6 +30,7 @@ from app.core.measure.film.headings import (
     step,
 )
 from app.core.measure.film.light_from_faces import MOST, FilmedLight, find_light, gather
+from app.core.measure.film.remarks import FilmBlank, FilmOpen, FilmPart, FilmRough, FilmStill
 from app.core.measure.film.surroundings import surroundings, with_detail
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.styles.style_pack import StylePack
@@ -116,30 +118,20 @@ class Film:
         return f"{seconds // 60}:{seconds % 60:02}"
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Remark, ...]:
         """What is not seen, and how far to trust the rest."""
-        notes = []
+        notes: list[Remark] = []
         count, heads = int(self.shown.sum()), self.headings
         if count < _WHOLE:
-            notes.append(
-                tr("The face was seen at {degrees}° of the turn; the rest is not seen.",
-                   degrees=round(count * 360 / TURNS))
-            )  # fmt: skip
+            notes.append(FilmPart(round(count * 360 / TURNS)))
         if self.still:
-            notes.append(
-                tr("The camera stood still. For all turns, let it go around with the sitter.")
-            )
+            notes.append(FilmStill())
         elif not heads.closed:
-            notes.append(
-                tr("The film does not come back to where it began: its angles are less certain.")
-            )
+            notes.append(FilmOpen())
         if heads.assumed > _UNSURE:
-            notes.append(
-                tr("The background was blank for {share} % of the film; there an even turn is "
-                   "assumed.", share=round(100 * heads.assumed))
-            )  # fmt: skip
+            notes.append(FilmBlank(heads.assumed))
         if self.light.misfit > _MISFIT:
-            notes.append(tr("The face changed more than light explains: treat this as rough."))
+            notes.append(FilmRough())
         return tuple(notes)
 
 

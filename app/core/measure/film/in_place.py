@@ -51,17 +51,15 @@ class Beside:
     apart_deg: Mapping[str, float]
 
     @property
-    def words(self) -> str:
-        """Whether both agree, and what to do where they do not."""
-        if not self.apart_deg:
-            return tr("Film and panorama offer no style in common: trust the film.")
-        apart = round(float(np.median(np.abs([*self.apart_deg.values()]))))
-        if apart <= _AGREED_DEG:
-            return tr("Film and panorama agree: their turns are {deg}° apart.", deg=apart)
-        return tr(
-            "Film and panorama disagree: their turns are {deg}° apart. Trust the film; if the "
-            "light has changed, measure again.", deg=apart,
-        )  # fmt: skip
+    def typical_deg(self) -> int | None:
+        """How far apart the turns are, in the median; None where no style is in both."""
+        apart = np.abs([*self.apart_deg.values()])
+        return round(float(np.median(apart))) if self.apart_deg else None
+
+    @property
+    def agree(self) -> bool:
+        """Whether both give the same turns."""
+        return self.typical_deg is not None and self.typical_deg <= _AGREED_DEG
 
 
 def looks_mirrored(
@@ -79,15 +77,6 @@ def looks_mirrored(
         if max(found) >= _FEWEST and min(found) == 0:
             break
     return None if max(found) < _FEWEST or found[0] == found[1] else found[1] > found[0]
-
-
-def mirror_words(asked: bool, fits: bool | None) -> str:
-    """Say how a film is read where the place decides otherwise than was asked; "" where not."""
-    if fits is None or fits == asked:
-        return ""
-    if fits:
-        return tr("The film is mirrored: only its mirror image fits the place. It is read as that.")
-    return tr("The film fits the place as it is. It is not read as mirrored.")
 
 
 def beside(
@@ -151,7 +140,7 @@ def keep_frames(
             write_png(photo, picture)
             nose = float(film.noses_deg[frame])
             shot = Shot(
-                tr("Film {clock}", clock=clock),
+                f"Film {clock}",
                 now.isoformat(),
                 True,
                 result.name,

@@ -26,9 +26,16 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, turn_of_index
 from app.core.base.arrays import Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
+from app.core.base.remarks import Remark
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.finish.findings import advise
 from app.core.measure.finish.lights import Light, LightGrid, light_grid
+from app.core.measure.finish.remarks import (
+    BlindMatters,
+    ClippingMatters,
+    ClippingSafe,
+    RestoredRange,
+)
 from app.core.measure.finish.sun import (
     SPREAD,
     Restoration,
@@ -45,7 +52,6 @@ from app.core.solver.search import curves_of
 from app.core.solver.solve import measure
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective
 from app.core.styles.style_pack import StylePack
-from app.core.text import tr, tr_plural
 
 _AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
 
@@ -148,7 +154,7 @@ class Audit:
     """
 
     clipped_energy_range: tuple[float, float]
-    advice: tuple[str, ...]
+    advice: tuple[Remark, ...]
     style_changes: tuple[StyleChange, ...]
 
     @property
@@ -190,90 +196,57 @@ def audit(
         advice=(
             *advise(merged, lights, sun, room_stops, maybe),
             *_verdict(changes, bound, restoration),
-            *(_blind_words(changes) if blind is not None else ()),
+            *(_blind_remarks(changes) if blind is not None else ()),
         ),
         style_changes=changes,
     )
 
 
-_SOON: Final = (
-    tr("Up to 3 stops more light would change the turn of {names}."),
-    tr("Up to 3 stops more light would bring {names} into reach."),
-    tr("Up to 3 stops more light would put {names} out of reach."),
-)
-_LATE: Final = (
-    tr("6 stops or more would change the turn of {names}."),
-    tr("6 stops or more would bring {names} into reach."),
-    tr("6 stops or more would put {names} out of reach."),
-)
-
-
 def _verdict(
     changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
-) -> tuple[str, ...]:
-    """Say which styles are in doubt, and how much it takes."""
+) -> tuple[Remark, ...]:
+    """Report which styles are in doubt, and how much it takes."""
     given = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
     if bound <= 0:
-        if restoration is None or not given:
+        if restoration is None or restoration.light is None or not given:
             return ()
-        return (
-            tr(
-                "The likely range of lamp {id} would change {names}.",
-                id=restoration.light,
-                names=_all(given, changes),
-            ),
-        )
+        return (RestoredRange(restoration.light, tuple(given), _rest(given, changes)),)
     touched = [s for s in changes if s.least_stops is not None or s.reach_stops is not None]
     if not touched:
-        return (tr("No style's turn depends on what is clipped, nor whether it is in reach."),)
-    lines = []
-    for words, least, most in ((_SOON, 0.0, GAINS[1]), (_LATE, GAINS[1], math.inf)):
+        return (ClippingSafe(len(changes), every=True),)
+    lines: list[Remark] = []
+    for soon, least, most in ((True, 0.0, GAINS[1]), (False, GAINS[1], math.inf)):
         turn = [s.name for s in changes if _between(s.least_stops, least, most)]
         reach = [s for s in changes if _between(s.reach_stops, least, most)]
-        gains = ", ".join(s.name for s in reach if not s.in_reach)
-        loses = ", ".join(s.name for s in reach if s.in_reach)
+        gains = tuple(s.name for s in reach if not s.in_reach)
+        loses = tuple(s.name for s in reach if s.in_reach)
         if turn:
-            lines.append(words[0].format(names=_all(turn, changes)))
+            lines.append(ClippingMatters(soon, "turn", tuple(turn), _rest(turn, changes)))
         if gains:
-            lines.append(words[1].format(names=gains))
+            lines.append(ClippingMatters(soon, "into reach", gains))
         if loses:
-            lines.append(words[2].format(names=loses))
+            lines.append(ClippingMatters(soon, "out of reach", loses))
     safe = len(changes) - len(touched)
-    if safe:
-        lines.append(
-            tr_plural(
-                "The other one does not depend on it.",
-                "The other {count} do not depend on it.",
-                safe,
-            )
-        )
-    return tuple(lines)
+    return (*lines, ClippingSafe(safe)) if safe else tuple(lines)
 
 
-def _blind_words(changes: Sequence[StyleChange]) -> tuple[str, ...]:
-    """Say which styles depend on the light where nothing was seen."""
+def _blind_remarks(changes: Sequence[StyleChange]) -> tuple[Remark, ...]:
+    """Report which styles depend on the light where nothing was seen."""
     unsure = [
         style.name
         for style in changes
         if any(case.light == BLIND and case.given_up > DOUBT for case in style.cases)
     ]
-    names = _all(unsure, changes) if unsure else tr("no style")
-    return (tr("Twice as much light where nothing was seen would change {names}.", names=names),)
+    return (BlindMatters(tuple(unsure), _rest(unsure, changes)),)
+
+
+def _rest(names: Sequence[str], changes: Sequence[StyleChange]) -> tuple[str, ...]:
+    return tuple(style.name for style in changes if style.name not in names)
 
 
 def _between(stops: float | None, least: float, most: float) -> bool:
     """Whether something happens at more than the least stops, and at most so many."""
     return stops is not None and least < stops <= most
-
-
-def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
-    """Name styles by what they are, or by what they are not when that is shorter."""
-    rest = [style.name for style in changes if style.name not in names]
-    if not rest:
-        return tr("every style")
-    if len(rest) < len(names) / 2:
-        return tr("every style but {names}", names=", ".join(rest))
-    return ", ".join(names)
 
 
 def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> float:

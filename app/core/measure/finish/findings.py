@@ -1,4 +1,4 @@
-"""What can be said of a place's lamps in words, and from its light alone.
+"""What there is to report of a place's lamps, and of its light alone.
 
 Directions are those of the panorama, as the sitter sees them who faces the photographer's place
 (azimuth 0): in front is the photographer's side, right is the sitter's right.
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import cv2
@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Float32
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import ProbeError
+from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded
 from app.core.measure.bracket.merge import reference_exposure
 from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid
+from app.core.measure.finish.remarks import LampClipped, MaybeSun, MoreLampsClipped, Remedy
 from app.core.measure.finish.sun import find_sun
 from app.core.measure.read.frame import Merged
-from app.core.text import tr, tr_plural
-from app.core.text.directions import direction_words
-from app.core.text.lights import CLIPPED, Source
+from app.core.text.lights import Source
 
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
@@ -39,13 +39,6 @@ _SHAPES: Final = 0.15  # of a place's light: less does not shape a face
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
 _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
-_SHOOT: Final = (
-    tr("Shoot one darker frame."),
-    tr("Shoot two darker frames."),
-    tr("Shoot three darker frames."),
-    tr("Shoot four darker frames."),
-)
-
 
 # What a light is, by where it is, how large, and how much brighter than what is around it.
 _WINDOW_DEG: Final = (6.0, 60.0)  # size
@@ -171,8 +164,8 @@ def advise(
     sun: Light | None,
     room_stops: float | None,
     maybe: str = "",
-) -> tuple[str, ...]:
-    """Write the advice of a clip audit, in whole sentences; empty when nothing is clipped.
+) -> tuple[Remark, ...]:
+    """Make the advice of a clip audit; empty when nothing is clipped.
 
     `room_stops` is how many stops darker the camera can go, None where unknown; `maybe` the id
     of the lamp that is the sun, if the exposure of the frames were known, "" for none.
@@ -182,8 +175,8 @@ def advise(
         return ()
     names = sources_of(merged, lights, sun)
     named = {light.id: name for light, name in zip(lights, names, strict=True)}
-    lines = [
-        _may_be_sun(light)
+    lines: list[Remark] = [
+        MaybeSun(light.id, light.azimuth_deg, light.elevation_deg)
         if light.id == maybe
         else _about(light, merged, named[light.id], sun, room_stops)
         for light in clipped[:_WORTH_SAYING]
@@ -192,51 +185,22 @@ def advise(
         lines.append(_about(sun, merged, "sun", sun, room_stops))
     rest = len(clipped) - len(lines)
     if rest > 0:
-        lines.append(
-            tr_plural(
-                "{count} smaller lamp is clipped too.",
-                "{count} smaller lamps are clipped too.",
-                rest,
-            )
-        )
+        lines.append(MoreLampsClipped(rest))
     return tuple(lines)
-
-
-def _may_be_sun(light: Light) -> str:
-    where = direction_words(light.azimuth_deg, light.elevation_deg)
-    return tr(
-        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that "
-        "state their ISO and f-number: then its light is put back.",
-        where=where,
-        id=light.id,
-    )
 
 
 def _about(
     light: Light, merged: Merged, kind: Source, sun: Light | None, room_stops: float | None
-) -> str:
-    where = direction_words(light.azimuth_deg, light.elevation_deg)
-    start = CLIPPED[kind].format(where=where, id=light.id)
+) -> LampClipped:
+    about = LampClipped(light.id, kind, light.azimuth_deg, light.elevation_deg, Remedy.SKY)
     if sun is not None and light.id == sun.id:
-        return tr(
-            "{start} No camera holds it: say how clear the sky is, and it is put back.", start=start
-        )
-    count = darker_frames(light, merged, kind)
+        return about
     if room_stops is not None and room_stops < 0.5:
-        return tr(
-            "{start} The camera is at its darkest: give lamp {id} a gain, or measure "
-            "it with a light meter.",
-            start=start,
-            id=light.id,
-        )
+        return replace(about, remedy=Remedy.GAIN)
+    count, room = darker_frames(light, merged, kind), None
     if room_stops is not None and room_stops < _STEP_EV * count - 1.0:
-        count = max(round(room_stops / _STEP_EV), 1)
-        start = tr(
-            "{start} The camera can go {room_stops:.0f} EV darker.",
-            start=start,
-            room_stops=room_stops,
-        )
-    return f"{start} {_SHOOT[count - 1]}"
+        count, room = max(round(room_stops / _STEP_EV), 1), room_stops
+    return replace(about, remedy=Remedy.DARKER_FRAMES, frames=count, room_stops=room)
 
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files

@@ -16,10 +16,12 @@ from app.core.base.angles import difference
 from app.core.base.arrays import Bools, Float32, Floats
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
+from app.core.base.remarks import Remark
 from app.core.environment.environment import reduce_radiance
 from app.core.measure.finish.audit import Audit, audit
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid, upsampled
+from app.core.measure.finish.remarks import CostlyChange, LampGained, MaskingChanges, NoClutter
 from app.core.measure.finish.rough import brightened, rough_audit, told_clipped
 from app.core.measure.finish.sun import Restoration, restore, set_illuminance
 from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union
@@ -28,7 +30,7 @@ from app.core.measure.read.frame import Merged
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 
 _MOST_STOPS = 20.0
 _HALF: Final = 0.5  # of a texel: what is filled by more was not seen
@@ -75,7 +77,7 @@ class Finished:
     clutter: tuple[Clutter, ...] = ()
     changes: tuple[Change, ...] = ()
     audit: Audit | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
     unseen: Bools | None = field(default=None, repr=False)
 
 
@@ -132,12 +134,12 @@ def finish(
 
 def _put_right(
     merged: Merged, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
-) -> tuple[Merged, Restoration | None, list[str]]:
+) -> tuple[Merged, Restoration | None, list[Remark]]:
     """Put the sun back, and the lamps that the user knows better.
 
     There is a restoration where the sun was looked for, found or not.
     """
-    notes: list[str] = []
+    notes: list[Remark] = []
     restoration = None
     if options.sun != "leave" and grid.clipped.any():
         restoration = restore(merged, lights, options.sun, grid)
@@ -145,42 +147,36 @@ def _put_right(
         # What the user says of a lamp is worth more than what a model says of it.
         if restoration.light in chosen:
             restoration = None
-        elif restoration.light is not None:
+        elif restoration.remark is not None:
             merged = restoration.merged
-            notes.append(restoration.sentence)
+            notes.append(restoration.remark)
     for name, lux in options.lux.items():
         metered = set_illuminance(merged, _named(lights, name), lux)
         merged = metered.merged
-        notes.append(metered.sentence)
+        if metered.remark is not None:
+            notes.append(metered.remark)
     if options.gains:
         merged = apply_gains(merged, lights, options.gains)
-        notes += [_gain_words(name.strip().upper(), stops) for name, stops in options.gains.items()]
+        notes += [LampGained(name.strip().upper(), stops) for name, stops in options.gains.items()]
     return merged, restoration, notes
-
-
-def _gain_words(lamp: str, stops: float) -> str:
-    if stops >= 0:
-        return tr("Lamp {id} was made {stops:g} stops brighter, as asked.", id=lamp, stops=stops)
-    return tr("Lamp {id} was made {stops:g} stops darker, as asked.", id=lamp, stops=-stops)
 
 
 def _cleaned(
     found: Finished, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
 ) -> Finished:
-    """Fill what is masked, and say what that changes."""
+    """Fill what is masked, and report what that changes."""
     if not options.masks:
         return found
     merged = found.merged
     clutter = resolve(options.masks, merged, foot)
     if not clutter:
-        note = tr("No tripod or photographer found below the camera.")
-        return replace(found, notes=(*found.notes, note))
+        return replace(found, notes=(*found.notes, NoClutter()))
     filled = fill(merged, union(clutter, merged.clipped.shape))
     shape = pack.header.environment
     changed = changes(
         reduce_radiance(merged.radiance, shape), reduce_radiance(filled.radiance, shape), pack
     )
-    notes = (*found.notes, sentence(changed))
+    notes = (*found.notes, masking_changes(changed))
     return replace(found, merged=filled, clutter=clutter, changes=changed, notes=notes)
 
 
@@ -204,7 +200,6 @@ def _named(lights: Sequence[Light], name: str) -> Light:
     )
 
 
-_SAME_DEG: Final = 0.5
 _FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is called a change
 
 
@@ -244,70 +239,28 @@ def changes(
     return tuple(_change(a, b, objective) for a, b in zip(old, new, strict=True))
 
 
-def sentence(found: Sequence[Change], what: str = tr("what is masked")) -> str:
-    """Say in one or two sentences what changes.
+def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
+    """Sum up what changes, of the styles that the place can give before or after.
 
-    Only styles that the place can give, before or after, are spoken of. A turn that moved
-    between two places which the new light finds equally good (within 1 % of the curve's range)
-    counts as unchanged, and is mentioned.
+    A turn that moved between two places which the new light finds equally good (within 1 % of the
+    curve's range) counts as unchanged.
     """
-    lead = tr("Without {what}", what=what)
-    seen = [each for each in found if each.attainable_before or each.attainable_after]
-    if not seen:
-        return tr("{lead}, as with it, no style is within reach.", lead=lead)
+    seen = [each for each in changed if each.attainable_before or each.attainable_after]
     costly = [each for each in seen if each.given_up > _FREE]
-    free = [each for each in seen if each.given_up <= _FREE]
-    most = max((abs(each.change_deg) for each in free), default=0.0)
-    words = [_costly_words(lead, costly, len(seen))] if costly else [_free_words(lead, most)]
-    if not costly and most > 10.0:
-        words[0] = tr("{lead} no turn gets worse.", lead=lead)
-        words.append(
-            tr(
-                "Turns move by up to {most:.0f} degrees, but the old ones are as good within 1 %.",
-                most=most,
-            )
-        )
-    for reached, what_now in (
-        (True, tr("Now within reach: {names}.")),
-        (False, tr("No longer within reach: {names}.")),
-    ):
-        moved = [each for each in seen if each.attainable_before != each.attainable_after]
-        names = [each.title or each.style for each in moved if each.attainable_after is reached]
-        if names:
-            words.append(what_now.format(names=", ".join(names)))
-    return " ".join(words)
-
-
-def _free_words(lead: str, most: float) -> str:
-    if most < _SAME_DEG:
-        return tr("{lead} no turn changes.", lead=lead)
-    whole = math.ceil(most)
-    return tr_plural(
-        "{lead} no turn changes by more than {count} degree.",
-        "{lead} no turn changes by more than {count} degrees.",
-        whole,
-        lead=lead,
-    )
-
-
-def _costly_words(lead: str, costly: Sequence[Change], count: int) -> str:
-    worst = max(costly, key=lambda each: each.given_up)
-    name = worst.title or worst.style
-    start = tr_plural(
-        "{lead} {count} of {all} turns changes",
-        "{lead} {count} of {all} turns change",
+    worst = max(costly, key=lambda each: each.given_up, default=None)
+    moved = (abs(each.change_deg) for each in seen if each.given_up <= _FREE)
+    gained = [each for each in seen if each.attainable_after and not each.attainable_before]
+    lost = [each for each in seen if each.attainable_before and not each.attainable_after]
+    return MaskingChanges(
+        len(seen),
         len(costly),
-        lead=lead,
-        all=count,
-    )
-    return tr(
-        "{start}, most of all {name}: from {before:.0f}° to {after:.0f}°; the old turn would "
-        "give up {lost:.0f} % of its range.",
-        start=start,
-        name=name,
-        before=worst.turn_before_deg,
-        after=worst.turn_after_deg,
-        lost=100.0 * worst.given_up,
+        None
+        if worst is None
+        else CostlyChange(
+            worst.title or worst.style, worst.turn_before_deg, worst.turn_after_deg, worst.given_up
+        ),
+        max(moved, default=0.0),
+        *(tuple(each.title or each.style for each in some) for some in (gained, lost)),
     )
 
 

@@ -49,17 +49,6 @@ class MaskSpec:
     numbers: tuple[float, ...] = ()
     path: Path | None = None
 
-    @property
-    def name(self) -> str:
-        """Words for reports."""
-        if self.kind == "nadir":
-            return tr("everything below {elevation:g}°", elevation=self.numbers[0])
-        if self.kind == "zenith":
-            return tr("everything above {elevation:g}°", elevation=self.numbers[0])
-        if self.path is not None:
-            return tr("mask {name}", name=self.path.name)
-        return tr("masked box") if self.kind == "box" else tr("suggested masks")
-
 
 def parse_mask(text: str) -> MaskSpec:
     """Read a mask from the command line; the file of a picture is not opened yet.

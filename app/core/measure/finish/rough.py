@@ -31,6 +31,7 @@ from app.core.environment.environment import energy, reduce_light, solid_angles
 from app.core.measure.finish.audit import Audit, StyleChange, WhatIf, choices, given_up
 from app.core.measure.finish.findings import advise
 from app.core.measure.finish.lights import Light, LightGrid, components, light_grid
+from app.core.measure.finish.remarks import RoughLight, RoughTurns
 from app.core.measure.read.frame import Merged
 from app.core.solver.turn_choice import Choice
 from app.core.styles.style_pack import StylePack
@@ -135,8 +136,10 @@ def rough_audit(
         float((each.lost * each.solid_angle).sum()) / each.total
         for each in (light_grid(looks), grid)
     )
-    told = _words(changes, share)
-    return Audit((low, share), (told[0], *advise(looks, lights, None, None), *told[1:]), changes)
+    names = tuple(each.name for each in changes if each.in_doubt)
+    turns = [RoughTurns(names)] if names and share > 0.0 else []
+    advice = (RoughLight(share), *advise(looks, lights, None, None), *turns)
+    return Audit((low, share), advice, changes)
 
 
 def doubts(found: Choice) -> Float64:
@@ -174,15 +177,3 @@ def _depth_deg(white: Float32) -> Float32:
     inside = np.tile((white > 0.5).astype(np.uint8), (1, 3))
     depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[:, width : 2 * width]
     return np.asarray(depth * np.float32(360.0 / width), np.float32)
-
-
-def _words(changes: Sequence[StyleChange], share: float) -> tuple[str, ...]:
-    if share <= 0.0:
-        return (tr("A rough answer: one photograph, though nothing in it is clipped."),)
-    first = tr(
-        "A rough answer: in one photograph {share} of the light is a guess, where it is clipped.",
-        share=percent(share),
-    )
-    names = ", ".join(each.name for each in changes if each.in_doubt)
-    more = (tr("The turn depends on what is clipped: {names}.", names=names),)
-    return (first, *more) if names else (first,)

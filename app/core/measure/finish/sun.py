@@ -39,6 +39,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions_at
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.finish.lights import Light, LightGrid, light_grid, spread_of, upsampled
+from app.core.measure.finish.remarks import LampMetered, SunRestored
 from app.core.measure.read.frame import Merged
 from app.core.text import tr
 
@@ -285,7 +286,7 @@ class Restoration:
     light: str | None
     illuminance_lux: float
     range_lux: tuple[float, float]
-    sentence: str
+    remark: SunRestored | LampMetered | None
     disc: Float64 = field(repr=False)
     held_lux: float
 
@@ -304,28 +305,14 @@ def restore(
     """
     sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
-        reason = (
-            tr("The sun was left as it is.") if sky == "leave" else tr("No clipped sun was found.")
-        )
-        return Restoration(merged, None, 0.0, (0.0, 0.0), reason, np.zeros((0, 2)), 0.0)
+        return Restoration(merged, None, 0.0, (0.0, 0.0), None, np.zeros((0, 2)), 0.0)
     core = sun_core(sun, merged)
     lux = direct_normal_lux(core.elevation_deg, sky)
     low, high = SPREAD[0] * lux, SPREAD[1] * lux
-    under = {"clear": tr("a clear sky"), "hazy": tr("haze"), "thin cloud": tr("thin cloud")}[sky]
-    sentence = tr(
-        "The sun (lamp {id}, {height:.0f}° high) is clipped in every "
-        "frame. It was given the {klx} klx that it has at that height under "
-        "{sky} (IES RP-21); {low} to {high} klx are likely.",
-        id=sun.id,
-        height=core.elevation_deg,
-        klx=_klx(lux),
-        sky=under,
-        low=_klx(low),
-        high=_klx(high),
-    )
+    remark = SunRestored(sun.id, core.elevation_deg, sky, lux, low, high)
     wanted = _Wanted(lux, (low, high), sun_colour(core.elevation_deg, sky))
     added, held = _draw_sun(merged, core, wanted)
-    return _restored(merged, sun, wanted, added, held, sentence)
+    return _restored(merged, sun, wanted, added, held, remark)
 
 
 def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
@@ -364,15 +351,11 @@ def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
             ),
             tr("Hold the meter where the camera stood, facing the lamp."),
         )
-    sentence = tr(
-        "Lamp {id} was given the {lux:.0f} lux measured; the frames hold {held:.0f}.",
-        id=light.id,
-        lux=lux,
-        held=held,
-    )
     added = np.stack([texels, light_of * weights * (gain - 1.0)], axis=1)
     near = (0.9 * lux, 1.1 * lux)
-    return _restored(merged, light, _Wanted(lux, near, None), added, held, sentence)
+    return _restored(
+        merged, light, _Wanted(lux, near, None), added, held, LampMetered(light.id, lux, held)
+    )
 
 
 def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
@@ -406,7 +389,12 @@ def _draw_sun(merged: Merged, core: Core, wanted: _Wanted) -> tuple[Float64, flo
 
 
 def _restored(
-    merged: Merged, light: Light, wanted: _Wanted, added: Float64, held: float, sentence: str
+    merged: Merged,
+    light: Light,
+    wanted: _Wanted,
+    added: Float64,
+    held: float,
+    remark: SunRestored | LampMetered,
 ) -> Restoration:
     """Add luminance to texels; what is clipped of the light counts as known from now on."""
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
@@ -419,7 +407,7 @@ def _restored(
     known, _ = _texels_of(light, merged)
     clipped.reshape(-1)[known] = 0.0
     done = replace(merged, radiance=radiance, clipped=clipped)
-    return Restoration(done, light.id, wanted.lux, wanted.near, sentence, added, held)
+    return Restoration(done, light.id, wanted.lux, wanted.near, remark, added, held)
 
 
 def _texels_of(light: Light, merged: Merged) -> tuple[Int64, Float64]:
@@ -460,7 +448,3 @@ def _disc(
     row, column = np.nonzero(covered)
     share = covered[row, column]
     return rows[row] * width + columns[column] % width, share / share.sum()
-
-
-def _klx(lux: float) -> str:
-    return f"{lux / 1000.0:.0f}" if lux >= 10_000 else f"{lux / 1000.0:.2g}"

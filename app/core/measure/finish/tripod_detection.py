@@ -60,18 +60,29 @@ _NEAR_DEG: Final = 45.0
 
 
 @dataclass(frozen=True, slots=True)
+class Suggestion:
+    """Why something is taken for a tripod, or for a person.
+
+    It looks unlike the ground around it and reaches so far from the camera's foot, deg;
+    `azimuth_deg` is where a person is, None for a stick, a tripod or a hand.
+    """
+
+    reach_deg: float
+    azimuth_deg: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Clutter:
     """Something that should not be there, and where.
 
     `mask`, (H, W) float32 in the panorama's texels, is 1 where it is, 0 to 1; `confidence` is 0
-    to 1, 1 for a mask by hand.
+    to 1, 1 for a mask by hand. `origin` is what it was masked by.
     """
 
-    name: str
+    origin: MaskSpec | Suggestion
     mask: FloatImage = field(repr=False)
     solid_angle_sr: float
     confidence: float
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,8 +117,7 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
     sure = min((found.inside - _RARE) / (_CERTAIN - _RARE), 1.0)
     clear = min((found.inside - found.outside) / (2.0 * _CLEAR), 1.0)
     confidence = round(0.3 + 0.65 * math.sqrt(max(sure, 0.0) * max(clear, 0.0)), 2)
-    name, reason = _words(found.area, chart)
-    return (Clutter(name, mask, size, confidence, reason),)
+    return (Clutter(_suggestion(found.area, chart), mask, size, confidence),)
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
@@ -134,7 +144,7 @@ def resolve(
             continue
         mask = draw_mask(spec, shape)
         size = float(mask.sum(axis=1, dtype=np.float64) @ solid_angles(shape))
-        found.append(Clutter(spec.name, mask, size, 1.0, tr("Masked by hand.")))
+        found.append(Clutter(spec, mask, size, 1.0))
     return tuple(found)
 
 
@@ -308,31 +318,15 @@ def _on_panorama(area: Bools, chart: Chart, shape: tuple[int, int]) -> FloatImag
     return mask
 
 
-def _words(area: Bools, chart: Chart) -> tuple[str, str]:
-    """Name a region and say why it is suggested."""
+def _suggestion(area: Bools, chart: Chart) -> Suggestion:
+    """Measure how far a region reaches, and where, if it is a person."""
     away = chart.distances()[area]
     far = float(np.percentile(away, 98.0))
-
     if far < _NEAR_DEG:
-        return (
-            tr("stick, tripod or hand"),
-            tr(
-                "It reaches {far:.0f}° from the camera's foot and looks unlike the ground "
-                "around it.",
-                far=far,
-            ),
-        )
+        return Suggestion(far)
     rows, columns = np.nonzero(area & (chart.distances() > _NEAR_DEG / 2.0))
     right, up, _ = chart.axes
     side = float((columns - (_SIDE - 1) / 2.0).mean()) * right
     side = side + float(((_SIDE - 1) / 2.0 - rows).mean()) * up
     azimuth = azimuth_elevation(side + 1e-9 * direction(*chart.centre))[0]
-    return (
-        tr("somebody close to the camera"),
-        tr(
-            "It reaches {far:.0f}° from the camera's foot, around azimuth {azimuth:.0f}°, and "
-            "looks unlike the ground around it.",
-            far=far,
-            azimuth=azimuth,
-        ),
-    )
+    return Suggestion(far, azimuth)

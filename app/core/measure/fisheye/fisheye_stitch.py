@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Float32, Float64
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.progress import Token
+from app.core.base.remarks import Remark
 from app.core.base.sphere import directions, from_vector
 from app.core.environment.environment import solid_angles
 from app.core.measure.bracket.align import edges
 from app.core.measure.fisheye.dual_fisheye import Circles, Lens, Model, bent, model_of
+from app.core.measure.fisheye.remarks import CirclesStitched, SeamUnsure
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.resampling import light_in_bands
-from app.core.text import tr
 
 # Strips along the seam: a quarter of a degree per sample, around the seam and across it.
 _STEP_DEG: Final = 0.25
@@ -452,18 +453,6 @@ _SECTORS: Final = 16
 _CLEARLY: Final = 3.0
 
 
-_SIDES: Final[dict[float | str, str]] = {
-    "left": tr("left"),
-    "right": tr("right"),
-    "upper": tr("upper"),
-    "lower": tr("lower"),
-    0.0: tr("top"),
-    90.0: tr("right"),
-    180.0: tr("bottom"),
-    270.0: tr("left"),
-}
-
-
 @dataclass(frozen=True, slots=True)
 class Stitching:
     """What was found out about the lenses and done with them.
@@ -493,25 +482,11 @@ class Stitching:
         }
         return {"stitching": facts}
 
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences for the user."""
-        said = [
-            tr(
-                "The frames are two fisheye circles. They were stitched; the {front} circle is "
-                "taken as the front, its {side} as up.",
-                front=_SIDES[self.front],
-                side=_SIDES[self.up_deg],
-            )
-        ]
-        if not self.pair.measured:
-            said.append(
-                tr(
-                    "Where the circles overlap there is too little to measure the lenses by: "
-                    "directions near the seam may be off by some degrees. If you can, stitch "
-                    "with the maker's program."
-                )
-            )
-        return tuple(said)
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What to report."""
+        stitched = CirclesStitched(self.front, self.up_deg)
+        return (stitched,) if self.pair.measured else (stitched, SeamUnsure())
 
 
 def circle_size(

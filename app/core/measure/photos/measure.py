@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import srgb_light
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
+from app.core.base.remarks import Remark
 from app.core.base.sphere import angles_of, directions
 from app.core.environment.environment import solid_angles
 from app.core.environment.holes import GOES_ON
@@ -49,6 +50,7 @@ from app.core.measure.photos.photo_places import (
     upright,
 )
 from app.core.measure.photos.placed import Placed, light_around
+from app.core.measure.photos.remarks import CameraMoved, GapsFilled, OneExposure, PhotosLeftOut
 from app.core.measure.read.frame import Bracket, Frame, Merged
 from app.core.measure.read.metadata import read_header
 from app.core.text import tr
@@ -160,7 +162,7 @@ def measure(
     if single:
         return _finished(_panorama(files[0], fov_deg, token), options, report)
     photographs = _read(files, token, span(report, 0.0, 0.3))
-    photographs, words = _place(photographs, token, span(report, 0.3, 0.55))
+    photographs, remarks = _place(photographs, token, span(report, 0.3, 0.55))
     report(0.55, Progress(Task.CHECKING_EXPOSURES))
     taken = [photograph for photograph in photographs if photograph.rotation is not None]
     codes, seen = _look_up(taken)
@@ -170,7 +172,7 @@ def measure(
     merging = span(report, 0.55, 0.9)
     planes = light_around(lit, table=table, token=token, report=merging)
     stops = tuple(_middle(taken) + placed.stops for placed in lit)
-    light = _Light(photographs, stops, choice, planes, words)
+    light = _Light(photographs, stops, choice, planes, remarks)
     return _finished(light, options, report)
 
 
@@ -182,16 +184,16 @@ class _Light:
     stops: tuple[float, ...]
     choice: ResponseChoice
     planes: tuple[Float32, Bools, Float32]
-    words: list[str]
+    remarks: list[Remark]
 
 
 def _finished(light: _Light, options: MeasureOptions, report: Report) -> Measurement:
     """Fill gaps, and do what is done to all merged light."""
-    (radiance, covered, clipped), stops, words = light.planes, light.stops, light.words
+    (radiance, covered, clipped), stops, remarks = light.planes, light.stops, light.remarks
     taken = [photograph for photograph in light.photographs if photograph.rotation is not None]
     known = all(p.frame.exposure is not None and p.frame.exposure.known for p in taken)
     if max(stops) - min(stops) < 1.0 and clipped.any():
-        words.append(tr("One exposure; lamps and windows are clipped, and really are brighter."))
+        remarks.append(OneExposure())
     reference = _middle(taken)
     merged = Merged(
         radiance,
@@ -202,16 +204,16 @@ def _finished(light: _Light, options: MeasureOptions, report: Report) -> Measure
         cd_m2=1.2 / 2.0**reference if known else None,  # ISO 12232
         clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in taken),
     )
-    merged, blind = _filled(merged, covered, words)
+    merged, blind = _filled(merged, covered, remarks)
     report(0.9, Progress(Task.FINDING_LAMPS))
     finished = finish(merged, options.styles, options, blind=(~covered).astype(np.float32))
-    told = (*light.choice.remarks, *words)
+    warnings = (*light.choice.remarks, *remarks)
     report(1.0, Progress(Task.DONE))
     return Measurement(
         way="photos",
-        bracket=Bracket(tuple(p.frame for p in taken), stops, told, unstitched=True),
+        bracket=Bracket(tuple(p.frame for p in taken), stops, warnings, unstitched=True),
         finished=finished,
-        warnings=told,
+        warnings=warnings,
         notes=finished.notes,
         display=display_panorama(merged.radiance),
         blind=blind,
@@ -310,8 +312,8 @@ def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
 
 def _place(
     photographs: Sequence[Photograph], token: Token, report: Report
-) -> tuple[list[Photograph], list[str]]:
-    """Find where the photographs look; also what is to be said of that."""
+) -> tuple[list[Photograph], list[Remark]]:
+    """Find where the photographs look; also what there is to report of that."""
     size = len(photographs) // (photographs[-1].bracket + 1)
     dull = [abs(float(np.median(photograph.small)) - _MIDDLE_CODE) for photograph in photographs]
     best = int(np.reshape(dull, (-1, size)).mean(axis=0).argmin())  # exposure of all brackets
@@ -333,16 +335,16 @@ def _place(
     if len(rotations) < _COUNTS[0]:
         few = tr("Only {few} of {all} photographs overlap.", few=len(rotations), all=len(names))
         raise ProbeError(few, _OVER)
-    left = [name for k, name in enumerate(names) if k not in rotations]
-    words = [tr("Could not be placed, and left out: {names}.", names=listed(left))] if left else []
+    left = tuple(name for k, name in enumerate(names) if k not in rotations)
+    remarks: list[Remark] = [PhotosLeftOut(left)] if left else []
     if off > _MOVED_PX:
-        words.append(tr("The camera moved between photographs: near things may be doubled."))
+        remarks.append(CameraMoved())
     level = upright(rotations, min(rotations))
     scales = [max(max(p.pixels.shape) / LONGEST, 1.0) for p in photographs]
     return [
         replace(p, rotation=level[k], focal_px=focals[k] * scales[k]) if k in level else p
         for k, p in enumerate(photographs)
-    ], words
+    ], remarks
 
 
 def _middle(taken: Sequence[Photograph]) -> float:
@@ -409,8 +411,8 @@ def _lit(taken: Sequence[Photograph], codes: Bytes, seen: Bools, table: Float64)
     ]
 
 
-def _filled(merged: Merged, covered: Bools, words: list[str]) -> tuple[Merged, float]:
-    """Fill what no photograph shows, and say how much of the sphere that is, and where."""
+def _filled(merged: Merged, covered: Bools, remarks: list[Remark]) -> tuple[Merged, float]:
+    """Fill what no photograph shows, and report how much of the sphere that is, and where."""
     gaps = (~covered).mean(axis=1) * solid_angles(covered.shape) * covered.shape[1] / (4.0 * np.pi)
     blind, quarter = float(gaps.sum()), len(gaps) // 4
     if blind > 1.0 - _LEAST_SEEN:
@@ -418,11 +420,8 @@ def _filled(merged: Merged, covered: Bools, words: list[str]) -> tuple[Merged, f
         raise ProbeError(little, _OVER)
     if blind:
         up, down = float(gaps[:quarter].sum()), float(gaps[-quarter:].sum())
-        parts = ((up, tr("overhead")), (down, tr("below")), (blind - up - down, tr("to the sides")))
-        gap = tr(
-            "No photograph shows {share} of all directions, mostly {where}. They were filled.",
-            share=percent(blind),
-            where=max(parts)[1],
-        )
-        words.append(gap)
+        where: Literal["overhead", "below", "sides"] = "overhead"
+        if max(down, blind - up - down) > up:
+            where = "below" if down > blind - up - down else "sides"
+        remarks.append(GapsFilled(blind, where))
     return fill(merged, (~covered).astype(np.float32), GOES_ON), blind

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from app.core.base.errors import ProbeError
+from app.core.base.remarks import Remark
+from app.core.measure.plan.remarks import BracketShifted, DarkestExposure, OffsetMissed, WiderSteps
 from app.core.measure.read.frame import Exposure
 from app.core.text import tr
 
@@ -48,14 +50,16 @@ class CameraLimits:
     apertures: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        named = (
-            (tr("The camera's list of shutter speeds is empty or not valid."), self.shutters_s),
-            (tr("The camera's list of ISO values is empty or not valid."), self.isos),
-            (tr("The camera's list of apertures is empty or not valid."), self.apertures),
-        )
-        for sentence, values in named:
-            if not values or not all(0.0 < value < math.inf for value in values):
-                raise ProbeError(sentence)
+        if not _valid(self.shutters_s):
+            raise ProbeError(tr("The camera's list of shutter speeds is empty or not valid."))
+        if not _valid(self.isos):
+            raise ProbeError(tr("The camera's list of ISO values is empty or not valid."))
+        if not _valid(self.apertures):
+            raise ProbeError(tr("The camera's list of apertures is empty or not valid."))
+
+
+def _valid(values: Sequence[float]) -> bool:
+    return bool(values) and all(0.0 < value < math.inf for value in values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +82,7 @@ class Plan:
     kind: Literal["paper", "full"]
     shots: tuple[PlannedShot, ...]
     expected_s: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
 
 def plan(
@@ -115,12 +119,12 @@ def plan(
     iso, aperture = settings.for_paper() if kind == "paper" else settings.for_full()
     middle = settings.middle(iso, aperture)
     wanted = [middle, middle + STEP_EV, middle - STEP_EV]
-    notes = [_middle_note(middle)] if middle else []
+    notes: list[Remark] = [BracketShifted(middle)] if middle else []
     if kind == "full":
         wanted, spread = _full_offsets(middle, settings.darkest(iso, aperture), shots)
         notes += spread
     planned = [settings.shot(iso, aperture, offset) for offset in wanted]
-    notes += [note for shot in planned if (note := settings.miss_note(shot))]
+    notes += [note for shot in planned if (note := settings.missed(shot))]
     different: dict[Exposure, PlannedShot] = {}
     for shot in planned:
         different.setdefault(shot.exposure, shot)
@@ -204,17 +208,13 @@ class _Settings:
         exposure = Exposure(nearest, iso, aperture)
         return PlannedShot(exposure, offset, exposure.ev - self.metered.ev)
 
-    def miss_note(self, shot: PlannedShot) -> str:
-        """Say that a wanted offset is not had, unless snapping to thirds explains it."""
+    def missed(self, shot: PlannedShot) -> OffsetMissed | None:
+        """Report a wanted offset that is not had, unless snapping to thirds explains it."""
         iso, aperture = shot.exposure.iso, shot.exposure.aperture
         beyond = self.outside(iso, aperture, shot.wanted_ev) > _TOLERANCE_EV
         if not beyond and abs(shot.ev_offset - shot.wanted_ev) <= _WORTH_EV:
-            return ""
-        return tr(
-            "{wanted_ev:+.1f} EV is out of the camera's reach; {ev_offset:+.1f} EV is the nearest.",
-            wanted_ev=shot.wanted_ev,
-            ev_offset=shot.ev_offset,
-        )
+            return None
+        return OffsetMissed(shot.wanted_ev, shot.ev_offset)
 
 
 def _check(metered: Exposure, limits: CameraLimits, shots: int, longest_s: float) -> None:
@@ -238,16 +238,11 @@ def _check(metered: Exposure, limits: CameraLimits, shots: int, longest_s: float
         )
 
 
-def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[str]]:
+def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[Remark]]:
     """Offsets from the middle over 2 EV above it down to the floor, in the order of shooting."""
-    notes = []
+    notes: list[Remark] = []
     if -STEP_EV + _TOLERANCE_EV < floor <= 0.0:
-        notes.append(
-            tr(
-                "The place is bright: the camera's darkest exposure is {floor:+.1f} EV.",
-                floor=floor,
-            )
-        )
+        notes.append(DarkestExposure(floor))
     deep = middle - floor
     if deep < _TOLERANCE_EV:
         return [middle, middle + STEP_EV], notes
@@ -256,26 +251,5 @@ def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float],
     step, steps = STEP_EV, max(math.ceil((deep - _WORTH_EV) / STEP_EV), 1)
     if steps > room:
         step, steps = deep / room, room
-        notes.append(
-            tr(
-                "With {shots} frames the dark ones are {step:.1f} EV apart instead of {step_ev:g}.",
-                shots=shots,
-                step=step,
-                step_ev=STEP_EV,
-            )
-        )
+        notes.append(WiderSteps(shots, step, STEP_EV))
     return [*bright, *(middle - step * k for k in range(1, steps)), floor], notes
-
-
-def _middle_note(middle: float) -> str:
-    if middle < 0.0:
-        return tr(
-            "The place is too dark for the camera: the bracket is shot {stops:.1f} EV darker "
-            "than metered.",
-            stops=-middle,
-        )
-    return tr(
-        "The place is too bright for the camera: the bracket is shot {stops:.1f} EV brighter "
-        "than metered.",
-        stops=middle,
-    )

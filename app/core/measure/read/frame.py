@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from app.core.base.arrays import Float32
+from app.core.base.remarks import Remark
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +101,7 @@ class Bracket:
 
     frames: tuple[Frame, ...]
     stops: tuple[float, ...]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
     unstitched: bool = False
 
     @property

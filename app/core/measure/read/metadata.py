@@ -24,8 +24,10 @@ from app.core.base.image_input import (
     stated_orientation,
     stated_primaries,
 )
+from app.core.base.remarks import Remark
 from app.core.measure.read.frame import Exposure, Frame, LensExposure, Pose
 from app.core.measure.read.makernote import RicohNote, read_ricoh_note
+from app.core.measure.read.remarks import PhoneRendered, TwoApertures, TwoTimes
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -95,7 +97,7 @@ class Header:
     aperture: float | None = None
     orientation: int = 1
     note: RicohNote | None = None
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Remark, ...] = ()
     part: bool = False
 
 
@@ -183,7 +185,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         aperture,
         orientation,
         note,
-        (*_apex_doubts(spec, shutter, aperture), *_phone_doubts(spec)),
+        (*_apex_doubts(spec, file.name, shutter, aperture), *_phone_doubts(spec, file.name)),
         _is_part(spec),
     )
 
@@ -288,35 +290,24 @@ def _iso(spec: ImageSpec) -> float | None:
     return first
 
 
-def _apex_doubts(spec: ImageSpec, shutter: float | None, aperture: float | None) -> tuple[str, ...]:
+def _apex_doubts(
+    spec: ImageSpec, name: str, shutter: float | None, aperture: float | None
+) -> tuple[Remark, ...]:
     """Compare the plain values with the logarithmic ones that stand beside them in EXIF."""
-    doubts = []
+    doubts: list[Remark] = []
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
-        doubts.append(
-            tr(
-                "states both {shutter:.4g} s and {apex:.4g} s as its exposure time",
-                shutter=shutter,
-                apex=2.0**-apex,
-            )
-        )
+        doubts.append(TwoTimes(name, shutter, 2.0**-apex))
     apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
     if aperture and apex and abs(2.0 * math.log2(aperture) - apex) > _APEX_TOLERANCE:
-        doubts.append(
-            tr(
-                "states both f/{aperture:.3g} and f/{apex:.3g}",
-                aperture=aperture,
-                apex=2.0 ** (apex / 2),
-            )
-        )
+        doubts.append(TwoApertures(name, aperture, 2.0 ** (apex / 2)))
     return tuple(doubts)
 
 
-def _phone_doubts(spec: ImageSpec) -> tuple[str, ...]:
+def _phone_doubts(spec: ImageSpec, name: str) -> tuple[Remark, ...]:
     """Look for a phone's HDR rendering (EXIF CustomRendered, with Apple's values)."""
-    if _number(spec, "Exif:CustomRendered", (0.0, 99.0)) not in _PHONE_HDR:
-        return ()
-    return (tr("was rendered by the phone's HDR, which changes every pixel in its own way"),)
+    rendered = _number(spec, "Exif:CustomRendered", (0.0, 99.0)) in _PHONE_HDR
+    return (PhoneRendered(name),) if rendered else ()
 
 
 def _is_part(spec: ImageSpec) -> bool:

@@ -20,6 +20,7 @@ from app.core.base.arrays import Bools, Bytes, Float32, Indices
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Progress, Report, Task, Token, silent
+from app.core.base.remarks import Remark
 from app.core.measure.read.decoding import (
     READ_ROWS,
     MemoryRows,
@@ -36,6 +37,7 @@ from app.core.measure.read.decoding import (
     shrunk,
 )
 from app.core.measure.read.frame import Bracket, Frame
+from app.core.measure.read.remarks import FrameUnread
 from app.core.text import tr
 
 MEMORY_BYTES: Final = 640 << 20
@@ -67,7 +69,7 @@ class FrameStack:
     top: float
     sources: tuple[RowSource, ...] = field(repr=False)
     seen: tuple[Float32 | None, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -141,9 +143,7 @@ def open_frames(
     good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
     opened = [result for result in results if isinstance(result, OpenedFrame)]
     warnings = tuple(
-        tr("{message} The frame is left out.", message=result.message)
-        for result in results
-        if isinstance(result, ProbeError)
+        FrameUnread(result.message) for result in results if isinstance(result, ProbeError)
     )
     top = max((one.top for one in opened if one.top > 0.0), default=math.inf)
     stack = FrameStack(

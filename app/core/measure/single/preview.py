@@ -23,9 +23,6 @@ from app.core.measure.finish.lights import components
 from app.core.measure.fisheye.dual_fisheye import find_circles
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.styles.style_pack import StylePack
-from app.core.text import tr
-from app.core.text.directions import place_words
-from app.core.text.turns import turn_words
 
 _CLIPPED_CODE: Final = 250
 _BRIGHTER: Final = 8.0
@@ -97,19 +94,7 @@ def rough_answers(seen: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...
     return tuple(RoughAnswer(one, bool(lost[pack.index(one.name)] > DOUBT)) for one in best)
 
 
-def rough_words(picture: Bytes | None, pack: StylePack) -> str:
-    """Say how to turn for the best styles by one small picture; empty where it tells nothing."""
+def answers_of(picture: Bytes | None, pack: StylePack) -> tuple[RoughAnswer, ...] | None:
+    """Name the best styles by one small picture; None where it tells nothing."""
     seen = None if picture is None else preview_light(picture, pack.header.environment)
-    if seen is None:
-        return ""
-    named = [_named(each) for each in rough_answers(seen, pack)]
-    if not named:
-        return tr("A rough first answer: no style seems to be in reach here.")
-    return tr("A rough first answer: {turns}.", turns="; ".join(named))
-
-
-def _named(answer: RoughAnswer) -> str:
-    result = answer.result
-    where, turn = place_words(result.side, ""), turn_words(result.turn_refined_deg)
-    words = (result.title, where, turn, tr("unsure") if answer.unsure else "")
-    return ", ".join(part for part in words if part)
+    return None if seen is None else rough_answers(seen, pack)

@@ -38,6 +38,7 @@ from app.ui.presenters.services import Action as Answer
 from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
+from app.words.remarks import sentences
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
@@ -380,7 +381,7 @@ class LampList:
             if facts is not None:
                 white = lamp.white_cd_m2 or facts.white_cd_m2
                 lamp = replace(lamp, camera=facts.camera, white_cd_m2=white)
-            return add_lamp(folder, lamp).name, list_lamps(folder)[0], found.warnings
+            return add_lamp(folder, lamp).name, list_lamps(folder)[0], sentences(found.warnings)
 
         def done(found: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:
             name, self._entries, said = found

@@ -11,6 +11,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import is_full
 from app.core.measure.finish.findings import Findings, Lamp
+from app.core.measure.finish.remarks import ClippingSafe, RoughTurns, SunRestored
 from app.core.measure.plan.planner import Plan, plan
 from app.core.measure.read.frame import Exposure
 from app.core.places.place import CaptureFacts, Place
@@ -27,6 +28,7 @@ from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
 from app.words.progress import progress_words
+from app.words.remarks import remark_words, sentences
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
@@ -189,10 +191,6 @@ _LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 
 
 _MOST: Final = 0.5
 _TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full range")}
-_NO_DOUBT: Final = (
-    tr("No style's turn depends on what is clipped, nor whether it is in reach."),
-    "No style's turn depends",  # of a place that was measured in English
-)
 _LOOPBACK: Final = ("127.", "localhost", "::1")
 
 
@@ -353,22 +351,23 @@ def advice_notice(
     if capture is None or findings is None:
         return None
     if capture.plan == "rough":
-        title, *body = capture.advice or (tr("A rough answer: one photograph."),)
+        advice = [each for each in capture.advice if not isinstance(each, RoughTurns)]
+        title, *body = sentences(advice) or (tr("A rough answer: one photograph."),)
         if capture.doubtful:
-            # The last line has their names on the command line.
-            body = [*body[:-1], tr("The cards of the styles say which turns depend on that.")]
-        return Notice("advice", title, " ".join((*capture.warnings, *body)))
+            body.append(tr("The cards of the styles say which turns depend on that."))
+        return Notice("advice", title, " ".join((*sentences(capture.warnings), *body)))
     # How finely a ball resolves, and what it does not show.
     notes = capture.notes if capture.plan == "ball" else ()
     if findings.clipped_lamps and capture.frames:
         notice = _clipped_notice(capture, findings.clipped_lamps[0], full, camera)
-        more = (note for note in notes if note not in notice.body)
+        # What was done to the sun is in it already.
+        more = sentences(note for note in notes if not isinstance(note, SunRestored))
         return replace(notice, body=" ".join((notice.body, *more)))
-    said = (*capture.warnings, *notes)
-    if said and (capture.doubtful or capture.doubtful_unseen):
-        said = (*said, tr("The style cards show which answers depend on that."))
+    words = sentences((*capture.warnings, *notes))
+    if words and (capture.doubtful or capture.doubtful_unseen):
+        words = (*words, tr("The style cards show which answers depend on that."))
     tone: Tone = "advice" if capture.warnings else "note"
-    return Notice(tone, said[0], " ".join(said[1:])) if said else None
+    return Notice(tone, words[0], " ".join(words[1:])) if words else None
 
 
 def _clipped_notice(
@@ -376,14 +375,16 @@ def _clipped_notice(
 ) -> Notice:
     where = ev_words(min(frame.ev for frame in capture.frames))
     if lamp.kind == "sun":
-        put_back = next((note for note in capture.notes if "sun" in note.lower()), "")
+        restored = next((note for note in capture.notes if isinstance(note, SunRestored)), None)
         return Notice(
             "note",
             tr("No camera holds the sun: it is clipped in every frame."),
-            put_back or tr("Shadows may be deeper than the pictures show."),
+            tr("Shadows may be deeper than the pictures show.")
+            if restored is None
+            else remark_words(restored),
         )
     share = tr("most") if lamp.share >= _MOST else share_words(lamp.share, lamp.clipped)
-    harmless = any(line.startswith(_NO_DOUBT) for line in capture.advice)
+    harmless = any(isinstance(each, ClippingSafe) and each.every for each in capture.advice)
     body = (
         tr("It gives {share} of the light here, but no style's turn depends on it.", share=share)
         if harmless

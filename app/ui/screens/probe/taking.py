@@ -16,7 +16,7 @@ from app.core.places.frames import clipped_in
 from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
-from app.core.text.quantities import time_words
+from app.core.text.quantities import place_name, time_words
 from app.devices.capture.place_capture import (
     CapturedPlace,
     CaptureOrder,
@@ -40,6 +40,8 @@ from app.ui.screens.probe.notices import (
     trouble_notice,
 )
 from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
+from app.words.preview import rough_words
+from app.words.remarks import remark_words
 
 KEY: Final = "capture"
 
@@ -120,7 +122,7 @@ class Taking:
         if self._stopping:
             sign = Sign(big=tr("Stopping"), caption=_STOPPING)
         return Running(
-            rough="" if seen is None else seen.rough,
+            rough="" if seen is None else rough_words(seen.rough),
             stopping=self._stopping,
             sign=replace(sign, picture=None if seen is None else seen.metered),
         )
@@ -235,6 +237,7 @@ class Taking:
             places=self._services.folders.places,
             made_at=self._services.today(),
             camera=camera,
+            naming=place_name,
             credentials=None if camera is None else self._cameras.credentials(camera),
             plan="full" if plan == "full" else "paper",
             pack=None if model.head is None else model.head.pack,
@@ -302,7 +305,7 @@ class Taking:
         self._origin = None
         for warning in captured.result.warnings:
             if warning not in captured.result.probe.warnings:
-                self._services.notify.tell(warning, kind="warning")
+                self._services.notify.tell(remark_words(warning), kind="warning")
         self._desk.take_capture(captured)
         self._changed()
 

@@ -13,6 +13,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import PhraseReport, Token
+from app.core.base.remarks import Remark
 from app.core.faces.finder import find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.guidance.guide import Goal
@@ -33,7 +34,6 @@ from app.core.measure.film.in_place import (
     beside,
     keep_frames,
     looks_mirrored,
-    mirror_words,
 )
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.places.shots import (
@@ -60,7 +60,9 @@ from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words
 from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
+from app.words.film import beside_words, mirror_words
 from app.words.reach import grade_words
+from app.words.remarks import sentences
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
@@ -127,18 +129,20 @@ class Shots:
         if folder is None:
             return
 
-        def work(*_: object) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
+        def work(*_: object) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
             purge_shots(folder)
             return read_shots(folder)
 
-        self._work.submit(work, done=lambda found: self._read(folder, *found))
+        self._work.submit(
+            work, done=lambda found: self._read(folder, found[0], sentences(found[1]))
+        )
 
-    def _read(self, folder: Path, shots: tuple[Shot, ...], remarks: tuple[str, ...]) -> None:
+    def _read(self, folder: Path, shots: tuple[Shot, ...], warnings: tuple[str, ...]) -> None:
         if folder != self._folder:
             return
         self._shots = shots
-        for remark in remarks:
-            self._services.notify.tell(remark, kind="warning")
+        for warning in warnings:
+            self._services.notify.tell(warning, kind="warning")
         self._want_pictures()
         self._changed()
 
@@ -200,7 +204,7 @@ class Shots:
             results = film.results(asked.head.pack)
             found = beside(film, results, frames(GLANCES), asked.light, asked.head.pack, index)
             keep_frames(asked.folder, film, results, asked.now, found.offset_deg)
-            words = mirror_words(asked.mirrored, fits), found.words
+            words = mirror_words(asked.mirrored, fits), beside_words(found)
             return tuple(filter(None, words)), read_shots(asked.folder)[0]
 
         def done(found: tuple[tuple[str, ...], tuple[Shot, ...]]) -> None:

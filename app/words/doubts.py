@@ -1,4 +1,4 @@
-"""Sentences about light that an environment does not hold, and the answers that depend on it."""
+"""The words of light that an environment does not hold, and of answers that depend on it."""
 
 from __future__ import annotations
 

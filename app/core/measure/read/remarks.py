@@ -1,0 +1,39 @@
+"""What there is to report of a picture's file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.core.base.remarks import Remark
+
+
+@dataclass(frozen=True, slots=True)
+class TwoTimes(Remark):
+    """EXIF states two exposure times."""
+
+    name: str
+    shutter_s: float
+    apex_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class TwoApertures(Remark):
+    """EXIF states two f-numbers."""
+
+    name: str
+    aperture: float
+    apex: float
+
+
+@dataclass(frozen=True, slots=True)
+class PhoneRendered(Remark):
+    """A phone's HDR changed every pixel in its own way."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class FrameUnread(Remark):
+    """A frame that is left out, since it cannot be read; with the message of its error."""
+
+    message: str

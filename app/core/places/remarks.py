@@ -1,0 +1,102 @@
+"""What there is to report of a place's folder and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.core.base.remarks import Remark
+
+
+@dataclass(frozen=True, slots=True)
+class LostPart:
+    """An entry of a place that could not be read; of a list, how many of how many."""
+
+    name: str
+    count: int = 0
+    total: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class LightChanged(Remark):
+    """The file of the light is not the one that the results were computed for."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class LightFoundAgain(Remark):
+    """The light, which the place's file no longer names."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedAnew(Remark):
+    """The results are of an earlier rule; they are computed again, and the earlier ones kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unfinished(Remark):
+    """A place without a file of its own yet, which can be resumed."""
+
+
+@dataclass(frozen=True, slots=True)
+class PartLost(Remark):
+    """Parts of a place's file that could not be read.
+
+    Attributes:
+        why: What is wrong with the file; "" where only entries are.
+        empty: Only the files in its folder are left.
+    """
+
+    why: str
+    parts: tuple[LostPart, ...]
+    empty: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FromNewer(Remark):
+    """A newer Turnlight saved the place; what this one does not know is kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class CopyKept(Remark):
+    """The name of the copy of a damaged file."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class CopyFailed(Remark):
+    """A damaged file that could not be copied, and is still there."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class FolderUnreadable(Remark):
+    """The folder of places, and what the system says."""
+
+    folder: Path
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceUnreadable(Remark):
+    """What is wrong with the whole file of a place."""
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class LightMissing(Remark):
+    """A place without its light."""
+
+
+@dataclass(frozen=True, slots=True)
+class PhotosLost(Remark):
+    """What is known of photos taken at a place could not be read; `count` of them, 0 if unknown."""
+
+    count: int
+    folder: Path

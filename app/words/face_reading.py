@@ -1,0 +1,16 @@
+"""The words of light that was looked for in a face."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.core.faces.light_reading import Unread
+from app.core.text import tr
+
+UNREAD: Final = {
+    Unread.PROFILE: tr("The face is seen from the side."),
+    Unread.HIDDEN: tr("Too little of the face can be seen."),
+    Unread.FLAT: tr("The light is flat: no side of the face is brighter."),
+    Unread.MIXED: tr("Something hides the face, or several lamps light it."),
+}
+"""Why no direction of light was read."""

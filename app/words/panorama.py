@@ -1,0 +1,71 @@
+"""The words of a panorama's file: what it lacks, and what was repaired."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.core.environment.remarks import (
+    ClippedFile,
+    FromOnePhoto,
+    LayerChosen,
+    PartUnseen,
+    Repaired,
+)
+from app.core.text import tr, tr_plural
+from app.core.text.quantities import small_percent
+from app.words.sentences import Sentences
+
+
+def _repaired(remark: Repaired) -> str:
+    parts = []
+    if remark.nan:
+        parts.append(
+            tr_plural("{count} NaN texel (set to 0)", "{count} NaN texels (set to 0)", remark.nan)
+        )
+    if remark.infinite:
+        parts.append(
+            tr_plural(
+                "{count} infinite texel (set to {level:g})",
+                "{count} infinite texels (set to {level:g})",
+                remark.infinite,
+                level=remark.level,
+            )
+        )
+    if remark.negative:
+        parts.append(
+            tr_plural(
+                "{count} negative texel (set to 0)",
+                "{count} negative texels (set to 0)",
+                remark.negative,
+            )
+        )
+    return tr("{name}: repaired {what}.", name=remark.name, what=", ".join(parts))
+
+
+def _layer(remark: LayerChosen) -> str:
+    return tr(
+        "{name}: layer {layer} is read; it also holds {others}.",
+        name=remark.name,
+        layer=remark.layer,
+        others=", ".join(remark.others),
+    )
+
+
+def _unseen(remark: PartUnseen) -> str:
+    return tr(
+        "{name} does not show {share} of the sphere. It was filled from around.",
+        name=remark.name,
+        share=small_percent(remark.share),
+    )
+
+
+SENTENCES: Final[Sentences] = {
+    Repaired: _repaired,
+    LayerChosen: _layer,
+    FromOnePhoto: tr(
+        "{name} was made from one photograph: where that was clipped, its light is a guess."
+    ),
+    ClippedFile: tr("{name} is clipped: its brightest areas may be brighter than the file says."),
+    PartUnseen: _unseen,
+}
+"""By remark: its sentence with the names of its fields, or what writes it."""
