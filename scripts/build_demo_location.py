@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from demo_location.frame import Stand
-    from demo_location.render import Studio
+    from scenes.demo_location.frame import Stand
+    from scenes.demo_location.render import Studio
 
 _ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(_ROOT))
@@ -53,7 +53,7 @@ def build(work: Path, out: Path, minutes: float, rounds: int) -> None:
     if rounds == 0:
         _finish(work, out)
         return
-    from demo_location.render import Studio
+    from scenes.demo_location.render import Studio
 
     started = time.monotonic()
     end = started + 60 * minutes
@@ -76,8 +76,8 @@ def build(work: Path, out: Path, minutes: float, rounds: int) -> None:
 
 
 def _done(studio: Studio, large: int, small: int, views: int) -> bool:
-    from demo_location.frame import CAFE, SPOTS, STANDS, TURNS
-    from demo_location.render import load_panorama
+    from scenes.demo_location.frame import CAFE, SPOTS, STANDS, TURNS
+    from scenes.demo_location.render import load_panorama
 
     for spot in [*SPOTS, CAFE]:
         kept = load_panorama(studio.work, spot)
@@ -87,8 +87,8 @@ def _done(studio: Studio, large: int, small: int, views: int) -> bool:
 
 
 def _panoramas(studio: Studio, large: int, small: int, end: float) -> None:
-    from demo_location.frame import CAFE, SPOTS
-    from demo_location.render import load_panorama
+    from scenes.demo_location.frame import CAFE, SPOTS
+    from scenes.demo_location.render import load_panorama
 
     for spot in [*SPOTS, CAFE]:
         wanted = large if spot is SPOTS[0] else small
@@ -103,7 +103,7 @@ def _panoramas(studio: Studio, large: int, small: int, end: float) -> None:
 
 
 def _views(studio: Studio, spp: int, end: float) -> None:
-    from demo_location.frame import STANDS, TURNS
+    from scenes.demo_location.frame import STANDS, TURNS
 
     for stand in STANDS:
         for turn in TURNS:
@@ -118,9 +118,9 @@ def _views(studio: Studio, spp: int, end: float) -> None:
 
 def _finish(work: Path, out: Path) -> None:
     """Write every result that exists; what the work folder does not have stays as it is."""
-    from demo_location import writing
-    from demo_location.frame import CAFE, SPOTS, STANDS
-    from demo_location.render import load_panorama
+    from scenes.demo_location import writing
+    from scenes.demo_location.frame import CAFE, SPOTS, STANDS
+    from scenes.demo_location.render import load_panorama
 
     began = time.monotonic()
     for stand in STANDS:
@@ -151,9 +151,9 @@ def _finish(work: Path, out: Path) -> None:
 
 def _finish_views(work: Path, out: Path, stand: Stand, before: dict[str, Any]) -> dict[str, Any]:
     """Write the views of a stand; a view is encoded again only when it has new samples."""
-    from demo_location import writing
-    from demo_location.frame import TURNS
-    from demo_location.render import load_view
+    from scenes.demo_location import writing
+    from scenes.demo_location.frame import TURNS
+    from scenes.demo_location.render import load_view
 
     table = _read_json(out / stand.folder / "views.json")
     old = {(v["turn_deg"], v["distance_m"]): v for v in table.get("views", [])}
@@ -175,7 +175,7 @@ def _finish_views(work: Path, out: Path, stand: Stand, before: dict[str, Any]) -
 
 def _moved(row: dict[str, Any], stand: Stand) -> bool:
     """Whether a view was rendered where the stand no longer is."""
-    from demo_location.frame import view_pose
+    from scenes.demo_location.frame import view_pose
 
     position, _ = view_pose(stand, row["turn_deg"], row["distance_m"])
     return any(abs(a - b) > _SAME_M for a, b in zip(row["position_m"], position, strict=True))

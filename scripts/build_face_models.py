@@ -19,7 +19,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from portraits.scene import portrait_frame
 
 from app.core.baking.lanes import select_variant
 from app.core.baking.scene import load_head
@@ -30,6 +29,7 @@ from app.core.faces.finder import face_mesh, find_faces
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
+from scenes.portraits.scene import portrait_frame
 
 _ASSETS = "package/face_mesh_solution_packed_assets"
 _NETWORKS = ("face_detection_short_range.tflite", "face_landmark.tflite")

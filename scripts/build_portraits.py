@@ -14,11 +14,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from head_detail.bump import oiliness, skin_bump
-from head_detail.colours import eye_albedo, relative_albedo
-from portraits.detail import Detail, compressed, cover, detailed_scene, follow
-from portraits.files import save_hair, save_head, save_skin
-from portraits.light import (
+
+from app.core.baking.exposure import Points, place_points
+from app.core.baking.lanes import select_variant
+from app.core.baking.scene import HeadMesh, build_scene, load_head
+from app.core.baking.skin import find_skin
+from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
+from app.core.base.paths import resources
+from app.core.portrait.portrait_file import HAIRS
+from app.core.portrait.portrait_head import Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
+from scenes.head_detail.bump import oiliness, skin_bump
+from scenes.head_detail.colours import eye_albedo, relative_albedo
+from scenes.portraits.detail import Detail, compressed, cover, detailed_scene, follow
+from scenes.portraits.files import save_hair, save_head, save_skin
+from scenes.portraits.light import (
     FILM,
     Nodes,
     eye_colours,
@@ -30,18 +39,9 @@ from portraits.light import (
     seen_nodes,
     traced,
 )
-from portraits.patches import Shares, packed, patches
-from portraits.scene import Frame, Samples, look, portrait_frame
-from portraits.sheen import mirrored
-
-from app.core.baking.exposure import Points, place_points
-from app.core.baking.lanes import select_variant
-from app.core.baking.scene import HeadMesh, build_scene, load_head
-from app.core.baking.skin import find_skin
-from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
-from app.core.base.paths import resources
-from app.core.portrait.portrait_file import HAIRS
-from app.core.portrait.portrait_head import Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes
+from scenes.portraits.patches import Shares, packed, patches
+from scenes.portraits.scene import Frame, Samples, look, portrait_frame
+from scenes.portraits.sheen import mirrored
 
 HEADS = {"generic": ("medium", "light", "dark"), "female": ("medium",), "male": ("medium",)}
 _PILOT = 128

@@ -15,28 +15,6 @@ from typing import Any
 
 import numpy as np
 from build_portraits import HEADS, SEED, SHADE_STEP
-from portraits.aside import (
-    Aside,
-    View,
-    all_patches,
-    aside_skin,
-    best_views,
-    colours_and_pores,
-    find_aside,
-    joined,
-)
-from portraits.detail import (
-    Detail,
-    cover,
-    detailed_scene,
-    follow,
-    in_common,
-    shortened,
-    smoothed_colours,
-)
-from portraits.files import save_aside, save_hair_aside, save_skin
-from portraits.light import Nodes, eye_colours, horizon, limited, seen_nodes
-from portraits.scene import look, portrait_frame
 from scipy.spatial import cKDTree
 
 from app.core.baking.exposure import Points, place_points
@@ -48,6 +26,28 @@ from app.core.portrait.aside import PLACE_STEP
 from app.core.portrait.head_views import YAWS
 from app.core.portrait.portrait_file import HAIRS, load_portrait
 from app.core.portrait.portrait_head import PortraitHead
+from scenes.portraits.aside import (
+    Aside,
+    View,
+    all_patches,
+    aside_skin,
+    best_views,
+    colours_and_pores,
+    find_aside,
+    joined,
+)
+from scenes.portraits.detail import (
+    Detail,
+    cover,
+    detailed_scene,
+    follow,
+    in_common,
+    shortened,
+    smoothed_colours,
+)
+from scenes.portraits.files import save_aside, save_hair_aside, save_skin
+from scenes.portraits.light import Nodes, eye_colours, horizon, limited, seen_nodes
+from scenes.portraits.scene import look, portrait_frame
 
 _QUALITY = 90
 _ROUNDED = 1e-4

@@ -28,13 +28,13 @@ from typing import Any, Final
 import cv2
 import numpy as np
 from build_heads import find_source, read_base
-from demo_location.noise import linear
-from demo_location.sitter import body
 from mesh_tools import compact, loop_subdivide
 from numpy.typing import NDArray
 
 from app.core.baking.lanes import select_variant
 from app.core.environment.environment import read_environment
+from scenes.demo_location.noise import linear
+from scenes.demo_location.sitter import body
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -79,10 +79,11 @@ def render_panorama(spot: Any, seed: int) -> Float32:
     """(256, 512, 3) cd/m2 at a spot; the sun is laid in by itself, since chance rarely meets it."""
     import drjit as dr
     import mitsuba as mi
-    from demo_location.assemble import World, build_place
-    from demo_location.frame import EYE_HEIGHT, to_world
-    from demo_location.rays import panorama_rays
-    from demo_location.tracer import radiance
+
+    from scenes.demo_location.assemble import World, build_place
+    from scenes.demo_location.frame import EYE_HEIGHT, to_world
+    from scenes.demo_location.rays import panorama_rays
+    from scenes.demo_location.tracer import radiance
 
     world = World(build_place(), None)
     sampler = mi.load_dict({"type": "independent"})

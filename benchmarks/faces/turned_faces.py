@@ -4,7 +4,7 @@
 `in_places`: heads in all places, at eight turns of the lens and three of the head, judged as
 `photo --place` judges them. See `turned_heads` for what is rendered.
 
-    PYTHONPATH=.:scripts python -m benchmarks.faces.turned_faces --places FOLDER
+    python -m benchmarks.faces.turned_faces --places FOLDER
 """
 
 from __future__ import annotations

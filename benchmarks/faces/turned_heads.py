@@ -77,9 +77,8 @@ class Stage:
 
     def _parts(self, name: str) -> tuple[dict[str, Any], tuple[float, float, float]]:
         """Skin, eyes, hair, brows, lashes and collar, and the point between the eyes."""
-        from head_detail.scene import detailed_skin, mitsuba_shapes
-
         from app.core.baking.scene import Mesh, load_head, mitsuba_mesh
+        from scenes.head_detail.scene import detailed_skin, mitsuba_shapes
 
         folder, (hair, tone) = ROOT / "resources" / "heads", HEADS[name]
         head = load_head(name, folder / f"{name}.ply", folder / f"{name}-eyes.ply")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import struct
-import sys
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -23,7 +22,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.colour import srgb_decode, srgb_encode, to_bytes
 from app.core.base.paths import resources
 from app.core.localization.views import Lens
-from benchmarks.heading.heading_cases import LOCATION, ROOT, demo_spots, demo_views, scenes
+from benchmarks.heading.heading_cases import LOCATION, demo_spots, demo_views, scenes
 from benchmarks.heading.scripted_turn.phone import disturbed, random_disturbance, tone_mapped
 from benchmarks.heading.scripted_turn.scene_files import EYE_M, SceneFiles, shown
 from benchmarks.heading.scripted_turn.scene_views import Stand
@@ -398,14 +397,14 @@ class Traced:
     """The demo location, path traced anywhere in it; needs mitsuba-oidn for the denoising."""
 
     def __init__(self, samples: int = 1) -> None:
-        sys.path.insert(0, str(ROOT / "scripts"))
         from app.core.baking.lanes import select_variant
 
         select_variant("llvm")
         import mitsuba as mi
         import mitsuba_oidn  # type: ignore[import-not-found]
-        from demo_location.assemble import World as Traceable
-        from demo_location.assemble import build_place, sitter_parts
+
+        from scenes.demo_location.assemble import World as Traceable
+        from scenes.demo_location.assemble import build_place, sitter_parts
 
         self._denoise = mitsuba_oidn.denoise
         self._samples = samples
@@ -437,7 +436,7 @@ class Traced:
 
     def holds(self, shot: Shot) -> bool:
         """Whether the camera is not in or right before something."""
-        from demo_location.tracer import first_hit
+        from scenes.demo_location.tracer import first_hit
 
         far, _, _ = first_hit(self._worlds[False].surfaces, self._ray(shot, 0.5, 101))
         metres = np.array(far)
@@ -445,7 +444,7 @@ class Traced:
 
     def light(self, shot: Shot) -> Float32:
         """Radiance that a photograph shows, denoised, (H, W, 3)."""
-        from demo_location.tracer import first_hit, radiance
+        from scenes.demo_location.tracer import first_hit, radiance
 
         world, chance = self._world(shot), np.random.default_rng([shot.seed, 3])
         columns, rows = shot.size

@@ -1,14 +1,12 @@
 """A chrome ball in the modelled location: near walls, near lamps, sun, and somebody with a camera.
 
-The ball's geometry is numpy's own; what its rays meet is traced by `scripts/demo_location`. Dirt on
+The ball's geometry is numpy's own; what its rays meet is traced by `scenes/demo_location`. Dirt on
 it is lit by the place's panorama.
 """
 
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -19,12 +17,9 @@ from numpy.typing import NDArray
 from app.core.base.sphere import directions
 from app.core.environment.environment import reduce_radiance, solid_angles
 from benchmarks.light.mirror_ball_scene import BALL_M, Shot, dirt
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-
-from demo_location.assemble import World, build_place
-from demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, to_world
-from demo_location.tracer import first_hit, radiance
+from scenes.demo_location.assemble import World, build_place
+from scenes.demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, to_world
+from scenes.demo_location.tracer import first_hit, radiance
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]

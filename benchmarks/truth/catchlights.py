@@ -4,7 +4,7 @@ Traces both eyes of the generic head with short hair, at the portrait's own scal
 at five turns each. The skin is a diffuse stand-in there: it only throws a little light on the iris.
 Resumes where it stopped.
 
-    PYTHONPATH=.:scripts python -m benchmarks.truth.catchlights --places FOLDER [--work FOLDER]
+    python -m benchmarks.truth.catchlights --places FOLDER [--work FOLDER]
 """
 
 from __future__ import annotations

@@ -40,8 +40,8 @@ Float64 = NDArray[np.float64]
 
 def overcast() -> Any:
     """Return the kind of world that is matt, of plain colours, under a sky of radiance 1."""
-    from demo_location.assemble import World
-    from demo_location.tracer import Lights
+    from scenes.demo_location.assemble import World
+    from scenes.demo_location.tracer import Lights
 
     class Overcast(World):
         def _materials(self, names: list[str]) -> Any:

@@ -8,22 +8,13 @@ each pixel takes from each point, and the surface's own reflection.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from benchmarks.truth.stock import ROOT, generic_head
-
-sys.path.insert(0, str(ROOT / "scripts"))
-
 import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
 import mitsuba as mi  # noqa: TID253
-from demo_location.assemble import World, build_place, sitter_parts
-from demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, Spot, to_world
-from demo_location.tracer import radiance
+import numpy as np
+from numpy.typing import NDArray
 
 from app.core.baking.exposure import Points, place_points
 from app.core.baking.scene import Camera, HeadMesh, build_scene
@@ -36,6 +27,10 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
+from benchmarks.truth.stock import ROOT, generic_head
+from scenes.demo_location.assemble import World, build_place, sitter_parts
+from scenes.demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, Spot, to_world
+from scenes.demo_location.tracer import radiance
 
 if TYPE_CHECKING:
     from app.core.baking.walk import SceneTables

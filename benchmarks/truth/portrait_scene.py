@@ -9,13 +9,13 @@ from typing import Any
 
 import mitsuba as mi  # noqa: TID253 - a module that only a rendering process imports
 import numpy as np
-from head_detail.colours import eye_albedo
-from head_detail.scene import mitsuba_shapes
 from numpy.typing import NDArray
-from portraits.scene import SHAPE, Frame, portrait_frame
 
 from app.core.baking.scene import Camera, HeadMesh, sensor
 from benchmarks.truth.stock import FINE, generic_head
+from scenes.head_detail.colours import eye_albedo
+from scenes.head_detail.scene import mitsuba_shapes
+from scenes.portraits.scene import SHAPE, Frame, portrait_frame
 
 Float32 = NDArray[np.float32]
 

@@ -4,7 +4,7 @@ Twelve suns of 0.53 deg in front of the head. The reference follows the bake's o
 of the portrait's pixels, and shoots rays to 64 points of each sun: nothing of it is of low rank.
 It is checked itself under a lamp of 8 deg against stock Mitsuba (`check`).
 
-    PYTHONPATH=.:scripts python -m benchmarks.truth.portrait_sun sun|check --work FOLDER
+    python -m benchmarks.truth.portrait_sun sun|check --work FOLDER
                                                                 [-o FILE.json]
 """
 

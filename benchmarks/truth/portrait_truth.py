@@ -5,8 +5,8 @@ skin a scattering medium as in the bake, coloured by the app's own colours. Twel
 with two independent seeds. `render` resumes where it stopped, and makes all pictures better by
 turns; `keep` writes what is kept in the repository; `compare` holds the app's pictures against it.
 
-    PYTHONPATH=.:scripts python -m benchmarks.truth.portrait_truth render --places P --work W
-    PYTHONPATH=.:scripts python -m benchmarks.truth.portrait_truth keep|compare|figure --places P
+    python -m benchmarks.truth.portrait_truth render --places P --work W
+    python -m benchmarks.truth.portrait_truth keep|compare|figure --places P
                                                                   --work W
 """
 
@@ -68,11 +68,10 @@ def coloured_skin() -> Any:
 
     A path that comes out of skin has crossed its surface twice: each time it is dyed by the root.
     """
-    from head_detail.colours import relative_albedo
-    from head_detail.heads import load
-    from head_detail.surface import refine
-
     from app.core.baking.scene import Mesh
+    from scenes.head_detail.colours import relative_albedo
+    from scenes.head_detail.heads import load
+    from scenes.head_detail.surface import refine
 
     points, normals, faces = refine(load("generic"), 3)
     root = np.sqrt(relative_albedo("generic", points, normals))
@@ -86,11 +85,10 @@ class Stage:
 
     def __init__(self, work: Path) -> None:
         self.mi = select_variant("llvm")
-        from portraits.scene import SHAPE
-
         from app.core.baking.scene import medium, mitsuba_mesh
         from app.core.baking.skin import EYE_COAT, eye_bsdf, find_skin, skin_bsdf
         from benchmarks.truth.portrait_scene import Crop, cropped, details, framed_head
+        from scenes.portraits.scene import SHAPE
 
         load, skin = self.mi.load_dict, find_skin("medium")
         head, _, camera = framed_head()

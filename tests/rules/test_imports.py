@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import pkgutil
 import re
@@ -75,6 +76,25 @@ def test_faulty_camera_knows_nothing_of_its_client() -> None:
     assert len(modules) > 5
     client = re.compile(r"app\.devices\.(theta|capture|profiles)")
     assert not [path.name for path in modules if client.search(path.read_text(encoding="utf-8"))]
+
+
+def test_benchmarks_and_scripts_are_independent() -> None:
+    """What both need is in `scenes`, which knows neither."""
+    scripts = {path.stem for path in (ROOT / "scripts").glob("*.py")} | {"scripts"}
+    apart = {"benchmarks": scripts, "scripts": {"benchmarks"}, "scenes": scripts | {"benchmarks"}}
+    for folder, others in apart.items():
+        modules = [*(ROOT / folder).rglob("*.py")]
+        assert len(modules) > 5
+        wrong = [(path.name, names) for path in modules if (names := top_imports(path) & others)]
+        assert not wrong, folder
+
+
+def top_imports(path: Path) -> set[str]:
+    """First parts of the names of all modules that a file imports, inside functions too."""
+    nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+    plain = [each.name for node in nodes if isinstance(node, ast.Import) for each in node.names]
+    whence = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    return {name.partition(".")[0] for name in (*plain, *whence)}
 
 
 def test_app_has_no_import_circles() -> None:

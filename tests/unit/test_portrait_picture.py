@@ -8,7 +8,6 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from portraits.files import save_head
 
 from app.core.base.archive import write_sealed
 from app.core.base.colour import luminance
@@ -30,6 +29,7 @@ from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import StyleLamp
 from app.core.text.lights import Source
+from scenes.portraits.files import save_head
 from tests.helpers.quick import quick_first
 
 ROWS, COLUMNS = 128, 256
@@ -228,7 +228,7 @@ def test_a_file_that_contradicts_itself_is_refused(
     (folder / "portraits").mkdir()
     # Packing it as small as what ships takes most of a minute on a slow machine.
     monkeypatch.setattr(
-        "portraits.files.write_sealed",
+        "scenes.portraits.files.write_sealed",
         lambda path, arrays, facts, **_: write_sealed(path, arrays, facts),
     )
     bad = replace(generic[0], detail=generic[0].detail[:-1])

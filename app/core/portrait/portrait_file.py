@@ -1,4 +1,4 @@
-"""Heads, skins and hair for portraits, as `scripts/portraits/files.py` packs them; checked."""
+"""Heads, skins and hair for portraits, as `scenes/portraits/files.py` packs them; checked."""
 
 from __future__ import annotations
 

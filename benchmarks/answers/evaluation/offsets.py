@@ -2,7 +2,7 @@
 
 The environments are renders of the demo location, whose every light is known: at its three spots
 and 1 and 2 feet away from them in four directions. Values come from
-``scripts/build_probe_offsets.py``.
+``benchmarks/answers/evaluation/build_offsets.py``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Float32: TypeAlias = NDArray[np.float32]
 
 OFFSETS_VERSION: Final = 1
-_AGAIN: Final = "Restore it with git, or run scripts/build_probe_offsets.py."
+_AGAIN: Final = "Restore it with git, or run python -m benchmarks.answers.evaluation.build_offsets."
 _MOST_BYTES: Final = 1 << 24
 
 
