@@ -30,7 +30,7 @@ from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
 
 if TYPE_CHECKING:
-    from app.ui.plots.graphics import PanoramaPanel
+    from app.ui.plots.panel import Panel
 
 _ARROWS: Final = {
     Qt.Key.Key_Left: (-1.0, 0.0),
@@ -162,16 +162,16 @@ class Plot(Paints, QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(*self.policies)
         self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
-        self._panel: PanoramaPanel | None = None
+        self._panel: Panel | None = None
 
     @property
-    def panel(self) -> PanoramaPanel:
+    def panel(self) -> Panel:
         """The panorama of a plot that shows one; made when it is first asked for."""
         if self._panel is None:
             # Not before it is needed: see there.
-            from app.ui.plots.graphics import PanoramaPanel
+            from app.ui.plots.panel import Panel
 
-            self._panel = PanoramaPanel(self, lambda p: self.draw_over(p, device_ratio(p)))
+            self._panel = Panel(self, lambda p: self.draw_over(p, device_ratio(p)))
             self._panel.setGeometry(self.panel_rect())
             self._panel.lower()
             self._panel.show()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias
+from typing import Final, Literal, Protocol, TypeAlias
 
 import cv2
 import numpy as np
@@ -15,14 +15,11 @@ from app.core.base.angles import wrap
 from app.core.text import tr
 from app.ui.plots.base import Plot, arrow_step, disc
 from app.ui.plots.geometry import Point
+from app.ui.plots.layers import PanoramaLayer
 from app.ui.plots.mapping import Viewport
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import pen
-
-if TYPE_CHECKING:
-    from app.ui.plots.graphics import PanoramaLayer
-
 
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
 """What the brush does: brighter, darker, ignore, restore."""
@@ -150,7 +147,7 @@ class MaskCanvas(Plot):
             self._lamp_picture = _tinted(state.picture)
         if self._kept[0] is not state.picture or self._kept[1] is not state.alpha:
             if self._layer is None:
-                self._layer = self.panel.add_layer()
+                self._layer = self.panel.add(PanoramaLayer())
                 self.panel.setBackgroundBrush(theme().c.well)
                 # It lies on a sheet: what is behind need not be painted with every stroke.
                 for widget in (self, self.panel.viewport()):

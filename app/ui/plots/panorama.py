@@ -34,7 +34,7 @@ from app.ui.plots.marks import (
 from app.ui.theme import px, theme
 
 if TYPE_CHECKING:
-    from app.ui.plots.graphics import Hatching, PanoramaLayer
+    from app.ui.plots.layers import Hatching, PanoramaLayer
 
 __all__ = ["PanoramaView", "SceneLamp"]
 
@@ -114,8 +114,11 @@ class PanoramaView(Plot):
     def make_ready(self) -> None:
         """Make what shows a picture, ahead of the first one: that takes as long as all the rest."""
         if self._layer is None:
-            self._layer = self.panel.add_layer()
-            self._hatching = self.panel.add_hatching()
+            # Importing pyqtgraph takes a quarter of a second.
+            from app.ui.plots.layers import Hatching, PanoramaLayer
+
+            self._layer = self.panel.add(PanoramaLayer())
+            self._hatching = self.panel.add(Hatching())
             self._hatching.set_clipped(self._clipped)
             self.panel.look(self.view)
             self.panel.setVisible(self._picture is not None)

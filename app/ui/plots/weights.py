@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -24,14 +24,12 @@ from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
 from app.ui.plots.geometry import Point
+from app.ui.plots.items import Around
+from app.ui.plots.layers import PanoramaLayer
 from app.ui.plots.mapping import Viewport
 from app.ui.plots.marks import draw_corners
 from app.ui.theme import px, theme
-from app.ui.widgets.paint import box, pen
-
-if TYPE_CHECKING:
-    from app.ui.plots.graphics import PanoramaLayer
-
+from app.ui.widgets.paint import box, faint, pen
 
 WeightSign: TypeAlias = Literal["plus", "minus"]
 
@@ -183,8 +181,16 @@ class WeightPanorama(TurnPlot):
         self._words = (sitter, behind)
         self._picture: Bytes | None = None
         self._front = 0.0
-        self._weights: PanoramaLayer | None = None
-        self._tint: Bytes | None = None
+        self._place = self.panel.add(PanoramaLayer())
+        self._weights = self.panel.add(PanoramaLayer())
+        c = theme().c
+        edge = pen(faint(c.tag, 0.7), 4.0)
+        self._sitter = self.panel.add(Around(edge, pen(c.ontag, 2.0)))
+        self._behind = self.panel.add(Around(edge, pen(c.ontag, 2.0, _DOTS)))
+        self._sitter.setVisible(bool(sitter))
+        self._behind.setVisible(bool(behind))
+        self._behind.setX(180.0)
+        self.panel.hide()
         self.describe()
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
@@ -192,32 +198,24 @@ class WeightPanorama(TurnPlot):
         if picture is self._picture and front_deg == self._front:
             return
         self._picture, self._front = picture, front_deg
-        if picture is not None and self._weights is None:
-            self._place = self.panel.add_layer()
-            self._weights = self.panel.add_layer()
-            self._weights.set_pixels(self._tint)
-            self._weights.setX(self.needle)
-            self.panel.look(self.view)
-        if self._weights is not None:
-            self._place.set_pixels(None if picture is None else dimmed(picture))
-            self._place.setX(-wrap(front_deg))
-            self.panel.setVisible(picture is not None)
+        self._place.set_pixels(None if picture is None else dimmed(picture))
+        self._place.setX(-wrap(front_deg))
+        self.panel.setVisible(picture is not None)
         self.update()
 
     def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
         """Show other weights: the pre-integrated F (eq. 3) of turn 0, (H, W) at any scale."""
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
-        self._tint = None if target is None else tinted(target, plus, minus)
-        if self._weights is not None:
-            self._weights.set_pixels(self._tint)
+        self._weights.set_pixels(None if target is None else tinted(target, plus, minus))
         self.update()
 
     def set_needle(self, turn_deg: float) -> None:
         """Turn the sitter and their weights, without a signal."""
         super().set_needle(turn_deg)
-        if self._weights is not None:
-            self._weights.setX(self.needle)
+        self._weights.setX(self.needle)
+        self._sitter.setX(self.needle)
+        self._behind.setX(wrap(self.needle + 180.0))
 
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
         """Turn the sitter without a signal: the weights of azimuth a are then shown at a + turn."""
@@ -249,50 +247,21 @@ class WeightPanorama(TurnPlot):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show the whole panorama at every size."""
         super().resizeEvent(event)
-        if self._weights is not None:
-            self.panel.look(self.view)
+        self.panel.look(self.view)
 
     def draw(self, painter: QPainter, _ratio: float) -> None:
         """Paint the well while there is no place."""
         if self._picture is None:
             box(painter, self.rect(), px(_RADIUS), theme().c.well)
 
-    def draw_over(self, painter: QPainter, ratio: float) -> None:
-        """Paint the two lines."""
-        self._draw_lines(painter, ratio)
+    def draw_over(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the tags of the lines, the second below the first where they would meet."""
+        taken = QRectF()
+        for words, turn in zip(self._words, (self.needle, self.needle + 180.0), strict=True):
+            if words:
+                taken = self._tag_area(self.view.x_of(turn), words, taken)
+                draw_label(painter, (taken.x(), taken.y()), words)
         draw_corners(painter, self.size(), theme().c.panel)
-
-    def _draw_lines(self, painter: QPainter, ratio: float) -> None:
-        sitter, behind = self._words
-        taken = self._draw_line(painter, ratio, self.needle, sitter, QRectF(), dotted=False)
-        self._draw_line(painter, ratio, self.needle + 180.0, behind, taken, dotted=True)
-
-    def _draw_line(
-        self,
-        painter: QPainter,
-        ratio: float,
-        turn_deg: float,
-        words: str,
-        taken: QRectF,
-        *,
-        dotted: bool,
-    ) -> QRectF:
-        """Draw a line and its tag, below the other tag where they would meet."""
-        if not words:
-            return QRectF()
-        t = theme()
-        for place in self.view.xs_of(turn_deg, 2.0):
-            x = snap(place, ratio, 2.0)
-            ends = (QPointF(x, 0.0), QPointF(x, float(self.height())))
-            painter.setPen(pen(t.c.tag, 4.0))
-            painter.setOpacity(0.7)
-            painter.drawLine(*ends)
-            painter.setOpacity(1.0)
-            painter.setPen(pen(t.c.ontag, 2.0, _DOTS if dotted else ()))
-            painter.drawLine(*ends)
-        area = self._tag_area(self.view.x_of(turn_deg), words, taken)
-        draw_label(painter, (area.x(), area.y()), words)
-        return area
 
     def _tag_area(self, x: float, words: str, taken: QRectF) -> QRectF:
         """Place a tag beside its line: to the right where there is room, else to the left."""

@@ -1,8 +1,7 @@
-"""Panoramas on pyqtgraph, whose import takes a quarter of a second: imported with the first one."""
+"""Images of a whole panorama, and what is hatched on them, in degrees: azimuth, elevation down."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Final
 
 import cv2
@@ -24,7 +23,6 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app.core.base.arrays import Bytes
-from app.ui.plots.mapping import Viewport
 
 _SMALLEST: Final = 512  # columns below which no smaller copy is made
 _GAP: Final = 1 / 340  # of the width, half of the widest gap: 3 texels of 1,024
@@ -32,51 +30,6 @@ _CLIPPED: Final = 0.02  # share of a texel from which it counts as clipped
 _PERIOD: Final = 8.0  # of the hatching, logical pixels along a row
 _INK: Final = QColor(16, 16, 16)
 _PAPER: Final = QColor(245, 245, 245)
-
-
-class PanoramaPanel(pg.GraphicsView):  # type: ignore[misc]
-    """The part of a plot that shows a panorama: azimuth to the right, elevation up, in degrees.
-
-    The plot keeps mouse and keyboard. `look` shows a part; azimuths wrap, since every layer holds
-    half a turn more on both sides. `over` paints what lies over the layers.
-    """
-
-    def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
-        super().__init__(plot, background=None)
-        self._over = over
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        for widget in (self, self.viewport()):
-            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            widget.setAutoFillBackground(False)
-        self.setCacheMode(self.CacheModeFlag.CacheNone)
-        self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
-        self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
-        self.box.disableAutoRange()
-        self.setCentralItem(self.box)
-
-    def add_layer(self) -> PanoramaLayer:
-        """Put an empty layer on top of the others."""
-        layer = PanoramaLayer()
-        self.box.addItem(layer, ignoreBounds=True)
-        return layer
-
-    def add_hatching(self) -> Hatching:
-        """Put hatching on top of the layers."""
-        hatching = Hatching()
-        self.box.addItem(hatching, ignoreBounds=True)
-        return hatching
-
-    def look(self, view: Viewport) -> None:
-        """Show a part of the panorama."""
-        across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
-        x, y = view.azimuth_deg, -view.elevation_deg
-        self.box.setRange(xRange=(x - across, x + across), yRange=(y - up, y + up), padding=0.0)
-
-    def drawForeground(self, painter: QPainter, _rect: QRectF) -> None:
-        """Paint what lies over the layers."""
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._over(painter)
 
 
 class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]

@@ -1,0 +1,57 @@
+"""The ViewBox of a plot: its data, with items that lie on it at places of the data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import pyqtgraph as pg
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QPainter
+from PySide6.QtWidgets import QGraphicsItem, QWidget
+
+from app.ui.plots.mapping import Viewport
+
+_Item = TypeVar("_Item", bound=QGraphicsItem)
+
+
+class Panel(pg.GraphicsView):  # type: ignore[misc]
+    """The part of a plot that pyqtgraph draws: x to the right and y downward, in units of the data.
+
+    The plot keeps mouse and keyboard. `over` paints what lies over all items, logical pixels.
+    """
+
+    def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
+        super().__init__(plot, background=None)
+        self._over = over
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        for widget in (self, self.viewport()):
+            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            widget.setAutoFillBackground(False)
+        self.setCacheMode(self.CacheModeFlag.CacheNone)
+        self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
+        self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
+        self.box.disableAutoRange()
+        self.setCentralItem(self.box)
+
+    def add(self, item: _Item) -> _Item:
+        """Put an item on top of the others, and give it."""
+        self.box.addItem(item, ignoreBounds=True)
+        return item
+
+    def look(self, view: Viewport) -> None:
+        """Show a part of a panorama, whose units are degrees."""
+        across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
+        x, y = view.azimuth_deg, -view.elevation_deg
+        self.look_at(QRectF(x - across, y - up, 2.0 * across, 2.0 * up))
+
+    def look_at(self, area: QRectF) -> None:
+        """Show an area of the data."""
+        across, down = (area.left(), area.right()), (area.top(), area.bottom())
+        self.box.setRange(xRange=across, yRange=down, padding=0.0)
+
+    def drawForeground(self, painter: QPainter, _rect: QRectF) -> None:
+        """Paint what lies over the items."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._over(painter)
