@@ -92,12 +92,20 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
         self._draw(painter, (middle.x(), middle.y()))
 
 
-class Around(pg.ItemGroup):  # type: ignore[misc]
-    """A line at an azimuth, its x, that may stand at both edges of a panorama."""
+class Group(pg.ItemGroup):  # type: ignore[misc]
+    """Items that are moved, turned and hidden together."""
 
-    def __init__(self, *pens: QPen) -> None:
+    def __init__(self, *items: Any) -> None:
         super().__init__()
-        self._lines = [Line(*pens) for _ in range(3)]
-        for line, turn in zip(self._lines, (-360.0, 0.0, 360.0), strict=True):
-            self.addItem(line)
-            line.setPos(turn)
+        # Qt deletes an item that nobody holds.
+        self._items = items
+        for item in items:
+            self.addItem(item)
+
+
+def around(*pens: QPen) -> Group:
+    """Give a line at an azimuth, the group's x, that may stand at both edges of a panorama."""
+    lines = [Line(*pens) for _ in range(3)]
+    for line, turn in zip(lines, (-360.0, 0.0, 360.0), strict=True):
+        line.setPos(turn)
+    return Group(*lines)

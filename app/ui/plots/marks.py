@@ -21,7 +21,7 @@ from PySide6.QtWidgets import QWidget
 from app.core.base.angles import difference
 from app.core.text import tr
 from app.core.text.turns import signed
-from app.ui.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
+from app.ui.plots.base import arrow_step, draw_text, polygon, snap
 from app.ui.plots.mapping import Viewport, label_step
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
@@ -163,51 +163,7 @@ class Marks:
     marker_deg: float | None
     lamps: tuple[SceneLamp, ...]
     grid: bool
-
-
-def draw_marks(painter: QPainter, ratio: float, view: Viewport, marks: Marks) -> None:
-    """Paint grid, lamps and the marker's line; antialiased, in the panorama's coordinates."""
-    if marks.grid:
-        _draw_grid(painter, ratio, view, marks.front_deg)
-    for lamp in marks.lamps:
-        _draw_lamp(painter, view, lamp)
-    if marks.marker_deg is not None:
-        t = theme()
-        for place in view.xs_of(marks.marker_deg, 3.0):
-            x = snap(place, ratio, 2.0)
-            ends = ((x, 0.0), (x, view.height))
-            outlined_line(painter, *ends, t.c.amberfill, t.c.tag, 2.0)
-
-
-def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float) -> None:
-    """Paint lines every 45° around and every 30° up, the horizon stronger."""
-    dark, light = QColor(0, 0, 0, 80), QColor(255, 255, 255, 130)
-    lines: list[tuple[QPointF, QPointF, float]] = []
-    for turn in range(-180, 180, 45):
-        for place in view.xs_of(front_deg + turn):
-            x = snap(place, ratio)
-            lines.append((QPointF(x, 0.0), QPointF(x, view.height), 1.0))
-    for elevation in range(-60, 61, 30):
-        y, width = view.y_of(elevation), 2.0 if elevation == 0 else 1.0
-        if 0.0 <= y <= view.height:
-            y = snap(y, ratio, width)
-            lines.append((QPointF(0.0, y), QPointF(view.width, y), width))
-    for colour, wider in ((dark, 2.0), (light, 0.0)):
-        for start, stop, width in lines:
-            painter.setPen(pen(colour, width + wider))
-            painter.drawLine(start, stop)
-
-
-def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
-    t = theme()
-    radius = px(13)
-    for x in view.xs_of(lamp.azimuth_deg, radius):
-        y = min(max(view.y_of(lamp.elevation_deg), radius), view.height - radius)
-        # A tag at the panorama's seam stays whole.
-        middle = (min(max(x, radius), view.width - radius), y)
-        disc(painter, middle, radius + 1.0, t.c.tag)
-        disc(painter, middle, radius - 1.0, t.c.tag, t.c.ontag, 2.0)
-        draw_text(painter, middle, lamp.letter, t.font(14, 700), t.c.ontag)
+    clipped: bool = True
 
 
 def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:

@@ -28,13 +28,12 @@ from app.ui.plots.marks import (
     Marks,
     SceneLamp,
     draw_corners,
-    draw_marks,
     draw_scale,
 )
 from app.ui.theme import px, theme
 
 if TYPE_CHECKING:
-    from app.ui.plots.layers import Hatching, PanoramaLayer
+    from app.ui.plots.panorama_items import PanoramaDrawing
 
 __all__ = ["PanoramaView", "SceneLamp"]
 
@@ -68,8 +67,7 @@ class PanoramaView(Plot):
         super().__init__(name)
         self._picture: Bytes | None = None
         self._clipped: NDArray[Any] | None = None
-        self._layer: PanoramaLayer | None = None
-        self._hatching: Hatching
+        self._drawing: PanoramaDrawing | None = None
         self.view = Viewport(864.0)
         self._front = self.marker_deg = 0.0  # azimuths, deg in (-180, 180]
         self._lamps: tuple[SceneLamp, ...] = ()
@@ -106,22 +104,20 @@ class PanoramaView(Plot):
         self._picture = picture
         if picture is not None:
             self.make_ready()
-        if self._layer is not None:
-            self._layer.set_pixels(picture)
-            self.panel.setVisible(picture is not None)
+        if self._drawing is not None:
+            self._drawing.set_pixels(picture)
         self._changed()
 
     def make_ready(self) -> None:
         """Make what shows a picture, ahead of the first one: that takes as long as all the rest."""
-        if self._layer is None:
+        if self._drawing is None:
             # Importing pyqtgraph takes a quarter of a second.
-            from app.ui.plots.layers import Hatching, PanoramaLayer
+            from app.ui.plots.panorama_items import PanoramaDrawing
 
-            self._layer = self.panel.add(PanoramaLayer())
-            self._hatching = self.panel.add(Hatching())
-            self._hatching.set_clipped(self._clipped)
-            self.panel.look(self.view)
-            self.panel.setVisible(self._picture is not None)
+            self._drawing = PanoramaDrawing(self.panel)
+            self._drawing.set_clipped(self._clipped)
+            self._drawing.set_pixels(self._picture)
+            self._changed()
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Say what is to be hatched.
@@ -131,8 +127,8 @@ class PanoramaView(Plot):
         """
         if clipped is not self._clipped:
             self._clipped = clipped
-            if self._layer is not None:
-                self._hatching.set_clipped(clipped)
+            if self._drawing is not None:
+                self._drawing.set_clipped(clipped)
             self._changed()
 
     def set_lamps(self, lamps: Sequence[SceneLamp]) -> None:
@@ -143,8 +139,6 @@ class PanoramaView(Plot):
     def set_shown(self, **shown: bool) -> None:
         """Show or hide ``clipped``, ``lamps``, ``grid`` or ``marker`` over the picture."""
         self._shown |= shown
-        if self._layer is not None:
-            self._hatching.setVisible(self._shown["clipped"])
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
@@ -211,14 +205,14 @@ class PanoramaView(Plot):
         if view.zoom != before.zoom:
             self.zoom_changed.emit(view.zoom)
         if view != before:
-            if self._layer is not None:
-                self.panel.look(view)
             self._changed()
 
     def _glided(self, azimuth_deg: float) -> None:
         self._look(self.view.moved_to(azimuth_deg, self.view.elevation_deg))
 
     def _changed(self) -> None:
+        if self._drawing is not None:
+            self._drawing.show_marks(self.view, self._marks())
         self._place_grip()
         self._describe()
         self.update()
@@ -284,9 +278,8 @@ class PanoramaView(Plot):
             painter.restore()
         draw_scale(painter, ratio, self.picture_rect, self.view, self._marks())
 
-    def draw_over(self, painter: QPainter, ratio: float) -> None:
-        """Paint the marks."""
-        draw_marks(painter, ratio, self.view, self._marks())
+    def draw_over(self, painter: QPainter, _ratio: float) -> None:
+        """Round the corners."""
         draw_corners(painter, self.picture_rect.size(), theme().c.bg)
 
     def _marks(self) -> Marks:
@@ -296,6 +289,7 @@ class PanoramaView(Plot):
             self.marker_deg if here and self._shown["marker"] else None,
             self._lamps if here and self._shown["lamps"] else (),
             grid=here and self._shown["grid"],
+            clipped=self._shown["clipped"],
         )
 
     def _describe(self) -> None:
@@ -323,9 +317,7 @@ class PanoramaView(Plot):
         view = self.view
         new = Viewport(float(self.picture_rect.width()), view.zoom)
         self.view = new.moved_to(view.azimuth_deg, view.elevation_deg)
-        if self._layer is not None:
-            self.panel.look(self.view)
-        self._place_grip()
+        self._changed()
 
     def _near_marker(self, x: float) -> bool:
         if self._picture is None or not self._shown["marker"]:

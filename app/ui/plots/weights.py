@@ -24,7 +24,7 @@ from app.core.text import tr
 from app.core.text.turns import turn_words
 from app.ui.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
 from app.ui.plots.geometry import Point
-from app.ui.plots.items import Around
+from app.ui.plots.items import around
 from app.ui.plots.layers import PanoramaLayer
 from app.ui.plots.mapping import Viewport
 from app.ui.plots.marks import draw_corners
@@ -185,8 +185,8 @@ class WeightPanorama(TurnPlot):
         self._weights = self.panel.add(PanoramaLayer())
         c = theme().c
         edge = pen(faint(c.tag, 0.7), 4.0)
-        self._sitter = self.panel.add(Around(edge, pen(c.ontag, 2.0)))
-        self._behind = self.panel.add(Around(edge, pen(c.ontag, 2.0, _DOTS)))
+        self._sitter = self.panel.add(around(edge, pen(c.ontag, 2.0)))
+        self._behind = self.panel.add(around(edge, pen(c.ontag, 2.0, _DOTS)))
         self._sitter.setVisible(bool(sitter))
         self._behind.setVisible(bool(behind))
         self._behind.setX(180.0)
