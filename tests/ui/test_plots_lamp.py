@@ -15,7 +15,8 @@ from pytestqt.qtbot import QtBot
 
 from app.core.solver.head_shape import HeadShape
 from app.ui.plots.head_views import AboveView, SideView
-from app.ui.plots.lamps import LampPlot, SkyMap
+from app.ui.plots.lamps import LampPlot
+from app.ui.plots.sky_map import SkyMap
 from app.ui.screens.light.pictures import sky_of
 from app.ui.screens.light.state import HeadsState
 from app.ui.theme import set_theme

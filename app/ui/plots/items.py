@@ -10,8 +10,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QTransform
+from PySide6.QtWidgets import QStyleOptionGraphicsItem
 
 from app.ui.plots.base import device_ratio, snap
 from app.ui.plots.geometry import Point
@@ -56,13 +58,13 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
     """A curve, its pens one upon the other from the widest on; with a fill it is closed."""
 
     def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
-        super().__init__()
+        super().__init__(pen=_padding(pens))
         self._pens, self._fill = pens, fill
 
-    def set_points(self, points: Sequence[Point] | Any, *, pairs: bool = False) -> None:
-        """Lead it through other points, (n, 2); `pairs`: as pieces of two points each."""
+    def set_points(self, points: Sequence[Point] | Any) -> None:
+        """Lead it through other points, (n, 2)."""
         places = np.asarray(points, float).reshape(-1, 2)
-        self.setData(places[:, 0], places[:, 1], connect="pairs" if pairs else "all")
+        self.setData(places[:, 0], places[:, 1])
 
     def paint(self, painter: QPainter, *_args: object) -> None:
         """Paint fill and pens."""
@@ -72,6 +74,50 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
             painter.fillPath(path, QBrush(self._fill))
         for pen in self._pens:
             painter.strokePath(path, pen)
+
+
+class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
+    """Straight pieces of a line, their pens one upon the other from the widest on."""
+
+    def __init__(self, *pens: QPen) -> None:
+        super().__init__()
+        self._pens = pens
+        self._ends = np.zeros((0, 4))
+        self._area = QRectF()
+        self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
+        self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
+
+    def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
+        """Show other pieces, x and y of both ends, (n, 4); nothing of them outside an area."""
+        self._ends, self._area = np.asarray(ends, float), area
+        places = self._ends.reshape(-1, 2)
+        self.setData(places[:, 0], places[:, 1], connect="pairs")
+
+    def boundingRect(self) -> QRectF:
+        """Return the area."""
+        return self._area
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
+        """Paint those that are exposed: all of them would take longer than the rest of a plot."""
+        transform = _to_pixels(painter)
+        wide = self._pens[0].widthF()
+        area = transform.mapRect(option.exposedRect).adjusted(-wide, -wide, wide, wide)
+        x, y = self._ends[:, ::2] * transform.m11(), self._ends[:, 1::2] * transform.m22()
+        x, y = x + transform.dx(), y + transform.dy()
+        seen = (x.max(1) > area.left()) & (x.min(1) < area.right())
+        seen &= (y.max(1) > area.top()) & (y.min(1) < area.bottom())
+        ends = np.stack([x[seen, 0], y[seen, 0], x[seen, 1], y[seen, 1]], axis=1)
+        lines = [QLineF(*each) for each in ends.tolist()]
+        for pen in self._pens:
+            painter.setPen(pen)
+            painter.drawLines(lines)
+
+
+def _padding(pens: Sequence[QPen]) -> QPen:
+    """Give a pen by which pyqtgraph knows how far a curve’s own pens reach."""
+    pen = QPen(pens[0]) if pens else QPen(Qt.PenStyle.NoPen)
+    pen.setCosmetic(True)
+    return pen
 
 
 class Mark(pg.TargetItem):  # type: ignore[misc]
@@ -90,6 +136,19 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
         """Paint the sign."""
         middle = _to_pixels(painter).map(QPointF())
         self._draw(painter, (middle.x(), middle.y()))
+
+
+class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
+    """What is painted between items, logical pixels."""
+
+    def __init__(self, draw: Callable[[QPainter], object]) -> None:
+        super().__init__()
+        self._draw = draw
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint it."""
+        _to_pixels(painter)
+        self._draw(painter)
 
 
 class Group(pg.ItemGroup):  # type: ignore[misc]

@@ -166,9 +166,9 @@ class Marks:
     clipped: bool = True
 
 
-def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:
-    """Round the corners of a panorama that lies on some ground: cheaper than to clip it."""
-    outer = QRectF(QPointF(), size)
+def draw_corners(painter: QPainter, area: QRect | QRectF, ground: QColor) -> None:
+    """Round the corners of a picture that lies on some ground: cheaper than to clip it."""
+    outer = QRectF(area)
     path = QPainterPath()
     path.addRect(outer)
     path.addRoundedRect(outer, px(_RADIUS), px(_RADIUS))

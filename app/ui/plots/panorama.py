@@ -280,7 +280,7 @@ class PanoramaView(Plot):
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
         """Round the corners."""
-        draw_corners(painter, self.picture_rect.size(), theme().c.bg)
+        draw_corners(painter, QRect(QPoint(), self.picture_rect.size()), theme().c.bg)
 
     def _marks(self) -> Marks:
         here = self._picture is not None

@@ -261,7 +261,7 @@ class WeightPanorama(TurnPlot):
             if words:
                 taken = self._tag_area(self.view.x_of(turn), words, taken)
                 draw_label(painter, (taken.x(), taken.y()), words)
-        draw_corners(painter, self.size(), theme().c.panel)
+        draw_corners(painter, self.rect(), theme().c.panel)
 
     def _tag_area(self, x: float, words: str, taken: QRectF) -> QRectF:
         """Place a tag beside its line: to the right where there is room, else to the left."""

@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
 from app.core.text import tr
 from app.core.text.quantities import metres
 from app.ui.plots.head_views import AboveView, SideView
-from app.ui.plots.lamps import LampPlot, SkyMap
+from app.ui.plots.lamps import LampPlot
+from app.ui.plots.sky_map import SkyMap
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import (
     DISTANCES_M,

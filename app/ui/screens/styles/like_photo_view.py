@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.ui.plots.base import disc, draw_text
-from app.ui.plots.lamps import SkyMap
+from app.ui.plots.sky_map import SkyMap
 from app.ui.screens.styles.like_photo import RATIOS, SIDE, LikePhoto, LikeState
 from app.ui.theme import px, theme
 from app.ui.widgets.buttons import Button
@@ -44,6 +44,7 @@ class _Lamps(SkyMap):
     """The lamps around the face: the key, and the fill where there is one."""
 
     fill = False
+    ground = "panel"
 
     def __init__(self) -> None:
         super().__init__()
@@ -51,9 +52,13 @@ class _Lamps(SkyMap):
         self.setToolTip(tr("Drag the key. Arrows 1°, Shift 10°, Home where it was read"))
         self.show_sky(_Sky())
 
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the fill under the key."""
-        super().draw(painter, ratio)
+    def lamp_moved(self) -> None:
+        """Show the words at their places, too."""
+        super().lamp_moved()
+        self.update()
+
+    def draw_over(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the fill and the words."""
         state = self._state
         if self.fill:
             disc(painter, self.place_of(0.0, 0.0), px(_FILL_PX), None, theme().c.amberfill, 2.0)
