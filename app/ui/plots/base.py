@@ -220,8 +220,7 @@ class Plot(Paints, QWidget):
         return pixmap
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the plot; the painter is antialiased and in logical pixels."""
-        raise NotImplementedError
+        """Paint the ground under the panel; the painter is antialiased and in logical pixels."""
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Rectangle and corner radius that the focus ring goes around."""

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Final, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.core.base.angles import arc_width, at_turn, wrap
 from app.core.base.paths import resources
 
@@ -24,6 +27,10 @@ Cubic: TypeAlias = tuple[Point, Point, Point]
 """A Bezier piece that continues from the last point: two control points and its end."""
 
 _STEP_DEG: Final = 2.0
+_SHARES: Final = np.arange(4.0)[:, None] / 4.0
+_BERNSTEIN: Final = np.array([1.0, 3.0, 3.0, 1.0]) * (
+    _SHARES ** np.arange(4) * (1.0 - _SHARES) ** np.arange(3, -1, -1)
+)
 _NECK_DEG: Final = 41.0
 
 
@@ -104,6 +111,17 @@ def smooth(points: Sequence[Point]) -> list[Cubic]:
         second = _along(stop, _direction(start, stop, after), -length)
         pieces.append((first, second, stop))
     return pieces
+
+
+def finely(points: Sequence[Point]) -> NDArray[np.float64]:
+    """Give points of the smooth closed curve through some, four for each of them, (n, 2)."""
+    if not points:
+        return np.zeros((0, 2))
+    pieces = np.array(
+        [(start, *piece) for start, piece in zip(points, smooth(points), strict=True)]
+    )
+    fine = np.einsum("sk,nkd->nsd", _BERNSTEIN, pieces).reshape(-1, 2)
+    return np.concatenate([fine, fine[:1]])
 
 
 def _direction(before: Point, here: Point, after: Point) -> Point:

@@ -6,7 +6,7 @@ A pen of pyqtgraph’s is counted in pixels of the screen: on a fine one its lin
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import pyqtgraph as pg
@@ -17,6 +17,8 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem
 
 from app.ui.plots.base import device_ratio, snap
 from app.ui.plots.geometry import Point
+
+_Item = TypeVar("_Item")
 
 Draw: TypeAlias = Callable[[QPainter, Point], object]
 """Paints a mark around its middle, logical pixels."""
@@ -157,9 +159,23 @@ class Group(pg.ItemGroup):  # type: ignore[misc]
     def __init__(self, *items: Any) -> None:
         super().__init__()
         # Qt deletes an item that nobody holds.
-        self._items = items
+        self._items: list[Any] = []
         for item in items:
-            self.addItem(item)
+            self.add(item)
+
+    def add(self, item: _Item) -> _Item:
+        """Put an item on top of the others, and give it."""
+        self._items.append(item)
+        self.addItem(item)
+        return item
+
+    def clear(self) -> None:
+        """Take all items away."""
+        for item in self._items:
+            item.setParentItem(None)
+            if item.scene() is not None:
+                item.scene().removeItem(item)
+        self._items = []
 
 
 def around(*pens: QPen) -> Group:

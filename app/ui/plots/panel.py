@@ -8,7 +8,7 @@ from typing import TypeVar
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter
-from PySide6.QtWidgets import QGraphicsItem, QWidget
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QWidget
 
 from app.ui.plots.mapping import Viewport
 
@@ -31,14 +31,23 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setCacheMode(self.CacheModeFlag.CacheNone)
         self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        # A tree of few items is no faster, and one of pyqtgraph’s that changes its size unannounced
+        # stays in it when it is deleted.
+        self.scene().setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
         self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
         self.box.disableAutoRange()
+        # The view itself ends where the box does.
+        self.box.setFlag(self.box.GraphicsItemFlag.ItemClipsChildrenToShape, False)
         self.setCentralItem(self.box)
 
     def add(self, item: _Item) -> _Item:
         """Put an item on top of the others, and give it."""
         self.box.addItem(item, ignoreBounds=True)
         return item
+
+    def paint_changes_only(self) -> None:
+        """Paint again no more than the surroundings of items that change."""
+        self.setViewportUpdateMode(self.ViewportUpdateMode.MinimalViewportUpdate)
 
     def look(self, view: Viewport) -> None:
         """Show a part of a panorama, whose units are degrees."""

@@ -1,30 +1,35 @@
-"""Match around the circle of turns, painted by hand: pyqtgraph has no polar plots."""
+"""Match around the circle of turns: curves of pyqtgraph, x and y from the middle of the dial."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
 from app.core.text.turns import arc_words, turn_words
-from app.ui.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
+from app.ui.plots.base import TurnPlot, disc, draw_text
 from app.ui.plots.geometry import (
     Dial,
     Point,
+    finely,
     head_outline,
     hit,
     sector,
     turn_at,
     value_at,
 )
-from app.ui.theme import Theme, px, theme
+from app.ui.plots.items import Curve, Draw, Group, Mark, Pieces
+from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
@@ -34,6 +39,9 @@ _GRAB: Final = 12.0  # how far from a peak a click still means it
 _STILL: Final = 6.0  # so near the middle a pointer has no direction
 _CURVE_FILL: Final = 0.12
 _ARC_FILL: Final = 0.28
+_O: Final = (0.0, 0.0)
+_CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in range(181)])
+_ENDS: Final = ("0°", "180°")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +71,33 @@ class PolarPlot(TurnPlot):
         self._side = px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
-        self._numbers = self._limit = ""
+        self._numbers = self._limit_words = ""
         self._marked: tuple[str, ...] = ()
+        self._make_items()
         self.setMouseTracking(True)
         self.setToolTip(tr("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn"))
         self.describe()
+
+    def _make_items(self) -> None:
+        """Make what is shown, from the ground up."""
+        t, add = theme(), self.panel.add
+        self.panel.paint_changes_only()
+        thin, line = QPen(t.c.ctl, t.line_width), QPen(t.c.text, t.line_width + 0.75)
+        dashes = QPen(t.c.dim, t.line_width)
+        dashes.setDashPattern([3.0 / t.line_width, 3.0 / t.line_width])
+        self._ground = add(Curve(fill=t.c.bg))
+        self._inside = add(Curve(fill=faint(t.c.text, _CURVE_FILL)))
+        self._limit = add(Curve(dashes))
+        self._arc = add(Curve(fill=faint(t.c.amberfill, _ARC_FILL)))
+        self._rim, self._ticks = add(Curve(thin)), add(Pieces(thin))
+        self._curve = add(Curve(line))
+        self._signs = add(Group())
+        self._peaks: list[Mark] = []
+        self._ends = [add(Mark(partial(_draw_words, text), px(32))) for text in _ENDS]
+        self._head = Curve(line, fill=t.c.raised)
+        self._needle_line = Curve(pen(t.c.amber, 2.0 * t.line_width))
+        self._dot = Mark(_draw_needle_dot, px(24))
+        self._turned = add(Group(self._head, self._needle_line, self._dot))
 
     def sizeHint(self) -> QSize:
         """Return the square that it would like to have."""
@@ -110,12 +140,13 @@ class PolarPlot(TurnPlot):
         )
         self._data, self._best = data, data.best
         self._hovered = None
+        self._show_data()
         turn = data.best if needle is None else needle
         self.set_needle(0.0 if turn is None else turn)
 
     def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
         """Take words from where all others come from: of the needle, the limit and the marks."""
-        self._numbers, self._limit, self._marked = numbers, limit, tuple(marked)
+        self._numbers, self._limit_words, self._marked = numbers, limit, tuple(marked)
         self.describe()
 
     def describe(self) -> None:
@@ -131,7 +162,7 @@ class PolarPlot(TurnPlot):
             words.append(tr("Best: {turn}", turn=turn_words(data.best)))
         if data.arc is not None:
             words.append(tr("Good from {arc}", arc=arc_words(data.arc)))
-        words.append(self._limit or tr("Limit of reach: {limit:.0f}", limit=data.limit))
+        words.append(self._limit_words or tr("Limit of reach: {limit:.0f}", limit=data.limit))
         words += self._marked
         words += [tr("Second peak: {turn}", turn=turn_words(turn)) for turn in data.peaks]
         self.say(". ".join(words) + ".")
@@ -148,102 +179,80 @@ class PolarPlot(TurnPlot):
         dial, data = self.dial, self._data
         return [dial.place(turn, value_at(data.curve, turn)) for turn in data.peaks if data.curve]
 
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the dial from the cache, then the head and the needle."""
-        painter.drawPixmap(0, 0, self.kept("dial", self._data, self.size(), ratio, self._draw_dial))
-        if self._hovered is not None:
-            self._draw_peak(painter, self.peak_places()[self._hovered], hovered=True)
-        self._draw_numbers(painter)
-        self._draw_head(painter)
-        if self._data.curve:
-            self._draw_needle(painter)
-
-    def _draw_dial(self, painter: QPainter) -> None:
-        t, dial, data = theme(), self.dial, self._data
-        centre = QPointF(*dial.centre)
-        disc(painter, dial.centre, dial.rim, t.c.bg)
-        curve = closed_path(dial.outline(data.curve)) if len(data.curve) > 2 else None
-        if curve is not None:
-            painter.fillPath(curve, faint(t.c.text, _CURVE_FILL))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        dashes = QPen(t.c.dim, t.line_width)
-        dashes.setDashPattern([3.0 / t.line_width, 3.0 / t.line_width])
-        painter.setPen(dashes)
-        limit = dial.radius(data.limit)
-        painter.drawEllipse(centre, limit, limit)
-        if data.arc is not None:
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(faint(t.c.amberfill, _ARC_FILL))
-            painter.drawPolygon(polygon(sector(dial.centre, dial.rim, data.arc)))
-        self._draw_rim(painter, t, dial)
-        if curve is not None:
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(QPen(t.c.text, t.line_width + 0.75))
-            painter.drawPath(curve)
-        for place in self.peak_places():
-            self._draw_peak(painter, place)
-        for name, turn in data.marks:
-            self._draw_mark(painter, name, turn)
-
-    def _draw_mark(self, painter: QPainter, name: str, turn: float) -> None:
-        """Draw a dot on the curve, and its name where there is room: further out, or within."""
-        t, dial, font = theme(), self.dial, theme().font(12)
-        radius, wide = dial.radius(value_at(self._data.curve, turn)), text_width(font, name)
-        half = wide / 2.0 * abs(math.sin(math.radians(turn)))
-        away, taken = half + t.px(12), self.peak_places()
-        for far in (radius + away, radius - away):
-            middle = at_turn(dial.centre, far, turn)
-            clear = dial.core + half < far < dial.rim - half and not any(
-                abs(x - middle[0]) < wide / 2.0 + t.px(6) and abs(y - middle[1]) < t.px(12)
-                for x, y in taken
-            )
-            if clear:
-                draw_text(painter, middle, name, font, t.c.dim)
-                break
-        place = at_turn(dial.centre, radius, turn)
-        disc(painter, place, t.px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
-
-    def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
-        disc(painter, dial.centre, dial.rim, None, t.c.ctl, t.line_width)
-        for turn in range(0, 360, 30):
-            length = px(8) if turn % 90 == 0 else px(4)
-            inner = at_turn(dial.centre, dial.rim - length, turn)
-            painter.drawLine(QPointF(*inner), QPointF(*at_turn(dial.centre, dial.rim, turn)))
-
-    def _draw_numbers(self, painter: QPainter) -> None:
-        """Draw 0° and 180°; a number makes way for the dot."""
-        t, dial = theme(), self.dial
-        dot = at_turn(dial.centre, dial.rim, self.needle)
-        for turn, text in ((0.0, "0°"), (180.0, "180°")):
-            place = at_turn(dial.centre, dial.rim + px(_INSET) / 2.0, turn)
-            room = px(12) + px(4) * len(text)
-            aside = abs(place[0] - dot[0]) > room or abs(place[1] - dot[1]) > px(20)
-            if aside or not self._data.curve:
-                draw_text(painter, place, text, t.font(12), t.c.dim)
-
-    def _draw_peak(self, painter: QPainter, place: Point, *, hovered: bool = False) -> None:
-        t = theme()
-        radius = px(8) / 2.0 - 0.75
-        fill = t.c.text if hovered else t.c.bg
-        disc(painter, place, radius, fill, t.c.bg, 4.5)
-        disc(painter, place, radius, fill, t.c.text, t.line_width + 0.5)
-
-    def _draw_head(self, painter: QPainter) -> None:
-        t, dial = theme(), self.dial
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Lay the dial out again."""
+        super().resizeEvent(event)
+        dial, wide, high = self._round, float(self.width()), float(self.height())
+        self.panel.look_at(QRectF(-wide / 2.0, -high / 2.0, wide, high))
+        whole = _circle(dial.rim)
+        self._ground.set_points(whole)
+        self._rim.set_points(whole)
+        around = range(0, 360, 30)
+        inner = [dial.rim - (px(8) if turn % 90 == 0 else px(4)) for turn in around]
+        ticks = [
+            at_turn(_O, r, a) + at_turn(_O, dial.rim, a) for r, a in zip(inner, around, strict=True)
+        ]
+        self._ticks.set_ends(
+            np.array(ticks), QRectF(-dial.rim, -dial.rim, 2.0 * dial.rim, 2.0 * dial.rim)
+        )
         size = dial.core * _HEAD / _CORE
-        painter.setBrush(t.c.raised)
-        painter.setPen(QPen(t.c.text, t.line_width + 0.75))
-        painter.drawPath(closed_path(head_outline(dial.centre, size, self.needle)))
+        self._head.set_points(finely(head_outline(_O, size, 0.0)))
+        self._needle_line.set_points([(0.0, -1.2 * size), (0.0, -dial.rim)])
+        self._dot.setPos(0.0, -dial.rim)
+        for number, down in zip(self._ends, (-1.0, 1.0), strict=True):
+            number.setPos(0.0, down * (dial.rim + px(_INSET) / 2.0))
+        self._show_data()
+        self._show_needle()
 
-    def _draw_needle(self, painter: QPainter) -> None:
-        t, dial = theme(), self.dial
-        nose = at_turn(dial.centre, dial.core * _HEAD / _CORE * 1.2, self.needle)
-        tip = at_turn(dial.centre, dial.rim, self.needle)
-        painter.setPen(pen(t.c.amber, 2.0 * t.line_width))
-        painter.drawLine(QPointF(*nose), QPointF(*tip))
-        radius = px(16) / 2.0
-        disc(painter, tip, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
-        disc(painter, tip, radius - 2.0, t.c.amberfill)
+    @property
+    def _round(self) -> Dial:
+        """The dial around the origin of the items."""
+        return replace(self.dial, centre=_O)
+
+    def _show_data(self) -> None:
+        data, dial = self._data, self._round
+        self._limit.set_points(_circle(dial.radius(data.limit)))
+        curve = finely(dial.outline(data.curve) if len(data.curve) > 2 else [])
+        self._inside.set_points(curve)
+        self._curve.set_points(curve)
+        self._arc.set_points([] if data.arc is None else sector(_O, dial.rim, data.arc))
+        self._lay_signs(dial)
+
+    def _lay_signs(self, dial: Dial) -> None:
+        """Put peaks and marks on the curve, and a mark's name further out or within."""
+        self._signs.clear()
+        places = [(x - self.dial.centre[0], y - self.dial.centre[1]) for x, y in self.peak_places()]
+        self._peaks = [self._sign(place, partial(_draw_peak, hovered=False)) for place in places]
+        for name, turn in self._data.marks:
+            radius = dial.radius(value_at(self._data.curve, turn))
+            self._sign(at_turn(_O, radius, turn), _draw_dot)
+            middle = _name_place(dial, radius, turn, name, places)
+            if middle is not None:
+                self._sign(middle, partial(_draw_words, name), text_width(theme().font(12), name))
+
+    def _sign(self, place: Point, draw: Draw, size: float = 0.0) -> Mark:
+        sign = self._signs.add(Mark(draw, max(size, px(16))))
+        sign.setPos(*place)
+        return sign
+
+    def _show_needle(self) -> None:
+        """Turn head and needle; a number makes way for the dot."""
+        shown = bool(self._data.curve)
+        self._turned.setRotation(self.needle)
+        self._needle_line.setVisible(shown)
+        self._dot.setVisible(shown)
+        dial = self.dial
+        dot = at_turn(_O, dial.rim, self.needle)
+        for number, text in zip(self._ends, _ENDS, strict=True):
+            place, room = number.pos(), px(12) + px(4) * len(text)
+            aside = abs(place.x() - dot[0]) > room or abs(place.y() - dot[1]) > px(20)
+            number.setVisible(aside or not shown)
+
+    def set_needle(self, turn_deg: float) -> None:
+        """Move the needle without a signal."""
+        self.needle = wrap(turn_deg)
+        self.describe()
+        self._show_needle()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Choose a peak, or take the needle."""
@@ -266,10 +275,11 @@ class PolarPlot(TurnPlot):
         point = (event.position().x(), event.position().y())
         hovered = hit(self.peak_places(), point, px(_GRAB))
         if hovered != self._hovered:
+            for index, peak in enumerate(self._peaks):
+                peak.set_draw(partial(_draw_peak, hovered=index == hovered))
             self._hovered = hovered
             shape = Qt.CursorShape
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
-            self.update()
 
     def turn_under(self, point: Point) -> float | None:
         """Give the turn toward a pointer; none near the middle."""
@@ -299,3 +309,49 @@ class PolarPlot(TurnPlot):
     def _choose(self, peak: int) -> None:
         self.set_needle(self._data.peaks[peak])
         self.peak_chosen.emit(peak)
+
+
+def _circle(radius: float) -> NDArray[np.float64]:
+    """Give the points of a circle, from the right on clockwise, (n, 2)."""
+    return radius * _CIRCLE
+
+
+def _name_place(
+    dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
+) -> Point | None:
+    """Find room for the name of a mark: further out than its dot, or within."""
+    wide = text_width(theme().font(12), name)
+    half = wide / 2.0 * abs(math.sin(math.radians(turn)))
+    away = half + px(12)
+    for far in (radius + away, radius - away):
+        middle = at_turn(dial.centre, far, turn)
+        clear = dial.core + half < far < dial.rim - half and not any(
+            abs(x - middle[0]) < wide / 2.0 + px(6) and abs(y - middle[1]) < px(12)
+            for x, y in peaks
+        )
+        if clear:
+            return middle
+    return None
+
+
+def _draw_words(words: str, painter: QPainter, middle: Point) -> None:
+    draw_text(painter, middle, words, theme().font(12), theme().c.dim)
+
+
+def _draw_dot(painter: QPainter, place: Point) -> None:
+    t = theme()
+    disc(painter, place, px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
+
+
+def _draw_peak(painter: QPainter, place: Point, *, hovered: bool) -> None:
+    t = theme()
+    radius = px(8) / 2.0 - 0.75
+    fill = t.c.text if hovered else t.c.bg
+    disc(painter, place, radius, fill, t.c.bg, 4.5)
+    disc(painter, place, radius, fill, t.c.text, t.line_width + 0.5)
+
+
+def _draw_needle_dot(painter: QPainter, place: Point) -> None:
+    t, radius = theme(), px(16) / 2.0
+    disc(painter, place, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
+    disc(painter, place, radius - 2.0, t.c.amberfill)

@@ -78,12 +78,16 @@ class SkyMap(LampPlot):
         self._sky: Sky | None = None
         self._half_deg = 75.0
         self._closed, self._cells = QPainterPath(), QSize(1, 1)
-        self.panel.setViewportUpdateMode(self.panel.ViewportUpdateMode.MinimalViewportUpdate)
+        self.panel.paint_changes_only()
         add, black, white = self.panel.add, Qt.GlobalColor.black, Qt.GlobalColor.white
         self._tones = add(pg.ImageItem(axisOrder="row-major"))
         self._hatching = add(Overlay(self._draw_closed))
         self._line = add(Pieces(pen(black, 4.0, ends="round"), pen(white, 1.75, ends="round")))
-        add(Overlay(lambda painter: draw_corners(painter, self.area, getattr(theme().c, self.ground))))
+        add(
+            Overlay(
+                lambda painter: draw_corners(painter, self.area, getattr(theme().c, self.ground))
+            )
+        )
         self._best = add(Mark(draw_best, px(_SIGN)))
         self._lamp = add(Mark(lambda *at: draw_lamp(*at, focused=self.hasFocus()), px(_SIGN)))
         self.panel.hide()
