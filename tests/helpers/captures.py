@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.core.base.remarks import PlainRemark
 from app.core.measure.bracket.arriving import ArrivingFrames
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
@@ -24,7 +25,7 @@ TINY = (64, 128)
 def without_merging(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out the merge, which takes most of the time."""
     light = SimpleNamespace(radiance=np.ones((32, 64, 3), np.float32), cd_m2=None)
-    probe = SimpleNamespace(merged=light, warnings=("It was merged.",))
+    probe = SimpleNamespace(merged=light, warnings=(PlainRemark("It was merged."),))
     monkeypatch.setattr(ArrivingFrames, "measure", lambda *args, **how: probe)
 
 
