@@ -277,10 +277,9 @@ class Place:
         from app.core.base.progress import Token, silent
         from app.core.places.open import OpenOptions, open_paths
         from app.core.storage.settings import Settings
-        from app.devices.webcam.files import film_frames
 
         now = datetime.now().astimezone()
-        options = OpenOptions(Path(places), now, Settings(), film_frames, name=name, way=way)
+        options = OpenOptions(Path(places), now, Settings(), name=name, way=way)
         opened = open_paths([Path(file) for file in files], options, Token(), silent)
         if opened.trouble is not None:
             raise opened.trouble

@@ -17,9 +17,12 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr
 from app.core.localization.features import build_index
-from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped, read_film
+from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped
+from app.core.measure.film.frames import film_frames
 from app.core.measure.film.in_place import GLANCES, beside, looks_mirrored
 from app.core.measure.film.movie_header import read_movie_header
+from app.core.measure.options import MeasureOptions
+from app.core.measure.ways import measure
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_named_pack
@@ -63,9 +66,6 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None:
         check_ending(args.output, (".exr",), tr("environments"))
         check_outputs([args.output], [args.video], (args.video.suffix,))
-    # What reads cameras brings the network with it.
-    from app.devices.webcam.files import film_frames
-
     pack, place = load_named_pack("generic"), None if args.place is None else light_at(args.place)
     index = None if place is None else build_index(place.display)
     fits = None
@@ -81,8 +81,7 @@ def run(args: argparse.Namespace) -> int:
         frames = film_frames(args.video, most, WIDTH)
         return flipped(frames) if mirrored else frames
 
-    frames = frames_of(MOST_FRAMES)
-    film = _live(frames, pack) if args.live else read_film(frames, report=ProgressPrinter())
+    film = _live(frames_of(MOST_FRAMES), pack) if args.live else _measured(args.video, mirrored)
     say(*sentences(film.notes))
     if args.output is not None:
         write_exr(args.output, film.radiance)
@@ -94,14 +93,19 @@ def run(args: argparse.Namespace) -> int:
     facts = {
         "place": None if other is None else asdict(other),
         "styles": [_facts(film, result) for result in results],
-        "frames": len(film.times_s),
-        "seen": round(float(film.shown.mean()), 3),
-        "still": film.still,
+        **film.facts(),
         "mirrored": mirrored if args.mirrored or fits is not None else None,
         "notes": list(sentences(film.notes)),
         "seconds": round(time.perf_counter() - started, 3),
     }
     return answer(args, facts, "\n".join(_line(film, result) for result in results))
+
+
+def _measured(video: Path, mirrored: bool) -> Film:
+    options = MeasureOptions(mirrored=mirrored)
+    film = measure("film", [video], options, report=ProgressPrinter()).of(Film)
+    assert film is not None
+    return film
 
 
 def _live(frames: Iterator[tuple[float, float, Bytes]], pack: StylePack) -> Film:

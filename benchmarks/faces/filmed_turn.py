@@ -30,8 +30,8 @@ from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce, solid_angles
 from app.core.localization.views import Lens, look
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, read_film
+from app.core.measure.film.frames import film_frames
 from app.core.styles.style_pack import load_named_pack
-from app.devices.webcam.files import film_frames
 from benchmarks.faces.people import (
     BEHIND_DEG,
     directions,

@@ -17,7 +17,6 @@ from app.core.measure.ball.mirror_ball import panorama_rows
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
-from app.devices.webcam.files import film_frames
 from app.words.remarks import sentences
 from tests.helpers.mirror_ball import place, traced, write_bracket
 
@@ -108,12 +107,10 @@ def test_two_folders_dropped_on_the_window_are_two_sides(
 ) -> None:
     intake = sort_out([side, front], "ball")
     assert intake.own is not None
-    assert [len(one) for one in (intake.frames, intake.own.more_files)] == [len(STOPS)] * 2
+    assert [len(one) for one in (intake.files, intake.own.more_files)] == [len(STOPS)] * 2
     assert {file.parent for file in intake.own.more_files} == {side}
     now = datetime(2026, 6, 1, 12, tzinfo=UTC)
-    opened = make_place(
-        intake, OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent
-    )
+    opened = make_place(intake, OpenOptions(tmp_path, now, Settings()), Token(), silent)
     assert opened.place.capture is not None
     assert opened.place.capture.plan == "ball"
     assert any("0.0 % of the sphere" in note for note in sentences(opened.place.capture.notes))

@@ -23,7 +23,6 @@ from app.core.places.open import OpenOptions, make_place
 from app.core.solver.solve import solve_all
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack
-from app.devices.webcam.files import film_frames
 from tests.helpers.films import LENS, STEP_DEG, frame, retimed, turn_frames, write_film
 from tests.helpers.quick import sample_first
 from tests.unit.test_facing import place
@@ -148,9 +147,7 @@ def test_live_it_says_on_the_way_what_is_known(
 @pytest.mark.slow
 def test_in_the_window_it_is_a_place_that_keeps_its_film(film: Path, tmp_path: Path) -> None:
     now = datetime(2026, 11, 28, tzinfo=UTC)
-    made = make_place(
-        sort_out([film]), OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent
-    )
+    made = make_place(sort_out([film]), OpenOptions(tmp_path, now, Settings()), Token(), silent)
     assert made.folder is not None
     assert made.trouble is None
     assert (made.folder / "originals" / film.name).stat().st_size == film.stat().st_size

@@ -16,6 +16,7 @@ from app.core.environment.environment import read_environment
 from app.core.environment.environment_file import is_linear
 from app.core.localization.photo_check import is_panorama, read_photo
 from app.core.localization.picture_file import picture_size, read_picture, read_shown_panorama
+from app.core.measure.film.frames import film_frames
 from app.core.measure.finish.masks import check_picture_mask, picture_mask
 from app.core.measure.read.makernote import read_ricoh_note
 from app.core.measure.read.metadata import read_header
@@ -25,7 +26,7 @@ from app.core.solver.transport import load_transport
 from app.core.styles.style_file import is_painted, read_painted, read_style
 from app.devices.clock import VirtualClock
 from app.devices.errors import DeviceError
-from app.devices.webcam.files import VideoFile, film_frames
+from app.devices.webcam.files import VideoFile
 
 __all__ = ["READERS", "read_all"]
 

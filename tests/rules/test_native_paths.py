@@ -40,7 +40,7 @@ ONLY = {
 }
 
 OTHERWISE = {
-    ("app/devices/webcam/opencv.py", "open_url"): "its callers give an address or a native path",
+    ("app/core/base/video.py", "open_url"): "its callers give an address or a native path",
     ("app/devices/webcam/opencv.py", "_opened"): "a number",
 }
 

@@ -14,13 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.measure.film.frames import FrameClock, film_frames
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.files import (
-    FrameClock,
     VideoFile,
     check_video,
-    film_frames,
 )
 from tests.helpers.films import retimed, write_film
 from tests.helpers.scaled_clock import ScaledClock

@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 import pytest
 
+from app.core.base.video import OPEN_S, open_url
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.network import RtspWebcam
-from app.devices.webcam.opencv import OPEN_S, open_url
 from app.devices.webcam.wire import Address
 from tests.helpers.live_server import Answer, LiveServer
 from tests.helpers.rtsp_server import RtspServer

@@ -159,7 +159,7 @@ def test_every_door_recognises_circles(
     for way in ("camera", "photos"):
         intake = sort_out([file], way)
         options = MeasureOptions(alone=True, sort_out=True)
-        assert measure_files(intake.way, intake.frames, options).of(Stitching) is not None
+        assert measure_files(intake.way, intake.files, options).of(Stitching) is not None
     with pytest.raises(EnvironmentFileError, match="two fisheye circles"):
         read_shown_panorama(file)
     assert main(["solve", str(file), "--json"]) == 0

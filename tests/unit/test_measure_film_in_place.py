@@ -15,8 +15,8 @@ from app.core.base.errors import ProbeError
 from app.core.environment.environment import from_radiance
 from app.core.localization.features import build_index
 from app.core.measure.film.film import Film, flipped, read_film
-from app.core.measure.film.in_place import Beside, beside, keep_frames, looks_mirrored
-from app.core.places.shots import is_frame, read_shots
+from app.core.measure.film.in_place import Beside, beside, looks_mirrored
+from app.core.places.shots import is_frame, keep_film_frames, read_shots
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.style_pack import load_named_pack
 from app.words.film import beside_words, mirror_words
@@ -99,7 +99,7 @@ def test_the_disagreement_is_told() -> None:
 
 def test_frames_are_kept_where_the_film_lies_in_the_panorama(tmp_path: Path) -> None:
     results = film().results(load_named_pack("generic"))
-    keep_frames(tmp_path, film(), results, NOW, 90.0)
+    keep_film_frames(tmp_path, film(), results, NOW, 90.0)
     shots, _ = read_shots(tmp_path)
     offered = [one for one in results if one.attainable]
     assert [one.style for one in shots] == [one.name for one in offered]

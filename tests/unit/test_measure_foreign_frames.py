@@ -176,5 +176,5 @@ def test_a_merge_names_what_it_leaves_out(
     assert any("thumb.jpg" in words for words in said["warnings"])
     assert not any("tone curve" in words for words in said["warnings"])
     assert read_environment(target).radiance.tobytes() == clean
-    probe = measure(sort_out([shot]).frames, MeasureOptions(alone=True, sort_out=True))
+    probe = measure(sort_out([shot]).files, MeasureOptions(alone=True, sort_out=True))
     assert [each.path.name for each in probe.left_out] == ["own.jpg"]

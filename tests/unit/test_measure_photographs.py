@@ -23,7 +23,6 @@ from app.core.measure.photos.remarks import OneExposure
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
-from app.devices.webcam.files import film_frames
 from benchmarks.light.stitch_photos import AXES, Taken, photographs_of, placed_off, save, take
 
 SIZE = (480, 360)
@@ -166,7 +165,7 @@ def test_stitching_can_be_stopped(cafe: Taken) -> None:
 def test_in_the_window_they_are_a_place(cafe: Taken, tmp_path: Path) -> None:
     now = datetime(2026, 11, 28, tzinfo=UTC)
     chosen = sort_out([cafe.files[0].parent], "photos")
-    made = make_place(chosen, OpenOptions(tmp_path, now, Settings(), film_frames), Token(), silent)
+    made = make_place(chosen, OpenOptions(tmp_path, now, Settings()), Token(), silent)
     assert made.trouble is None
     assert made.place.capture is not None
     assert made.place.capture.plan == "photos"

@@ -13,13 +13,13 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.progress import Token, silent
+from app.core.measure.film import measure as film_way
 from app.core.measure.film.film import Film
+from app.core.measure.film.frames import film_frames
 from app.core.measure.film.movie_header import MovieHeader, read_movie_header
-from app.core.places import open as place_open
 from app.core.places.intake import sort_out
 from app.core.places.open import OpenOptions, make_place
 from app.core.storage.settings import Settings
-from app.devices.webcam.files import film_frames
 from app.words.remarks import sentences
 from tests.helpers.films import write_film
 from tests.unit.test_measure_film import stood_still
@@ -104,9 +104,9 @@ def test_window_reads_a_film_as_it_is_set(
         given.extend(frames)
         return film
 
-    monkeypatch.setattr(place_open, "read_film", read)
+    monkeypatch.setattr(film_way, "read_film", read)
     settings, now = Settings(mirrored=mirrored), datetime(2026, 6, 1, tzinfo=UTC)
-    options = OpenOptions(tmp_path / "places", now, settings, film_frames)
+    options = OpenOptions(tmp_path / "places", now, settings)
     opened = make_place(sort_out([path]), options, Token(), silent)
     # Green is stored above on the right.
     assert bool(given[0][2][30, 50, 1] > 128) is mirrored

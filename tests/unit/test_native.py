@@ -19,8 +19,9 @@ from app.core.base.native import native_path, path_from_library, path_in_url, ur
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.localization.picture_file import read_picture as read_photo
+from app.core.measure.film.frames import film_frames
 from app.devices.clock import VirtualClock
-from app.devices.webcam.files import FilmWriter, VideoFile, film_frames
+from app.devices.webcam.files import FilmWriter, VideoFile
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = resources() / "demo" / "scenes" / "studio.exr"

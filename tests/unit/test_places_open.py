@@ -45,12 +45,8 @@ def head() -> Head:
     return Head("generic", "Generic", generic_pack(), generic_transport(), PLAIN)
 
 
-def no_film(path: Path, most: int, width: int) -> Any:
-    raise AssertionError(f"{path} is no film")
-
-
 def options(tmp_path: Path, **more: Any) -> OpenOptions:
-    return OpenOptions(tmp_path / "places", NOW, Settings(), no_film, **more)
+    return OpenOptions(tmp_path / "places", NOW, Settings(), **more)
 
 
 def panorama(tmp_path: Path) -> Path:

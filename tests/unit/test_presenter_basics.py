@@ -153,7 +153,7 @@ def touch(folder: Path, *names: str) -> list[Path]:
 def test_a_folder_with_photographs_is_a_bracket(tmp_path: Path) -> None:
     touch(tmp_path / "bracket", "b.JPG", "a.jpg", "notes.txt", ".hidden.jpg")
     intake = sort_out([tmp_path / "bracket"])
-    assert [file.name for file in intake.frames] == ["a.jpg", "b.JPG"]
+    assert [file.name for file in intake.files] == ["a.jpg", "b.JPG"]
     assert intake.name == "bracket"
     assert intake.environment is None
 
@@ -162,7 +162,7 @@ def test_an_hdr_panorama_goes_before_photographs(tmp_path: Path) -> None:
     touch(tmp_path / "place", "a.jpg", "light.hdr")
     intake = sort_out([tmp_path / "place"])
     assert intake.environment == tmp_path / "place" / "light.hdr"
-    assert not intake.frames
+    assert not intake.files
 
 
 def test_a_kept_place_is_known_by_its_file(tmp_path: Path) -> None:
@@ -173,10 +173,10 @@ def test_a_kept_place_is_known_by_its_file(tmp_path: Path) -> None:
 
 def test_a_film_is_taken_where_it_is_alone_or_wanted(tmp_path: Path) -> None:
     film, photo = touch(tmp_path / "turn", "turn.MOV", "a.jpg")
-    assert sort_out([film]).film == film
+    assert sort_out([film]).way == "film"
     assert sort_out([film]).originals == (film,)
-    assert sort_out([film, photo]).frames == (photo,)
-    assert sort_out([film, photo], "film").film == film
+    assert sort_out([film, photo]).files == (photo,)
+    assert sort_out([film, photo], "film").files == (film,)
     other = touch(tmp_path / "more", "b.mp4")
     with pytest.raises(CoreError, match="2 films"):
         sort_out([film, *other])

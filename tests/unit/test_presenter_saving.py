@@ -190,13 +190,14 @@ def test_finishing_it_merges_what_is_there(
     table.desk.open_paths([SCENE])
     light = table.model.light
     assert light is not None
+    from app.core.places.measurement import MeasuredLight
     from app.core.places.place import CaptureFacts, Location
 
     asked: list[Any] = []
 
     def measured(intake: Any, limits: Any, token: Any, report: Any) -> Any:
-        asked.extend(intake.frames)
-        return light, Location(), CaptureFacts(plan="files")
+        asked.extend(intake.files)
+        return MeasuredLight(light, Location(), CaptureFacts(plan="files"))
 
     monkeypatch.setattr(resume, "measure_intake", measured)
     # Opened from a list or by its folder it says what is missing, and offers to finish it.

@@ -38,6 +38,7 @@ class MeasureOptions:
         gains, lux: By lamp: stops to add, and illuminance that a light meter read.
         alone: Take one photograph of all directions, too, for a rough answer.
         sort_out: Leave out files that do not belong to the bracket, as in a folder.
+        mirrored: The files are mirror images, as some phones save selfies.
         pack: Styles that the clip audit answers for; None for those of the generic head.
         own: Options of the way itself.
     """
@@ -52,6 +53,7 @@ class MeasureOptions:
     masks: tuple[MaskSpec, ...] = ()
     alone: bool = False
     sort_out: bool = False
+    mirrored: bool = False
     pack: StylePack | None = field(default=None, repr=False, compare=False)
     own: WayOptions | None = None
 

@@ -10,6 +10,8 @@ from typing import Final
 from app.core.base.progress import Report, Token, silent
 from app.core.measure.ball import measure as ball
 from app.core.measure.bracket import measure as bracket
+from app.core.measure.film import measure as film
+from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.measure.fisheye import measure as fisheye
 from app.core.measure.measurement import Entry, Measurement
 from app.core.measure.options import MeasureOptions
@@ -25,12 +27,14 @@ class MeasuringWay:
     Attributes:
         endings: Of the files that it takes, in lower case.
         most: Files of one measurement.
+        on_wish: Files do not tell that they are to be measured this way: somebody has to.
     """
 
     key: str
     entry: Entry
     endings: frozenset[str]
     most: int
+    on_wish: bool = False
 
     def takes(self, file: Path) -> bool:
         """Whether a file's name fits."""
@@ -44,12 +48,31 @@ WAYS: Final = {
     for way in (
         MeasuringWay("single", single.measure, _PICTURES, 1),
         MeasuringWay("bracket", bracket.measure, _PICTURES, 64),
-        MeasuringWay("fisheye", fisheye.measure, _PICTURES, 64),
-        MeasuringWay("ball", ball.measure, _PICTURES, 64),
-        MeasuringWay("photos", photos.measure, _PICTURES, 200),
+        MeasuringWay("film", film.measure, frozenset(VIDEO_ENDINGS), 1),
+        MeasuringWay("fisheye", fisheye.measure, _PICTURES, 64, on_wish=True),
+        MeasuringWay("ball", ball.measure, _PICTURES, 64, on_wish=True),
+        MeasuringWay("photos", photos.measure, _PICTURES, 200, on_wish=True),
     )
 }
 """By key; a package of that name beside this module measures."""
+
+
+def way_of(files: Sequence[Path], wish: str) -> MeasuringWay | None:
+    """Choose how to measure by files, by their names; None where they are of no use.
+
+    Args:
+        wish: Key of the way that is wanted, where it takes any of them; other words are ignored.
+    """
+    wanted = WAYS.get(wish)
+    if wanted is not None and any(wanted.takes(file) for file in files):
+        return wanted
+    offered = [way for way in WAYS.values() if not way.on_wish]
+    first = next((way for way in offered if any(way.takes(file) for file in files)), None)
+    if first is None:
+        return None
+    count = sum(first.takes(file) for file in files)
+    alike = [way for way in offered if way.endings == first.endings]
+    return next((way for way in alike if count <= way.most), alike[-1])
 
 
 def measure(

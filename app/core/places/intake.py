@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.environment.environment_file import is_linear
 from app.core.measure.ball.mirror_ball import BallOptions
-from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.measure.options import WayOptions
-from app.core.measure.read.metadata import FRAME_ENDINGS
-from app.core.measure.ways import WAYS
+from app.core.measure.ways import MeasuringWay, way_of
 from app.core.places.store import PLACE
 from app.core.text import tr
-
-if TYPE_CHECKING:
-    from app.core.measure.film.film import Film
 
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 _MOST_LISTED: Final = 2000
@@ -30,31 +25,26 @@ _KINDS: Final = tr(
 
 @dataclass(frozen=True, slots=True)
 class Intake:
-    """One thing to open: a place, an environment, a film, or frames.
+    """One thing to open: a place, an environment, or files to measure.
 
     Attributes:
-        way: How the frames are measured: a key of `ways.WAYS`.
         layer: Of an environment that has several.
+        way: How the files are measured: a key of `ways.WAYS`.
         own: Options of the way itself.
-        read: What the film shows, where it was read while it was taken.
     """
 
     name: str
     place: Path | None = None
     environment: Path | None = None
-    film: Path | None = None
-    frames: tuple[Path, ...] = ()
-    way: str = "bracket"
     layer: str = ""
+    files: tuple[Path, ...] = ()
+    way: str = "bracket"
     own: WayOptions | None = None
-    read: Film | None = None
 
     @property
     def originals(self) -> tuple[Path, ...]:
         """What is copied into the place."""
-        if self.film is not None:
-            return (self.film,)
-        return self.frames + (self.own.more_files if self.own is not None else ())
+        return self.files + (() if self.own is None else self.own.more_files)
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
@@ -73,14 +63,12 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
             return Intake(path.parent.name, place=path.parent)
     if way == "ball" and len(paths) == 2 and all(path.is_dir() for path in paths):
         first, second = (sort_out([path], way) for path in sorted(paths))
-        return replace(first, way="ball", own=BallOptions(second.frames))
+        return replace(first, way="ball", own=BallOptions(second.files))
     files = [file for path in paths for file in _files_of(path)]
     panoramas = _panoramas(files)
-    films = [file for file in files if file.suffix.lower() in VIDEO_ENDINGS]
-    frames = [file for file in files if file.suffix.lower() in FRAME_ENDINGS]
-    if films and not panoramas and (way == "film" or not frames):
-        return _film_of(paths, films)
-    name = _name_of(paths, panoramas or frames)
+    chosen = None if panoramas else way_of(files, way)
+    used = panoramas if chosen is None else [file for file in files if chosen.takes(file)]
+    name = _name_of(paths, used)
     if len(panoramas) > 1:
         raise CoreError(
             tr("These are {number} panoramas, and a place has one.", number=len(panoramas)),
@@ -88,19 +76,28 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
         )
     if panoramas:
         return Intake(name, environment=panoramas[0])
-    if not frames:
+    if chosen is None:
         raise CoreError(tr("There is nothing here that Turnlight can read."), _KINDS)
-    chosen = WAYS.get(way) or WAYS["single" if len(frames) == 1 else "bracket"]
-    if len(frames) > chosen.most:
+    _check_count(len(used), chosen)
+    return Intake(name, files=tuple(used), way=chosen.key)
+
+
+def _check_count(number: int, way: MeasuringWay) -> None:
+    if number <= way.most:
+        return
+    if way.most == 1:
         raise CoreError(
-            tr(
-                "These are {number} photographs; a bracket has at most {most}.",
-                number=len(frames),
-                most=chosen.most,
-            ),
-            tr("Drop the frames of one bracket only."),
+            tr("These are {number} films, and a place has one.", number=number),
+            tr("Choose the one that shows the whole turn."),
         )
-    return Intake(name, frames=tuple(frames), way=chosen.key)
+    raise CoreError(
+        tr(
+            "These are {number} photographs; a bracket has at most {most}.",
+            number=number,
+            most=way.most,
+        ),
+        tr("Drop the frames of one bracket only."),
+    )
 
 
 def _panoramas(files: list[Path]) -> list[Path]:
@@ -108,15 +105,6 @@ def _panoramas(files: list[Path]) -> list[Path]:
     if len(files) == 1 and is_linear(files[0]):
         return files
     return [file for file in files if file.suffix.lower() in _HDR]
-
-
-def _film_of(paths: Sequence[Path], films: Sequence[Path]) -> Intake:
-    if len(films) > 1:
-        raise CoreError(
-            tr("These are {number} films, and a place has one.", number=len(films)),
-            tr("Choose the one that shows the whole turn."),
-        )
-    return Intake(_name_of(paths, films), film=films[0])
 
 
 def _files_of(path: Path) -> list[Path]:

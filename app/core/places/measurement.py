@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Final, TypeAlias
 
 from app.core.base.progress import Progress, Report, Task, Token
-from app.core.environment.environment import Environment, from_radiance, read_environment
+from app.core.environment.environment import Environment, read_environment
+from app.core.measure.film.film import Film
 from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.finish.findings import find
 from app.core.measure.finish.lights import Light, light_grid
@@ -26,6 +27,7 @@ from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Plac
 from app.core.places.store import read_place
 from app.core.second_light.scale import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
+from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack
 
 NamePlace: TypeAlias = Callable[[datetime, str, Collection[str]], str]
@@ -49,10 +51,10 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
     """
     merged, audit = probe.merged, probe.finished.audit
     return CaptureFacts(
-        camera=camera_title or probe.bracket.frames[0].camera,
+        camera=camera_title or _camera_of(probe),
         plan=plan,
         frames=_frames(probe, plan),
-        clipped_share=probe.finished.measured_clipped if probe.bracket.panorama else None,
+        clipped_share=None if audit is None else probe.finished.measured_clipped,
         white_cd_m2=merged.cd_m2,
         warnings=tuple(dict.fromkeys(probe.warnings)),
         advice=() if audit is None else audit.advice,
@@ -149,9 +151,13 @@ def _frames(probe: Measurement, plan: str) -> tuple[FrameFacts, ...]:
     return tuple(facts)
 
 
+def _camera_of(probe: Measurement) -> str:
+    return probe.bracket.frames[0].camera if probe.bracket.frames else ""
+
+
 def _metered(probe: Measurement, plan: str) -> float:
     """Exposure in stops of the frame that the others count from."""
-    stops = probe.bracket.stops
+    stops = probe.bracket.stops or (0.0,)
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.
     if plan in ("paper", "full") and len(stops) > 1:
         return stops[1]
@@ -172,10 +178,24 @@ def _kind(cd_m2: float | None) -> Kind:
     return "indoor" if cd_m2 <= _INDOOR_CD_M2 else "outdoor"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredLight:
+    """The light of a place, and what is known of it.
+
+    Attributes:
+        film: What a film of the sitter showed, where the light was measured by one.
+    """
+
+    light: PlaceLight
+    location: Location
+    facts: CaptureFacts
+    film: Film | None = None
+
+
 def measure_intake(
-    intake: Intake, token: Token, report: Report
-) -> tuple[PlaceLight, Location, CaptureFacts]:
-    """Read or measure the light of a panorama, a film that was read, or photographs.
+    intake: Intake, settings: Settings, token: Token, report: Report
+) -> MeasuredLight:
+    """Read the light of a panorama, or measure it by files, in whichever way.
 
     Raises:
         CoreError: When the files cannot be read or measured.
@@ -188,16 +208,14 @@ def measure_intake(
         light = _in_stored_precision(environment)
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
-        return light, Location(), _doubted(facts, light.environment)
-    if intake.read is not None:
-        light = _in_stored_precision(from_radiance(intake.read.radiance.copy(), intake.name))
-        return light, Location(), CaptureFacts(plan="film", warnings=intake.read.notes)
+        return MeasuredLight(light, Location(), _doubted(facts, light.environment))
     # A folder that was dropped comes as its files.
-    options = MeasureOptions(alone=True, sort_out=True, own=intake.own)
-    measured = measure(intake.way, intake.frames, options, token, report)
+    options = MeasureOptions(alone=True, sort_out=True, mirrored=settings.mirrored, own=intake.own)
+    measured = measure(intake.way, intake.files, options, token, report)
     facts = capture_facts(measured, "", _plan_of(measured))
     light = merged_light(measured, intake.name)
-    return light, location_of(measured), _doubted(facts, light.environment)
+    facts = _doubted(facts, light.environment)
+    return MeasuredLight(light, location_of(measured), facts, measured.of(Film))
 
 
 def _plan_of(measured: Measurement) -> str:

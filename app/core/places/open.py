@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TypeAlias
 
-from app.core.base.arrays import Bytes
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Progress, Report, Task, Token
-from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_film
-from app.core.measure.film.in_place import keep_frames
-from app.core.measure.film.movie_header import read_movie_header
-from app.core.measure.film.remarks import FrontCamera
 from app.core.measure.options import HEAD
 from app.core.places.intake import Intake, sort_out
 from app.core.places.load import load_place
 from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
+from app.core.places.shots import keep_film_frames
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack
-
-FilmFrames: TypeAlias = Callable[[Path, int, int], Iterable[tuple[float, float, Bytes]]]
-"""Reads about so many frames of a video, no wider than so many columns: for each the time, s, the
-share of the film that is over, and (H, W, 3) uint8 sRGB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +28,6 @@ class OpenOptions:
         places: Folder in which a new place gets its own.
         now: When it is made.
         settings: Head and lamps of new places, and what photographs and films are.
-        film_frames: Reads films; it belongs to the devices.
         name: Of a new place; "" for that of its files.
         way: What photographs are taken for, as the setting `measure_with`; "" as it is set.
         layer: Of a panorama that has several.
@@ -46,7 +36,6 @@ class OpenOptions:
     places: Path
     now: datetime
     settings: Settings
-    film_frames: FilmFrames
     name: str = ""
     way: str = ""
     layer: str = ""
@@ -85,29 +74,26 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
         Cancelled: When the token was cancelled.
     """
     settings = options.settings
-    if intake.film is not None and intake.read is None:
-        intake = replace(intake, read=_read(intake.film, options, token, report))
-    light, location, facts = measure_intake(intake, token, report)
-    if intake.film is not None and not settings.mirrored:
-        front = read_movie_header(intake.film).front_camera
-        facts = replace(facts, warnings=(*facts.warnings, *[FrontCamera()] * front))
+    measured = measure_intake(intake, settings, token, report)
     token.check()
     report(0.9, Progress(Task.SAVING_PLACE))
     # It is unknown when the light of files was measured: their place has no age.
-    place = Place(intake.name, options.now, head=settings.head, location=location, capture=facts)
-    place = replace(place, studios=settings.studios)
+    place = Place(
+        intake.name,
+        options.now,
+        head=settings.head,
+        location=measured.location,
+        capture=measured.facts,
+        studios=settings.studios,
+    )
+    light = measured.light
     try:
         opened = save_new_place(options.places, place, light, intake.originals, token)
     except Cancelled:
         raise
     except (CoreError, OSError) as error:
         return OpenPlace(None, place, light, intake.originals, error)
-    if opened.folder is not None and intake.read is not None:
-        results = intake.read.results(load_named_pack(HEAD))
-        keep_frames(opened.folder, intake.read, results, options.now)
+    if opened.folder is not None and measured.film is not None:
+        results = measured.film.results(load_named_pack(HEAD))
+        keep_film_frames(opened.folder, measured.film, results, options.now)
     return opened
-
-
-def _read(video: Path, options: OpenOptions, token: Token, report: Report) -> Film:
-    frames = options.film_frames(video, MOST_FRAMES, WIDTH)
-    return read_film(flipped(frames) if options.settings.mirrored else frames, token, report)

@@ -89,11 +89,15 @@ def finish_files(
         CoreError: When they cannot be merged, or the disk refuses.
         Cancelled: When the token was cancelled.
     """
-    intake = Intake(left.name, frames=left.files)
-    light, location, facts = measure_intake(intake, token, report)
-    place = replace(read_place(left.folder), location=location, capture=facts)
-    place = replace(place, studios=settings.studios)
-    return save_place(OpenPlace(left.folder, place, light))
+    intake = Intake(left.name, files=left.files)
+    measured = measure_intake(intake, settings, token, report)
+    place = replace(
+        read_place(left.folder),
+        location=measured.location,
+        capture=measured.facts,
+        studios=settings.studios,
+    )
+    return save_place(OpenPlace(left.folder, place, measured.light))
 
 
 def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:

@@ -13,23 +13,31 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
+from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import cv2
 
+from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import read_picture
+from app.core.base.images import write_png
 from app.core.base.progress import Report, Token, silent
 from app.core.base.remarks import Remark
+from app.core.measure.film.film import Film
 from app.core.places.originals import ORIGINALS, adopt_files
 from app.core.places.place import PlaceError
 from app.core.places.remarks import PhotosLost
+from app.core.portrait.portraits import value_at
 from app.core.solver.signature import GRADES
+from app.core.solver.solve import StyleResult
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (
     Facts,
@@ -302,3 +310,36 @@ def purge_shots(folder: Path) -> int:
                     photo_of(folder, shot).unlink(missing_ok=True)
         return len(gone)
     return 0
+
+
+def keep_film_frames(
+    folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
+) -> None:
+    """Keep, for each style that a film offers, its own frame as a photograph of the place.
+
+    What cannot be kept is left out.
+    """
+    with TemporaryDirectory() as work, suppress(CoreError, OSError):
+        for result in results:
+            turn = result.turn_refined_deg
+            frame, clock = film.frame_at(turn), film.clock_at(turn)
+            picture = film.pictures[frame] if result.attainable else None
+            if picture is None:
+                continue
+            photo = Path(work) / f"{result.name} {clock.replace(':', '-')}.frame.png"
+            write_png(photo, picture)
+            nose = float(film.noses_deg[frame])
+            shot = Shot(
+                f"Film {clock}",
+                now.isoformat(),
+                True,
+                result.name,
+                result.title,
+                wrap(turn + offset_deg),
+                facing_deg=wrap(nose + offset_deg),
+                sitter_deg=0.0,
+                confidence=float(film.trust[frame]),
+                match=int(value_at(result.match_curve, nose)),
+                best=int(result.match),
+            )
+            add_shot(folder, photo, shot, picture)

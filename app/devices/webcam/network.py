@@ -17,13 +17,14 @@ from typing import Final, TypeAlias
 from urllib.parse import quote
 
 from app.core.base.arrays import Bytes
+from app.core.base.video import fitted, open_url
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
-from app.devices.webcam.opencv import Capture, CaptureStream, open_url
-from app.devices.webcam.protocol import Manner, Webcam, WebcamError, fitted
+from app.devices.webcam.opencv import Capture, CaptureStream
+from app.devices.webcam.protocol import Manner, Webcam, WebcamError
 from app.devices.webcam.wire import FAILURES, Address, Wire, gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"

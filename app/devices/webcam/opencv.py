@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, Protocol, TypeVar
 
 import cv2
 
 from app.core.base.arrays import Bytes
+from app.core.base.video import as_rgb, quiet
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.protocol import (
@@ -21,18 +20,9 @@ from app.devices.webcam.protocol import (
     Manner,
     Webcam,
     WebcamError,
-    as_rgb,
     no_webcam,
     unplugged,
 )
-
-OPEN_S: Final = 6.0
-"""Longest time that FFmpeg may take to open a stream, real seconds."""
-
-READ_S: Final = 6.5
-"""Longest time that FFmpeg may wait for a picture, real seconds."""
-
-_SAYS_NOTHING: Final = "-8"  # FFmpeg's own number for it
 
 Name = TypeVar("Name")
 LINUX: Final = Path("/sys/class/video4linux")
@@ -64,18 +54,6 @@ _MOST_INDEX: Final = 5
 _SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
 
 
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Keep OpenCV from writing to the terminal that something cannot be opened."""
-    logging = cv2.utils.logging
-    before = logging.getLogLevel()
-    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        logging.setLogLevel(before)
-
-
 class Capture(Protocol):
     """`cv2.VideoCapture` as far as it is used."""
 
@@ -105,22 +83,6 @@ def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
         return capture
     capture.release()
     return None
-
-
-def open_url(url: str) -> cv2.VideoCapture:
-    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture."""
-    # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
-    limits = [
-        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
-        round(OPEN_S * 1000),
-        cv2.CAP_PROP_READ_TIMEOUT_MSEC,
-        round(READ_S * 1000),
-    ]
-    # Not even that a read took too long is for the terminal.
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
-    with quiet():
-        return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
 
 
 class CaptureStream(Webcam):

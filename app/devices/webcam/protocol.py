@@ -14,9 +14,8 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Final
+from typing import Final
 
-import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
@@ -41,8 +40,6 @@ _FINAL: Final = frozenset({"password", "password-refused"})
 _LEAVING_S: Final = 12.0
 
 _RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
-_SMALLEST: Final = 16  # pixels a side
-_LARGEST: Final = 8192
 GUESS_FOV_DEG: Final = 65.0
 """Horizontal field of view to draw with while nothing is known: most webcams have 60 to 78 deg."""
 
@@ -304,40 +301,6 @@ def _leave() -> None:
     until = time.monotonic() + _LEAVING_S
     for thread in running:
         thread.join(max(until - time.monotonic(), 0.0))
-
-
-def as_rgb(picture: Any) -> Bytes | None:
-    """Turn what OpenCV gives into sRGB.
-
-    `picture`, array, (H, W), (H, W, 1) or (H, W, 3) uint8: grey, or blue first. Returns (H, W, 3)
-    uint8 or None: sRGB, red first; None for what is no picture, or one of less than 16 or more than
-    8,192 pixels a side.
-    """
-    given = np.asarray(picture)
-    if given.dtype != np.uint8 or given.ndim not in (2, 3) or min(given.shape[:2]) < _SMALLEST:
-        return None
-    if max(given.shape[:2]) > _LARGEST:
-        return None
-    if given.ndim == 2 or given.shape[2] == 1:
-        return np.asarray(cv2.cvtColor(given, cv2.COLOR_GRAY2RGB), np.uint8)
-    if given.shape[2] != 3:
-        return None
-    return np.asarray(cv2.cvtColor(given, cv2.COLOR_BGR2RGB), np.uint8)
-
-
-def fitted(picture: Bytes, width: int) -> Bytes:
-    """Make a picture smaller where it is wider than is wanted.
-
-    * `picture`, (H, W, 3) uint8: sRGB.
-    * `width`: most columns; 0 for any.
-
-    Returns (h, w, 3) uint8: in the same proportions; the same array where it fits.
-    """
-    rows, columns = picture.shape[:2]
-    if width <= 0 or columns <= width:
-        return picture
-    size = (width, max(round(rows * width / columns), 1))
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 class WebcamError(DeviceError):

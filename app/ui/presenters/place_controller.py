@@ -15,6 +15,7 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.environment.layers import LayerError
 from app.core.measure.film.film import Film
+from app.core.measure.film.measure import FilmOptions
 from app.core.painting.library import list_user_styles
 from app.core.places.intake import Intake
 from app.core.places.load import NotFinished, last_opened, load_place
@@ -28,7 +29,6 @@ from app.core.solver.solve import StyleResult, proposal
 from app.core.styles.lamps import Studio
 from app.core.styles.style_pack import pack_names
 from app.core.text import tr
-from app.devices.webcam.files import film_frames
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
 from app.ui.presenters.saving import Saving
@@ -250,7 +250,8 @@ class PlaceController:
 
     def open_film(self, film: Film, video: Path, folder: TemporaryDirectory[str]) -> None:
         """Make a place of a film that was just taken; `folder` goes when it is kept."""
-        intake, options = Intake(tr("Filmed turn"), film=video, read=film), self._options()
+        own, options = FilmOptions(film), self._options()
+        intake = Intake(tr("Filmed turn"), files=(video,), way="film", own=own)
 
         def work(token: Token, report: Report) -> OpenPlace:
             with folder:
@@ -393,7 +394,7 @@ class PlaceController:
         """How files that are opened now become a place."""
         services = self._services
         settings, now = services.model.settings, services.today()
-        return OpenOptions(services.folders.places, now, settings, film_frames, **more)
+        return OpenOptions(services.folders.places, now, settings, **more)
 
     def _opened(self, opened: OpenPlace, step: str = Step.PROBE) -> None:
         if opened.folder is not None and not opened.folder.is_dir():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -116,6 +116,11 @@ class Film:
         """When a turn was there, minutes and seconds."""
         seconds = round(float(self.times_s[self.frame_at(turn_deg)]))
         return f"{seconds // 60}:{seconds % 60:02}"
+
+    def facts(self) -> dict[str, Any]:
+        """Describe it for JSON."""
+        seen = round(float(self.shown.mean()), 3)
+        return {"frames": len(self.times_s), "seen": seen, "still": self.still}
 
     @property
     def notes(self) -> tuple[Remark, ...]:

@@ -7,25 +7,18 @@ both are there, the film is the truth, and by how much the panorama's turns diff
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Final
 
 import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
-from app.core.base.errors import CoreError, ProbeError
-from app.core.base.images import write_png
+from app.core.base.errors import ProbeError
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.measure.film.film import Film, flip
-from app.core.places.shots import Shot, add_shot
-from app.core.portrait.portraits import value_at
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.styles.style_pack import StylePack
@@ -120,36 +113,3 @@ def beside(
         if one.attainable and one.name in own
     }
     return Beside(offset, apart)
-
-
-def keep_frames(
-    folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
-) -> None:
-    """Keep, for each style that a film offers, its own frame as a photograph of the place.
-
-    What cannot be kept is left out.
-    """
-    with TemporaryDirectory() as work, suppress(CoreError, OSError):
-        for result in results:
-            turn = result.turn_refined_deg
-            frame, clock = film.frame_at(turn), film.clock_at(turn)
-            picture = film.pictures[frame] if result.attainable else None
-            if picture is None:
-                continue
-            photo = Path(work) / f"{result.name} {clock.replace(':', '-')}.frame.png"
-            write_png(photo, picture)
-            nose = float(film.noses_deg[frame])
-            shot = Shot(
-                f"Film {clock}",
-                now.isoformat(),
-                True,
-                result.name,
-                result.title,
-                wrap(turn + offset_deg),
-                facing_deg=wrap(nose + offset_deg),
-                sitter_deg=0.0,
-                confidence=float(film.trust[frame]),
-                match=int(value_at(result.match_curve, nose)),
-                best=int(result.match),
-            )
-            add_shot(folder, photo, shot, picture)

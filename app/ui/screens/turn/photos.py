@@ -29,10 +29,10 @@ from app.core.localization.photo_check import (
     read_photo,
 )
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, flipped, read_film
+from app.core.measure.film.frames import film_frames
 from app.core.measure.film.in_place import (
     GLANCES,
     beside,
-    keep_frames,
     looks_mirrored,
 )
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
@@ -40,6 +40,7 @@ from app.core.places.shots import (
     Shot,
     add_shot,
     is_frame,
+    keep_film_frames,
     mark_shot,
     purge_shots,
     read_shots,
@@ -54,7 +55,6 @@ from app.core.text.quantities import time_words
 from app.core.text.turns import likeness_words, taken_words, whole
 from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
-from app.devices.webcam.files import film_frames
 from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
@@ -203,7 +203,7 @@ class Shots:
             film = read_film(frames(MOST_FRAMES), token, report)
             results = film.results(asked.head.pack)
             found = beside(film, results, frames(GLANCES), asked.light, asked.head.pack, index)
-            keep_frames(asked.folder, film, results, asked.now, found.offset_deg)
+            keep_film_frames(asked.folder, film, results, asked.now, found.offset_deg)
             words = mirror_words(asked.mirrored, fits), beside_words(found)
             return tuple(filter(None, words)), read_shots(asked.folder)[0]
 

@@ -1,0 +1,149 @@
+"""Open videos and streams through OpenCV, and take their pictures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bytes
+from app.core.base.catalogue import tr
+from app.core.base.errors import CoreError
+
+OPEN_S: Final = 6.0
+"""Longest time that FFmpeg may take to open a stream, real seconds."""
+
+READ_S: Final = 6.5
+"""Longest time that FFmpeg may wait for a picture, real seconds."""
+
+_SAYS_NOTHING: Final = "-8"  # FFmpeg's own number for it
+
+SMALLEST: Final = 16
+LARGEST: Final = 8192
+"""Least and most pixels of a picture's side."""
+
+_HEAD_BYTES: Final = 400
+_PACKET: Final = 188
+_ATOMS: Final = frozenset({b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"})
+
+
+class VideoError(CoreError):
+    """A file is no video, or is not there; `code` is "bad-file" or "no-file"."""
+
+    def __init__(self, message: str, hint: str = "", code: str = "bad-file") -> None:
+        super().__init__(message, hint)
+        self.code = code
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep OpenCV from writing to the terminal that something cannot be opened."""
+    logging = cv2.utils.logging
+    before = logging.getLogLevel()
+    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        logging.setLogLevel(before)
+
+
+def open_url(url: str) -> cv2.VideoCapture:
+    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture."""
+    # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
+    limits = [
+        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
+        round(OPEN_S * 1000),
+        cv2.CAP_PROP_READ_TIMEOUT_MSEC,
+        round(READ_S * 1000),
+    ]
+    # Not even that a read took too long is for the terminal.
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    with quiet():
+        return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
+
+
+def as_rgb(picture: Any) -> Bytes | None:
+    """Turn what OpenCV gives into sRGB.
+
+    `picture`, array, (H, W), (H, W, 1) or (H, W, 3) uint8: grey, or blue first. Returns (H, W, 3)
+    uint8 or None: sRGB, red first; None for what is no picture, or one of less than 16 or more than
+    8,192 pixels a side.
+    """
+    given = np.asarray(picture)
+    if given.dtype != np.uint8 or given.ndim not in (2, 3) or min(given.shape[:2]) < SMALLEST:
+        return None
+    if max(given.shape[:2]) > LARGEST:
+        return None
+    if given.ndim == 2 or given.shape[2] == 1:
+        return np.asarray(cv2.cvtColor(given, cv2.COLOR_GRAY2RGB), np.uint8)
+    if given.shape[2] != 3:
+        return None
+    return np.asarray(cv2.cvtColor(given, cv2.COLOR_BGR2RGB), np.uint8)
+
+
+def fitted(picture: Bytes, width: int) -> Bytes:
+    """Make a picture smaller where it is wider than is wanted.
+
+    * `picture`, (H, W, 3) uint8: sRGB.
+    * `width`: most columns; 0 for any.
+
+    Returns (h, w, 3) uint8: in the same proportions; the same array where it fits.
+    """
+    rows, columns = picture.shape[:2]
+    if width <= 0 or columns <= width:
+        return picture
+    size = (width, max(round(rows * width / columns), 1))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def check_video(path: Path) -> None:
+    """Look whether a file is a video of a kind that holds its pictures itself.
+
+    FFmpeg also opens lists of other files and of addresses; they are refused here by what they
+    begin with, whatever they are called.
+
+    Raises `VideoError` when it is missing ("no-file") or something else ("bad-file").
+    """
+    try:
+        if not path.is_file():
+            raise _missing(path)
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except (OSError, ValueError):
+        raise _missing(path) from None
+    if not _is_video(head):
+        raise not_a_video(path)
+
+
+def _is_video(head: bytes) -> bool:
+    if head[4:8] in _ATOMS or head.startswith((b"\x1a\x45\xdf\xa3", b"\x00\x00\x01\xba")):
+        return True
+    if head.startswith(b"RIFF") and head[8:12] == b"AVI ":
+        return True
+    # Packets of a transport stream; those of a camcorder have four bytes in front.
+    return any(
+        head[start : start + 1] == b"G" and head[start + length : start + length + 1] == b"G"
+        for start, length in ((0, _PACKET), (4, _PACKET + 4))
+    )
+
+
+def _missing(path: Path) -> VideoError:
+    return VideoError(
+        tr("The video {name} is not there.", name=path.name),
+        tr("Reconnect its disk to continue, or choose another file."),
+        "no-file",
+    )
+
+
+def not_a_video(path: Path) -> VideoError:
+    """Make the error for a file that holds no video."""
+    return VideoError(
+        tr("{name} cannot be played as a video.", name=path.name),
+        tr("Choose another file."),
+    )
