@@ -24,10 +24,10 @@ from app.commands.printing import answer, say
 from app.core.base.errors import CoreError
 from app.core.base.images import write_exr, write_png
 from app.core.environment.environment import read_environment
-from app.core.portrait.catchlights import catchlight_words
 from app.core.portrait.render import check_height, render_head
 from app.core.text import tr
 from app.words.remarks import sentences
+from app.words.face_light import catchlight_words
 
 _WRITERS: Final = (".png", ".exr")
 

@@ -51,6 +51,7 @@ from app.export.set_plan import WIDTH as PLAN_WIDTH
 from app.export.set_plan import draw_curved_arrow, draw_lamp, draw_plan, draw_warning, overlap
 from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print, draw_degrees, draw_logo, draw_meter, draw_tag
+from app.words.face_light import catchlight_words, flow_words, glare_sentence, ratio_sentence
 
 STRIP_WIDTH: Final = 706.0
 TOP_DEG: Final = 62.0
@@ -330,13 +331,13 @@ def _facts(sheet: SetSheet) -> list[_Fact]:
         facts.append(_Fact(tr("You"), f"{lens_words(sheet.yaw_deg)}."))
         facts.append(_Fact(tr("Sitter"), f"“{sitter_words(sheet.yaw_deg)}.”"))
     if sheet.ratio is not None:
-        facts.append(_Fact(tr("Ratio"), f"{sheet.ratio.words}."))
+        facts.append(_Fact(tr("Ratio"), f"{ratio_sentence(sheet.ratio)}."))
     if sheet.glare is not None:
-        seen = f"{sheet.catchlights}." if sheet.catchlights else ""
-        words = " ".join(filter(None, (sheet.glare.words, seen)))
+        seen = "" if sheet.catchlights is None else f"{catchlight_words(sheet.catchlights)}."
+        words = " ".join(filter(None, (glare_sentence(sheet.glare), seen)))
         facts.append(_Fact(tr("Eyes"), words, sheet.glare.warns))
     if sheet.flow is not None:
-        facts.append(_Fact(tr("Light"), f"{sheet.flow.words}."))
+        facts.append(_Fact(tr("Light"), f"{flow_words(sheet.flow)}."))
     return facts
 
 

@@ -14,6 +14,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.findings import Findings, find
+from app.core.portrait.catchlights import Catchlight
 from app.core.portrait.face_light import (
     Flow,
     Glare,
@@ -92,7 +93,7 @@ class SetSheet:
     age: str = ""
     head: str = ""
     notes: str = ""
-    catchlights: str = ""
+    catchlights: tuple[Catchlight, ...] | None = None
 
     @property
     def nose_deg(self) -> float:
@@ -150,7 +151,7 @@ def assemble(
     head: str = "",
     notes: str = "",
     findings: Findings | None = None,
-    catchlights: str = "",
+    catchlights: tuple[Catchlight, ...] | None = None,
 ) -> SetSheet:
     """Make the set sheet of a style at a place.
 
@@ -163,7 +164,7 @@ def assemble(
             turns of the grid, and the arc is that of the peak it lies on.
         sun: Panorama azimuth and elevation of the sun where it is known, deg.
         findings: The lamps of the place; found in `radiance` by default.
-        catchlights: What the eyes mirror, as the screen says it.
+        catchlights: What the eyes mirror; None where no picture shows it.
 
     Raises `CoreError` if the environment is no panorama, or black.
     """

@@ -35,6 +35,7 @@ from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.detail import Detail
 from app.ui.screens.styles.gallery import Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
+from app.words.face_light import glare_sentence, stops_words
 from app.words.reach import grade_words
 
 Values = Mapping[str, object]
@@ -96,8 +97,8 @@ def sheet_values(sheet: SetSheet) -> Values:
         "match": match,
         "match on the card": match,
         "contrast": contrast_words(sheet.strength),
-        "ratio": sheet.ratio.number,
-        "glare": sheet.glare.words if sheet.glare.warns else "",
+        "ratio": stops_words(sheet.ratio),
+        "glare": glare_sentence(sheet.glare) if sheet.glare.warns else "",
         "reason": "" if sheet.reason is None else f"{sheet.reason}.",
     }
 
@@ -154,11 +155,11 @@ def compare(
         if count < eyes:
             seen = snapshot.head_for(name)
             lit = Facing(light, wrap(whole(state.needle)))
-            words = seen.catchlights(lit, snapshot.question.findings())
-            letter = words.rpartition("(")[2].removesuffix(")") if words.endswith(")") else ""
+            mirrored = seen.catchlights(lit, snapshot.question.findings()) or ()
             names = {lamp.letter: lamp.kind for lamp in snapshot.question.findings().lamps}
-            if letter:
-                yield name, "lamp in the eyes", [letter in names, True]
+            for one in mirrored:
+                if one.letter:
+                    yield name, "lamp in the eyes", [one.letter in names, True]
     found = lamps_here(light, None)
     rows, marks = lamp_rows(found, 0.0), sheet.lamps
     for row, mark in zip(rows, marks, strict=True):

@@ -13,6 +13,7 @@ from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.portrait.face_light import NOTICEABLE, STRONG, eye_light, glare, light_flow
+from app.words.face_light import flow_words, glare_sentence
 from tests.helpers.synthetic import lamp_environment
 
 DEMO = resources() / "demo"
@@ -47,19 +48,19 @@ def test_sides_are_the_sitters_own_and_named_twice() -> None:
     found = glare(lamp(78.0, 20.0, 60.0), 90.0)
     assert found.level == "strong"
     assert (found.azimuth_deg, found.elevation_deg) == pytest.approx((12.0, 20.0), abs=0.7)
-    assert found.words == (
+    assert glare_sentence(found) == (
         "A bright lamp shines into the sitter’s eyes at this turn: "
         "12° to the sitter’s left (camera right), 20° up. Expect squinting."
     )
     mirrored = glare(lamp(102.0, 20.0, 60.0), 90.0)
     assert mirrored.azimuth_deg == pytest.approx(-found.azimuth_deg, abs=0.2)
-    assert "sitter’s right (camera left)" in mirrored.words
+    assert "sitter’s right (camera left)" in glare_sentence(mirrored)
 
 
 def test_the_sun_is_named_where_it_is_known() -> None:
     sky = lamp(178.0, 25.0, 60.0)
-    assert glare(sky, -175.0, sun=(178.0, 25.0)).words.startswith("The sun shines into")
-    assert glare(sky, -175.0, sun=(100.0, 25.0)).words.startswith("A bright lamp")
+    assert glare(sky, -175.0, sun=(178.0, 25.0)).kind == "sun"
+    assert glare(sky, -175.0, sun=(100.0, 25.0)).kind == "lamp"
 
 
 @pytest.mark.parametrize(
@@ -117,7 +118,7 @@ def test_the_demo_courtyard_has_its_sun_where_the_file_says() -> None:
     assert facing.level == "noticeable"
     assert facing.azimuth_deg == pytest.approx(10.0, abs=1.0)
     assert facing.elevation_deg == pytest.approx(sun[1], abs=1.0)
-    assert facing.words.startswith("The sun is in the sitter’s view")
+    assert glare_sentence(facing).startswith("The sun is in the sitter’s view")
     assert glare(light, sun[0] + 90.0, sun).level == "none"
 
 
@@ -133,10 +134,10 @@ def test_flow_of_one_lamp_and_of_even_light() -> None:
     # From the sitter who faces 60, azimuth -30 is 90 degrees counter-clockwise: at their left.
     assert (flow.azimuth_deg, flow.elevation_deg) == pytest.approx((90.0, 20.0), abs=0.5)
     assert flow.strength == pytest.approx(4.0, abs=0.02)
-    assert flow.words.startswith("Hard light with deep shadows from 90° to the sitter’s left")
+    assert flow_words(flow).startswith("Hard light with deep shadows from 90° to the sitter’s left")
     even = light_flow(np.ones(SHAPE, np.float32), 0.0)
     assert even.strength < 0.01
-    assert even.words == "Nearly even light from all around"
+    assert flow_words(even) == "Nearly even light from all around"
     assert light_flow(np.zeros(SHAPE, np.float32), 0.0).strength == 0.0
 
 
@@ -146,4 +147,4 @@ def test_flow_of_an_overcast_sky_is_from_overhead() -> None:
     flow = light_flow(sky, 10.0)
     # A hemisphere: vector pi, scalar 2 pi / 4.
     assert flow.strength == pytest.approx(2.0, abs=0.01)
-    assert flow.words == "Strong light with clear shadows from overhead"
+    assert flow_words(flow) == "Strong light with clear shadows from overhead"

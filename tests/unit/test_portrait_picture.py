@@ -13,7 +13,7 @@ from app.core.base.archive import write_sealed
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.measure.finish.findings import Findings, find
-from app.core.portrait.catchlights import catchlight_words, catchlights
+from app.core.portrait.catchlights import catchlights
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
@@ -30,6 +30,7 @@ from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import StyleLamp
 from app.core.text.lights import Source
 from scenes.portraits.files import save_head
+from app.words.face_light import catchlight_words
 from tests.helpers.quick import quick_first
 
 ROWS, COLUMNS = 128, 256

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import difference, wrap
+from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.places.place import Location, Place
 from app.core.portrait.face_light import glare, lighting_ratio
@@ -26,6 +27,7 @@ from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
+from app.words.face_light import ratio_line, ratio_sentence
 from app.words.reach import reason_sentence
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
@@ -310,7 +312,7 @@ class TestStates:
     def test_a_damaged_style_is_a_card_of_its_own(self, table: Table) -> None:
         table.open(scene_light())
         file = table.folder / "styles" / "broken.toml"
-        table.model.update(damaged_styles=(Damaged(file, "It has no weights."),))
+        table.model.update(damaged_styles=(Damaged(file, CoreError("It has no weights.")),))
         state = table.presenter.resolve()
         card = state.cards[-1]
         assert card.damaged == file
@@ -431,8 +433,8 @@ class TestDetail:
         one = head()
         linear = picture_at(one.transport, lamp_light(0.0, 20.0), 40.0)
         wanted = lighting_ratio(one.transport, linear.reshape(-1, 3)[one.transport.pixels])
-        assert detail.ratio_short == f"{wanted.ratio} key + fill : fill"
-        assert wanted.words in detail.ratio_tip
+        assert detail.ratio_short == ratio_line(wanted)
+        assert ratio_sentence(wanted) in detail.ratio_tip
         assert "key plus fill : fill" in detail.ratio_tip
 
     def test_a_lamp_in_the_eyes_is_warned_of_at_that_turn_only(self, table: Table) -> None:

@@ -16,6 +16,7 @@ from app.core.places.place import CaptureFacts, Place
 from app.core.text.quantities import contrast_words
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
+from app.words.face_light import ratio_sentence
 from tests.helpers.styles_screen import Table, head, scene_light
 
 
@@ -185,7 +186,7 @@ def test_the_sheet_has_the_numbers_of_the_screen(
         assert sheet.turn_deg == pytest.approx(shown.needle)
         assert int(sheet.match) == int(shown.match)
         assert contrast_words(sheet.strength) == shown.contrast
-        assert sheet.ratio.words in shown.ratio_tip
+        assert ratio_sentence(sheet.ratio) in shown.ratio_tip
 
 
 def test_the_sheet_says_how_old_the_light_is_where_it_was_measured(

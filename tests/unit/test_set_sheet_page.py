@@ -35,20 +35,8 @@ pytestmark = pytest.mark.usefixtures("qapp")
 
 DEMO = resources() / "demo"
 GREY = np.full((64, 128, 3), 96, np.uint8)
-RATIO = LightingRatio(
-    2.0,
-    "4:1",
-    "left",
-    "2.0 stops, 4:1 (key plus fill : fill), key on the sitter’s left (camera right)",
-)
-GLARE = Glare(
-    "strong",
-    12.0,
-    30.0,
-    0.3,
-    "The sun shines into the sitter’s eyes at this turn: 12° to the sitter’s left "
-    "(camera right), 30° up. Expect squinting.",
-)
+RATIO = LightingRatio(2.0, "left")
+GLARE = Glare("strong", 12.0, 30.0, 0.3, "sun")
 
 
 def disc(size: tuple[int, int]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -14,9 +14,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, Literal, TypeAlias
 
-from app.core.text import tr, tr_plural
-from app.core.text.quantities import ago_words, span_words
-
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
 """What lights the place: the sun itself, the sky without it, windows, lamps only, or not known."""
 
@@ -29,28 +26,34 @@ AGAIN_DEG: Final = 5.0
 AGAIN_MINUTES: Final = 20.0
 """And in any case after this time in the sun: shadows of trees and houses have moved too."""
 
+DAY_MINUTES: Final = 24 * 60.0
+"""After a day in daylight the light is another."""
+
 _SOON: Final = 0.6  # of these limits
 _SKEW_S: Final = 120.0  # camera and computer may differ by so much
-_DAY_MINUTES: Final = 24 * 60.0
 _LIMITS_MINUTES: Final[dict[Kind, tuple[float, float]]] = {
     "sky": (30.0, 60.0),
     "windows": (45.0, 90.0),
     "unknown": (45.0, 90.0),
 }
-_NO_TIME: Final = tr("It is not known when this was measured. Capture again to be sure.")
 _LONG_MINUTES: Final = 6 * 60.0  # after it the sun is elsewhere, and degrees say nothing more
 
 
 @dataclass(frozen=True, slots=True)
 class Age:
-    """The age of a light."""
+    """The age of a light.
 
-    minutes: float
-    # how far the sun has moved, deg of arc; None where there is no sun in it, or no telling
-    sun_deg: float | None
+    Attributes:
+        minutes: Negative where it was measured ahead of this clock; None where the time is unknown.
+        sun_deg: How far the sun has moved, deg of arc; None without a sun, or after hours.
+        sun_aside_deg: The largest change of its azimuth that this may be, deg; None likewise.
+    """
+
+    minutes: float | None
     state: State
-    when: str
-    words: str
+    kind: Kind = "unknown"
+    sun_deg: float | None = None
+    sun_aside_deg: float | None = None
 
 
 def light_age(
@@ -68,24 +71,16 @@ def light_age(
         seconds = (now.astimezone() - made_at.astimezone()).total_seconds()
     except (OverflowError, ValueError, OSError):
         # The first and the last days of the calendar have no other time zone.
-        return Age(0.0, None, "unknown", tr("measured at an unknown time"), _NO_TIME)
+        return Age(None, "unknown", kind)
     if seconds < -_SKEW_S:
-        ahead = span_words(-seconds / 60.0)
-        when = tr("measured {ahead} ahead of this clock", ahead=ahead)
-        words = tr(
-            "Measured {ahead} ahead of this clock: check the clocks of camera and computer.",
-            ahead=ahead,
-        )
-        return Age(0.0, None, "unknown", when, words)
+        return Age(seconds / 60.0, "unknown", kind)
     minutes = max(seconds, 0.0) / 60.0
-    moved = None
     if kind == "lamps":
-        state, words = _by_lamps(minutes)
-    elif kind == "sun":
-        moved, state, words = _by_sun(minutes, declination_deg(made_at), sun_elevation_deg)
-    else:
-        state, words = _by_sky(minutes, kind)
-    return Age(minutes, moved, state, tr("measured {ago}", ago=ago_words(minutes)), words)
+        return Age(minutes, "fresh" if minutes < DAY_MINUTES else "ageing", kind)
+    if kind == "sun":
+        return _by_sun(minutes, declination_deg(made_at), sun_elevation_deg)
+    soon, again = _LIMITS_MINUTES[kind]
+    return Age(minutes, "fresh" if minutes < soon else "ageing" if minutes < again else "old", kind)
 
 
 def declination_deg(when: datetime) -> float:
@@ -117,32 +112,13 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
     return math.degrees(2.0 * math.asin(abs(math.cos(math.radians(declination)) * math.sin(half))))
 
 
-def _by_sun(
-    minutes: float, declination: float, elevation: float | None
-) -> tuple[float | None, State, str]:
-    ago, moved = ago_words(minutes), sun_moved_deg(minutes, declination)
+def _by_sun(minutes: float, declination: float, elevation: float | None) -> Age:
     if minutes >= _LONG_MINUTES:
-        words = tr("Measured {ago}: the sun stands elsewhere by now. Capture again.", ago=ago)
-        return None, "old", words
-    aside, degrees = _largest_azimuth(moved, elevation), _degrees(moved)
-    text = tr("Measured {ago}, the sun has moved {degrees}", ago=ago, degrees=degrees)
-    if round(moved) + 2 <= round(aside) and aside < 90.0:
-        text = tr(
-            "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon",
-            ago=ago,
-            degrees=degrees,
-            aside=_degrees(aside),
-        )
+        return Age(minutes, "old", "sun")
+    moved = sun_moved_deg(minutes, declination)
     part = max(moved / AGAIN_DEG, minutes / AGAIN_MINUTES)
-    if part >= 1.0:
-        return moved, "old", tr("{text}: capture again.", text=text)
-    if part >= _SOON:
-        return moved, "ageing", tr("{text}: capture again soon.", text=text)
-    return moved, "fresh", f"{text}." if moved >= 0.5 else tr("Measured {ago}.", ago=ago)
-
-
-def _degrees(angle: float) -> str:
-    return tr_plural("{count} degree", "{count} degrees", round(angle))
+    state: State = "old" if part >= 1.0 else "ageing" if part >= _SOON else "fresh"
+    return Age(minutes, state, "sun", moved, _largest_azimuth(moved, elevation))
 
 
 def _largest_azimuth(moved: float, elevation: float | None) -> float:
@@ -154,32 +130,3 @@ def _largest_azimuth(moved: float, elevation: float | None) -> float:
     reach = math.sin(math.radians(min(moved, 90.0)))
     level = math.cos(math.radians(elevation))
     return 180.0 if reach >= level else math.degrees(math.asin(reach / level))
-
-
-def _by_sky(minutes: float, kind: Kind) -> tuple[State, str]:
-    ago, (soon, again) = ago_words(minutes), _LIMITS_MINUTES[kind]
-    if minutes >= _DAY_MINUTES and kind == "unknown":
-        return "old", tr(
-            "Measured {ago}: capture again unless only lamps light the place.", ago=ago
-        )
-    if minutes >= _DAY_MINUTES:
-        return "old", tr("Measured {ago}: the light is hardly the same. Capture again.", ago=ago)
-    if minutes < soon:
-        return "fresh", tr("Measured {ago}.", ago=ago)
-    light = {
-        "sky": tr("the light of the sky changes"),
-        "windows": tr("the light of the windows changes with the day"),
-        "unknown": tr("daylight may have changed"),
-    }[kind]
-    if minutes < again:
-        return "ageing", tr("Measured {ago}; {light}.", ago=ago, light=light)
-    return "old", tr(
-        "Measured {ago}; {light}. Capture again if it looks different.", ago=ago, light=light
-    )
-
-
-def _by_lamps(minutes: float) -> tuple[State, str]:
-    ago = ago_words(minutes)
-    if minutes < _DAY_MINUTES:
-        return "fresh", tr("Measured {ago}.", ago=ago)
-    return "ageing", tr("Measured {ago}; it holds as long as the lamps stand as they did.", ago=ago)

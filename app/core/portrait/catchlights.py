@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,8 +15,7 @@ from app.core.measure.finish.findings import Findings, Lamp
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
 from app.core.portrait.portrait_head import PortraitHead
-from app.core.text import tr
-from app.core.text.lights import MIRRORED, Source
+from app.core.text.lights import Source
 
 _IRIS, _ROWS = 14, 640
 """Radius of the iris, pixels in a picture of so many rows."""
@@ -26,7 +24,7 @@ _SEEN: Final = 0.1
 """A catchlight has at least this share of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
-_EYES: Final = ("right", "left")
+EYES: Final = ("right", "left")
 """Of the sitter: the right eye is in the left half of the picture."""
 _NEAR_DEG: Final = 5.0
 """A bright spot is of a lamp that is so near to what it mirrors: the cornea blurs."""
@@ -102,10 +100,10 @@ def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
     """The sitter's eyes, which of the head's `halves` shows them, and which of `glass` they are."""
     first = np.ones(len(head.glass), bool)
     if not head.yaw_deg:
-        return [(eye, side, first) for eye, side in zip(_EYES, head.halves, strict=True)]
+        return [(eye, side, first) for eye, side in zip(EYES, head.halves, strict=True)]
     (side,) = head.halves
     far = head.seen.index[head.three[head.glass, 0]] >= len(head.nodes.normals)
-    return [(eye, side, far == k) for k, eye in enumerate(_EYES[::side]) if (far == k).any()]
+    return [(eye, side, far == k) for k, eye in enumerate(EYES[::side]) if (far == k).any()]
 
 
 def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bools]:
@@ -140,27 +138,3 @@ def _source(
         return best.kind, best.letter
     up = float(elevations @ weight) / max(float(weight.sum()), 1e-30)
     return ("above" if up > _ABOVE_DEG else "area"), ""
-
-
-def catchlight_words(found: Sequence[Catchlight]) -> str:
-    """Write what the eye with the most catchlights shows.
-
-    Examples:
-        >>> catchlight_words([Catchlight("left", 10.0, 0.1, "window", "A")])
-        'One catchlight at 10 o’clock: a window (A)'
-    """
-    eyes = [[one for one in found if one.eye == eye] for eye in _EYES]
-    most = max(eyes, key=len)
-    if not most:
-        return tr("Eyes without a catchlight")
-    hour, what = round(most[0].clock) % 12 or 12, MIRRORED[most[0].what]
-    if most[0].letter:
-        what = tr("{what} ({letter})", what=what, letter=most[0].letter)
-    if len(most) == 1:
-        return tr("One catchlight at {hour} o’clock: {what}", hour=hour, what=what)
-    return tr(
-        "{count} catchlights, the brightest at {hour} o’clock: {what}",
-        count=len(most),
-        hour=hour,
-        what=what,
-    )

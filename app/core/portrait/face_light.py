@@ -36,6 +36,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
@@ -49,16 +50,10 @@ from app.core.base.sphere import bounded, direction, directions
 from app.core.environment.environment import solid_angles
 from app.core.measure.finish.findings import Findings
 from app.core.solver.transport import Transport
-from app.core.text import tr, tr_plural
-from app.core.text.directions import face_direction_words
 from app.core.text.lights import Source
-from app.core.text.quantities import tenths
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""
-
-CONVENTION: Final = tr("key plus fill : fill")
-"""What the two numbers of a ratio stand for, to be shown beside them."""
 
 EVEN_STOPS: Final = 0.15
 """Below this the cheeks are alike: half of the third of a stop that meters and lamps work in."""
@@ -81,36 +76,20 @@ _HIGHLIGHT: Final = 1.5  # times that percentile
 _SHADOW: Final = 1.0 / 256.0  # of the bright parts of the face: a cheek that no lamp reaches
 _BLACK: Final = 1e-6  # of the face's brightest pixel: below, renderers know nothing
 _BRIGHT_PERCENTILE: Final = 99.0
-_NO_RATIO: Final = tr("Both cheeks are in shadow: there is no ratio between them.")
-_SIDES: Final[dict[KeySide, str]] = {
-    "left": tr("key on the sitter’s left (camera right)"),
-    "right": tr("key on the sitter’s right (camera left)"),
-}
 
 
 @dataclass(frozen=True, slots=True)
 class LightingRatio:
-    """How the two sides of a face compare."""
+    """How the two sides of a face compare.
 
-    stops: float  # lit cheek over shadow cheek, in stops; never negative
-    ratio: str
+    Attributes:
+        stops: Lit cheek over shadow cheek, in stops; never negative.
+        lit: Whether light reaches the "cheeks"; else the "face" alone, as of rims; or nothing.
+    """
+
+    stops: float
     key_side: KeySide
-    words: str
-
-    @property
-    def number(self) -> str:
-        """The stops as they are shown everywhere: "2.3 stops"."""
-        if self.stops > DEEPEST_STOPS:
-            return tr("over {stops} stops", stops=f"{DEEPEST_STOPS:.0f}")
-        shown = tenths(self.stops)
-        return tr_plural("{stops} stop", "{stops} stops", 1 if shown == "1.0" else 2, stops=shown)
-
-    @property
-    def two(self) -> str:
-        """The two numbers as they are shown everywhere: "4.9:1"."""
-        if self.stops > DEEPEST_STOPS:
-            return tr("over {ratio}", ratio=ratio_words(DEEPEST_STOPS))
-        return self.ratio
+    lit: Literal["cheeks", "face", "none"] = "cheeks"
 
 
 def lighting_ratio(
@@ -135,17 +114,17 @@ def lighting_ratio(
         raise ValueError("the picture is not finite")
     peak = float(values.max(initial=0.0))
     if peak <= 0:
-        return LightingRatio(0.0, "1:1", "none", tr("No light reaches the face."))
+        return LightingRatio(0.0, "none", "none")
     left, right = (_level(values[area]) for area in areas or cheeks(transport))
     bright = float(np.percentile(values[transport.face], _BRIGHT_PERCENTILE))
     if max(left, right) <= _SHADOW * bright:
-        return LightingRatio(0.0, "1:1", "none", _NO_RATIO)
+        return LightingRatio(0.0, "none", "face")
     floor = _BLACK * peak
     stops = math.log2(max(left, floor) / max(right, floor))
     side: KeySide = "left" if stops > 0 else "right"
     if abs(stops) < EVEN_STOPS:
         side = "none"
-    return LightingRatio(abs(stops), ratio_words(abs(stops)), side, _words(abs(stops), side))
+    return LightingRatio(abs(stops), side)
 
 
 def cheeks(transport: Transport) -> tuple[Indices, Indices]:
@@ -189,18 +168,6 @@ def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, f
     return float(np.abs(column[eye]).mean()), float(row[eye].mean())
 
 
-def ratio_words(stops: float) -> str:
-    """Write stops as a ratio.
-
-    Examples:
-        >>> ratio_words(2.0), ratio_words(0.6), ratio_words(0.02), ratio_words(4.2)
-        ('4:1', '1.5:1', '1:1', '18:1')
-    """
-    ratio = 2.0 ** min(stops, 20.0)
-    number = f"{ratio:.1f}".removesuffix(".0") if ratio < 9.95 else f"{ratio:.0f}"
-    return f"{number}:1"
-
-
 def _level(values: Float64) -> float:
     """Mean of an area, its highlights held down."""
     positive = np.maximum(values, 0.0)
@@ -208,52 +175,33 @@ def _level(values: Float64) -> float:
     return float(np.minimum(positive, limit).mean())
 
 
-def _words(stops: float, side: KeySide) -> str:
-    shown = tenths(stops)
-    number = tr_plural("{stops} stop", "{stops} stops", 1 if shown == "1.0" else 2, stops=shown)
-    if side == "none":
-        return tr(
-            "{stops}, {ratio} ({convention}), both cheeks alike",
-            stops=number,
-            ratio=ratio_words(stops),
-            convention=CONVENTION,
-        )
-    if stops > DEEPEST_STOPS:
-        return tr(
-            "more than {stops:.0f} stops, over {ratio} ({convention}), {where}; no fill on the "
-            "other cheek",
-            stops=DEEPEST_STOPS,
-            ratio=ratio_words(DEEPEST_STOPS),
-            convention=CONVENTION,
-            where=_SIDES[side],
-        )
-    return tr(
-        "{stops}, {ratio} ({convention}), {where}",
-        stops=number,
-        ratio=ratio_words(stops),
-        convention=CONVENTION,
-        where=_SIDES[side],
-    )
+class Hardness(Enum):
+    """How directional the light is, from hard to even."""
 
-
-_WORDS: Final = (
-    (2.5, tr("Hard light with deep shadows")),
-    (1.5, tr("Strong light with clear shadows")),
-    (0.75, tr("Soft light with open shadows")),
-    (0.0, tr("Nearly even light")),
-)
+    HARD = 2.5
+    STRONG = 1.5
+    SOFT = 0.75
+    EVEN = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """The flow of light past a face."""
+    """The flow of light past a face.
 
-    # where most of the light comes from, relative to the face: positive toward the sitter's left,
-    # deg
+    Attributes:
+        azimuth_deg: Where most of the light comes from, relative to the face: positive toward the
+            sitter's left, deg. 0 for even light.
+        elevation_deg: Positive up, deg. 0 for even light.
+    """
+
     azimuth_deg: float
-    elevation_deg: float  # positive up, deg
+    elevation_deg: float
     strength: float
-    words: str
+
+    @property
+    def hardness(self) -> Hardness:
+        """How directional it is; even light comes from nowhere in particular."""
+        return next(one for one in Hardness if self.strength >= one.value)
 
 
 def light_flow(radiance: Floats, facing_deg: float) -> Flow:
@@ -270,19 +218,11 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
     scalar = float(energy.sum()) / 4.0
     length = float(np.linalg.norm(vector))
     strength = length / scalar if scalar > 0 else 0.0
-    light_words = next(text for least, text in _WORDS if strength >= least)
-    if strength < _WORDS[2][0]:
-        return Flow(0.0, 0.0, strength, tr("{light} from all around", light=light_words))
+    if strength < Hardness.SOFT.value:
+        return Flow(0.0, 0.0, strength)
     aside = difference(facing_deg, math.degrees(math.atan2(-vector[0], vector[2])))
     up = math.degrees(math.asin(max(-1.0, min(1.0, float(vector[1]) / length))))
-    if up > 75.0:
-        words = tr("{light} from overhead", light=light_words)
-    elif up < -75.0:
-        words = tr("{light} from beneath", light=light_words)
-    else:
-        place = face_direction_words(aside, up)
-        words = tr("{light} from {place}", light=light_words, place=place)
-    return Flow(aside, up, strength, words)
+    return Flow(aside, up, strength)
 
 
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
@@ -313,7 +253,6 @@ class Glare:
     azimuth_deg: float
     elevation_deg: float  # positive up, deg
     veil: float
-    words: str
     kind: Source = "lamp"  # of the worst lamp
 
     @property
@@ -366,7 +305,7 @@ def glare(
     away = np.degrees(np.arccos(np.clip(cosine[lamps].astype(np.float64), -1.0, 1.0)))
     near = away < _WIDEST_DEG
     if background <= 0 or not near.any():
-        return _no_glare(0.0)
+        return Glare("none", 0.0, 0.0, 0.0)
     rows, columns, away = lamps[0][near], lamps[1][near], away[near]
     veils = 10.0 * onto_eye[rows, columns] / np.maximum(away, _NEAREST_DEG) ** 2 / background
     vectors = _directions(shape)[rows, columns].astype(np.float64)
@@ -403,39 +342,14 @@ def _judge(
     aside = difference(facing_deg, azimuth)
     away = math.degrees(math.acos(float(np.clip(centre @ direction(facing_deg, 0.0), -1.0, 1.0))))
     if veil < NOTICEABLE:
-        return _no_glare(veil, aside, elevation)
+        return Glare("none", aside, elevation, veil)
     is_sun = sun is not None and float(centre @ direction(*sun)) > math.cos(
         math.radians(_SAME_SUN_DEG)
     )
     lamp = None if findings is None else findings.at(azimuth, elevation, _ONE_LAMP_DEG)
     kind: Source = "sun" if is_sun else "lamp" if lamp is None else lamp.kind
-    name = _GLARING.get(kind, tr("A bright light"))
-    place = face_direction_words(aside, elevation)
-    if veil >= STRONG and away <= _STRONG_DEG:
-        words = tr(
-            "{name} shines into the sitter’s eyes at this turn: {place}. Expect squinting.",
-            name=name,
-            place=place,
-        )
-        return Glare("strong", aside, elevation, veil, words, kind)
-    words = tr(
-        "{name} is in the sitter’s view at this turn: {place}. The eyes may narrow.",
-        name=name,
-        place=place,
-    )
-    return Glare("noticeable", aside, elevation, veil, words, kind)
-
-
-_GLARING: Final[dict[Source, str]] = {
-    "sun": tr("The sun"),
-    "lamp": tr("A bright lamp"),
-    "window": tr("A bright window"),
-}
-
-
-def _no_glare(veil: float, azimuth_deg: float = 0.0, elevation_deg: float = 0.0) -> Glare:
-    words = tr("No glare in the sitter’s eyes at this turn.")
-    return Glare("none", azimuth_deg, elevation_deg, veil, words)
+    level: Level = "strong" if veil >= STRONG and away <= _STRONG_DEG else "noticeable"
+    return Glare(level, aside, elevation, veil, kind)
 
 
 @lru_cache(maxsize=4)

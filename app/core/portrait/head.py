@@ -20,7 +20,7 @@ from app.core.measure.finish.findings import Findings
 from app.core.painting.aside import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
-from app.core.portrait.catchlights import catchlight_words, catchlights
+from app.core.portrait.catchlights import Catchlight, catchlights
 from app.core.portrait.head_views import HeadViews, load_views_of
 from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture, portrait_pictures
@@ -257,12 +257,12 @@ class Head:
             _ = found[0].nodes.soft
         return found
 
-    def catchlights(self, light: Facing, findings: Findings) -> str:
-        """Write what the eyes mirror; empty for a head without a portrait at full size."""
+    def catchlights(self, light: Facing, findings: Findings) -> tuple[Catchlight, ...] | None:
+        """Find what the eyes mirror; None for a head without a portrait at full size."""
         if self.full is None:
-            return ""
+            return None
         lit, picture = _of_place(light.light), _drawn(*self.full, light)
-        return catchlight_words(catchlights(self.full[0], lit, picture, light.turn_deg, findings))
+        return catchlights(self.full[0], lit, picture, light.turn_deg, findings)
 
     def _full(
         self,

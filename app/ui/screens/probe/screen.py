@@ -42,6 +42,7 @@ from app.ui.screens.probe.state import (
     ProbeView,
 )
 from app.ui.screens.probe.taking import Taking
+from app.words.age import age_words
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""
@@ -171,7 +172,7 @@ class ProbePresenter(Presenter[ProbeView]):
             lamps_note=lamps_note,
             opening=model.opening,
             recent=self._recent(),
-            age="" if age is None else age.words,
+            age="" if age is None else age_words(age),
             age_old=age is not None and age.state == "old",
             watching="" if self.watching.folder is None else self.watching.folder.name,
             way=settings.measure_with,

@@ -28,7 +28,7 @@ from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import LIMITS, caution
 from app.core.text import tr
-from app.core.text.directions import face_direction_words, light_words, lit_aside_words
+from app.core.text.directions import light_words, lit_aside_words
 from app.core.text.quantities import contrast_words, exposed_words, lower_first, upper_first
 from app.core.text.turns import (
     arc_words,
@@ -54,23 +54,19 @@ from app.ui.screens.styles.cards import (
 )
 from app.ui.screens.styles.gallery import Kept, Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
+from app.words.face_light import (
+    catchlight_words,
+    glare_line,
+    glare_sentence,
+    ratio_line,
+    ratio_sentence,
+    stops_words,
+)
 from app.words.reach import grade_words, reason_line, reason_sentence
 
 _SAME_DEG: Final = 1e-6
 _EXPOSED: Final = tr("Exposure {exposed}, relative to a face in this place’s average light")
 _ALIKE: Final = tr("Exposure {exposed}, the same for all pictures here, set by the selected style")
-# Keyed by what glares, and whether it is strong.
-_GLARE: Final = {
-    ("sun", True): tr("Sun in the eyes: {where}"),
-    ("sun", False): tr("Sun in view: {where}"),
-    ("lamp", True): tr("Bright lamp in the eyes: {where}"),
-    ("lamp", False): tr("Bright lamp in view: {where}"),
-    ("window", True): tr("Bright window in the eyes: {where}"),
-    ("window", False): tr("Bright window in view: {where}"),
-    ("light", True): tr("Bright light in the eyes: {where}"),
-    ("light", False): tr("Bright light in view: {where}"),
-}
-_GLARING: Final = {name: name for name in ("sun", "lamp", "window")}
 
 _OF_PICTURE: Final = (
     *("here", "here_exposed", "exposed_tip", "lamps_note", "marks"),
@@ -199,7 +195,7 @@ class Detail:
             or (
                 looking_words(head)
                 if quick or draft
-                else head.catchlights(here, snapshot.question.findings())
+                else catchlight_words(head.catchlights(here, snapshot.question.findings()))
             ),
             here=head.portraits(
                 [linear], sizes.portrait, [here], quick=quick, draft=draft, exposed=exposed
@@ -231,11 +227,11 @@ class Detail:
         told = {
             "here_exposed": stops,
             "exposed_tip": (_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
-            "ratio": ratio.number,
-            "ratio_short": tr("{ratio} key + fill : fill", ratio=ratio.two),
-            "ratio_tip": tr("Lighting ratio: {ratio}", ratio=ratio.words),
-            "glare": _glare_words(warning),
-            "glare_tip": warning.words if warning.warns else "",
+            "ratio": stops_words(ratio),
+            "ratio_short": ratio_line(ratio),
+            "ratio_tip": tr("Lighting ratio: {ratio}", ratio=ratio_sentence(ratio)),
+            "glare": glare_line(warning),
+            "glare_tip": glare_sentence(warning) if warning.warns else "",
             "glare_strong": warning.level == "strong",
         }
         return told, linear, exposed
@@ -423,14 +419,6 @@ def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) ->
     name = result.name
     unsure = snapshot.is_doubtful(name) or (result.attainable and caution(snapshot.source(name)))
     return tr("{arc}, less certain", arc=arc) if unsure else arc
-
-
-def _glare_words(warning: Glare) -> str:
-    if not warning.warns:
-        return ""
-    where = face_direction_words(warning.azimuth_deg, warning.elevation_deg, brief=True)
-    words = _GLARE[_GLARING.get(warning.kind, "light"), warning.level == "strong"]
-    return words.format(where=where)
 
 
 def numbers_text(state: DetailState, place: str = "") -> str:

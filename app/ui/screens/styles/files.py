@@ -29,6 +29,7 @@ from app.ui.screens.styles.cards import doubt_note
 from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import DetailState, StylesView
+from app.words.age import age_words
 
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
@@ -130,7 +131,7 @@ def _age_words(place: Place | None, now: datetime) -> str:
     if place.measured_at is None:
         return how
     kind: Kind = "sun" if where.sun else "sky" if where.kind == "outdoor" else "unknown"
-    age = light_age(place.measured_at, now, kind, where.sun_elevation_deg).words
+    age = age_words(light_age(place.measured_at, now, kind, where.sun_elevation_deg))
     return " ".join(words for words in (how, age) if words)
 
 
