@@ -14,7 +14,6 @@ from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions
 from app.core.second_light.captured import CapturedLamp, centroid, edit_mask
 from app.core.second_light.library import (
-    GUIDE,
     add_lamp,
     capture_lamp,
     check_distance,
@@ -28,6 +27,7 @@ from app.core.second_light.library import (
 )
 from app.core.second_light.scale import compare, with_lux
 from app.core.text import tr
+from app.words.lamps import GUIDE, comparison_words, damage_words, mask_notes, mask_warnings
 from app.words.remarks import sentences
 
 _Box: TypeAlias = tuple[float, float, float, float]
@@ -116,15 +116,16 @@ def _add(args: argparse.Namespace) -> int:
     )
     lamp = _edited(found.lamp, boxes)
     lamp = lamp if lux is None else with_lux(lamp, lux)
-    warnings, notes = list(sentences(found.warnings)), list(sentences(found.notes))
+    warnings = [*sentences(found.warnings), *mask_warnings(found.mask)]
     verdict = compare(_ANY_WHITE, lamp)
     if not verdict.possible:
-        warnings.append(str(verdict))
+        warnings.append(comparison_words(verdict))
     if distance is None:
         warnings.append(tr("The lamp's distance is not known: --distance states it."))
+    notes = mask_notes(found.mask)
     say(*warnings, *notes)
     kept = add_lamp(lamps_folder(), lamp)
-    facts = {**_facts(kept), "warnings": warnings, "notes": notes}
+    facts = {**_facts(kept), "warnings": warnings, "notes": list(notes)}
     told = {"title": kept.title, "name": kept.name, "facts": _words(facts)}
     return answer(args, facts, tr("Kept “{title}” as {name}: {facts}.", **told))
 
@@ -142,7 +143,7 @@ def _list(args: argparse.Namespace) -> int:
         {
             **fields(each, "name", "title", "distance_m", "lux", "camera"),
             "picture": None if each.picture is None else str(each.picture),
-            "remarks": list(each.remarks),
+            "remarks": [] if each.damage is None else [damage_words(each.damage)],
         }
         for each in entries
     ]

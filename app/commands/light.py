@@ -48,7 +48,6 @@ from app.core.second_light.lamp_presets import (
     KINDS,
     NumbersLamp,
     parse,
-    power_words,
     powers_of,
 )
 from app.core.second_light.library import lamps_folder, list_lamps, read_lamp, read_lamp_file
@@ -73,6 +72,7 @@ from app.core.text import tr
 from app.core.text.directions import aside_words, placement_words
 from app.core.text.quantities import metres
 from app.core.text.turns import whole
+from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
 from app.words.reach import reason_sentence
 from app.words.remarks import sentences
 
@@ -200,7 +200,11 @@ def run(args: argparse.Namespace) -> int:
     facts = _as_json(found, args, added, shape, scale)
     facts |= {"grey": True} if args.grey else {}
     facts |= environment_facts(environment)
-    facts |= {"comparable": compared.possible, "comparison": str(compared), **times}
+    facts |= {
+        "comparable": not scale.assumed if compared is None else compared.possible,
+        "comparison": "" if compared is None else comparison_words(compared),
+        **times,
+    }
     return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
 
 
@@ -211,7 +215,7 @@ def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
         return lamp
     if isinstance(lamp, NumbersLamp):
         raise CoreError(
-            tr("The {title} is known by its numbers.", title=lamp.title),
+            tr("The {title} is known by its numbers.", title=lamp_title(lamp.kind)),
             tr("Leave out --lamp-lux, or capture it."),
         )
     return with_lux(lamp, lux)
@@ -221,9 +225,9 @@ def _lamp_named(text: str) -> _Lamp:
     if text.strip().lower().partition("@")[0] in KINDS:
         return parse(text)
     if Path(text).suffix.lower() in (".exr", ".hdr"):
-        lamp, remarks = read_lamp_file(text)
-        say(*sentences(remarks))
-        return lamp
+        capture = read_lamp_file(text)
+        say(*sentences(capture.warnings), *mask_warnings(capture.mask))
+        return capture.lamp
     if "@" in text:
         # Only a kind has a distance in its name; the sentence lists those there are.
         return parse(text)
@@ -261,13 +265,15 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
     return _Scale(scale.gain, scale.lux, True)
 
 
-def _compared(lamp: _Lamp, scale: _Scale) -> Comparison:
-    """Judge whether lamp and place can be compared, and say what is taken instead."""
+def _compared(lamp: _Lamp, scale: _Scale) -> Comparison | None:
+    """Judge whether a captured lamp can be compared with the place; say what is taken instead."""
     if isinstance(lamp, NumbersLamp):
-        return Comparison(not scale.assumed)
+        return None
     found = compare(None if scale.assumed else scale.gain, lamp)
     if not found.possible:
-        words = tr("{found} (--lamp-lux for the lamp, --lux for the place.)", found=found)
+        words = tr(
+            "{found} (--lamp-lux for the lamp, --lux for the place.)", found=comparison_words(found)
+        )
         if lamp.white_cd_m2 is None and scale.assumed:
             taken = tr("Here both are taken in one unit, as if captured alike.")
         else:
@@ -314,7 +320,7 @@ def _as_json(
         "head": args.head,
         **studio_facts(args),
         "lamp": added.name,
-        "lamp_title": added.title,
+        "lamp_title": lamp_title(added.name, added.title),
         "distance_m": added.distance_m,
         "front_deg": args.front,
         "reach": args.reach,
@@ -368,7 +374,12 @@ def _table(
 ) -> str:
     lux = f"{scale.lux:.3g}"
     light = tr("{lux} lux (assumed)", lux=lux) if scale.assumed else tr("{lux} lux", lux=lux)
-    told = {"place": place, "light": light, "lamp": added.title, "head": pack.header.head}
+    told = {
+        "place": place,
+        "light": light,
+        "lamp": lamp_title(added.name, added.title),
+        "head": pack.header.head,
+    }
     first = tr("{place} at {light}, {lamp}, head {head}", **told)
     if added.distance_m is not None:
         first = tr(

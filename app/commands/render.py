@@ -26,8 +26,8 @@ from app.core.base.images import write_exr, write_png
 from app.core.environment.environment import read_environment
 from app.core.portrait.render import check_height, render_head
 from app.core.text import tr
-from app.words.remarks import sentences
 from app.words.face_light import catchlight_words
+from app.words.remarks import sentences
 
 _WRITERS: Final = (".png", ".exr")
 

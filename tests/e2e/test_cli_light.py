@@ -216,7 +216,7 @@ def test_what_a_meter_reads_makes_a_lamp_comparable(
     right = _light(capsys, *words, str(known))
     assert right["comparable"] is True
     assert right["comparison"] == ""
-    lux = read_lamp_file(known)[0].lux
+    lux = read_lamp_file(known).lamp.lux
     told = _light(capsys, *words, str(unknown), "--lamp-lux", f"{lux}")
     assert told["comparable"] is True
     assert told["match"] == pytest.approx(right["match"], abs=1e-3)

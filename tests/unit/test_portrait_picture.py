@@ -29,8 +29,8 @@ from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import StyleLamp
 from app.core.text.lights import Source
-from scenes.portraits.files import save_head
 from app.words.face_light import catchlight_words
+from scenes.portraits.files import save_head
 from tests.helpers.quick import quick_first
 
 ROWS, COLUMNS = 128, 256

@@ -17,9 +17,8 @@ def test_words_of_every_kind() -> None:
     assert {"phone", "panel", "flash", "softbox"} <= set(KINDS)
     for name, kind in KINDS.items():
         lamp = parse(name)
-        assert (lamp.kind, lamp.title, lamp.distance_m) == (name, kind.title, kind.distance_m)
+        assert (lamp.kind, lamp.distance_m) == (name, kind.distance_m)
         assert parse(f" {name.upper()}@0.75 ") == at_distance(kind, 0.75)
-        assert kind.words
         assert float(np.dot(LUMINANCE_WEIGHTS, lamp.colour)) == pytest.approx(1.0, abs=0.01)
 
 

@@ -11,11 +11,12 @@ import pytest
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_hdr
 from app.core.environment.environment import solid_angles
-from app.core.second_light.lamp_presets import KINDS, power_words, powers_of
+from app.core.second_light.lamp_presets import KINDS, powers_of
 from app.core.second_light.library import read_lamp_file
 from app.core.second_light.placements import COUNT, above_floor, placement, within_arm
 from app.core.second_light.scale import illuminance, stated_white
 from app.core.second_light.search_kernel import Spot, best_spot, refine
+from app.words.lamps import power_words
 from tests.helpers.synthetic import lamp_environment
 
 
@@ -97,8 +98,9 @@ def test_a_lamp_file_with_its_mask(tmp_path: Path) -> None:
     alpha[30:34, 60:66] = 1.0
     light[alpha > 0] = 5.0
     _write_rgba(tmp_path / "lamp.exr", light, alpha, 20.0)
-    lamp, said = read_lamp_file(tmp_path / "lamp.exr")
-    assert said == ()
+    capture = read_lamp_file(tmp_path / "lamp.exr")
+    lamp = capture.lamp
+    assert (capture.warnings, capture.mask) == ((), None)
     assert lamp.white_cd_m2 == pytest.approx(20.0)
     np.testing.assert_array_equal(lamp.alpha, alpha)
     assert lamp.light[0, 0].tolist() == [0.0, 0.0, 0.0]
@@ -108,7 +110,7 @@ def test_a_lamp_file_without_a_mask_is_searched(tmp_path: Path) -> None:
     light = np.full((128, 256, 3), 0.01, np.float32)
     light[60:70, 120:134] = 5.0
     write_exr(tmp_path / "lamp.exr", light)
-    lamp, _ = read_lamp_file(tmp_path / "lamp.exr")
+    lamp = read_lamp_file(tmp_path / "lamp.exr").lamp
     assert lamp.white_cd_m2 is None
     assert lamp.alpha[65, 127] == 1.0
     assert lamp.alpha[20, 20] == 0.0

@@ -158,8 +158,6 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
     return parts
 
 
-CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
-
 _MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
 
 _LIBRARY: Final = Library(
@@ -189,15 +187,15 @@ def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged
         if file.name.startswith(".") or _has_lamps(file):
             continue
         if len(styles) >= _MAX_STYLES:
-            reason = tr(
-                "There are more than {most} styles; this one is not read.", most=_MAX_STYLES
+            refusal = StyleError(
+                tr("There are more than {most} styles; this one is not read.", most=_MAX_STYLES)
             )
-            damaged.append(Damaged(file, reason))
+            damaged.append(Damaged(file, refusal))
             continue
         try:
             styles.append(read_user_style(file))
         except StyleError as error:
-            damaged.append(Damaged(file, str(error)))
+            damaged.append(Damaged(file, error))
     return tuple(styles), tuple(damaged)
 
 

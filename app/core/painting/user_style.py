@@ -20,7 +20,14 @@ import numpy as np
 from app.core.base.archive import digest
 from app.core.base.arrays import Float32, Floats
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_text, make_folder, os_errors_as
+from app.core.base.files import (
+    DiskTrouble,
+    atomic_write_text,
+    disk_trouble,
+    make_folder,
+    os_errors_as,
+    words_of,
+)
 from app.core.base.image_input import clear_error, open_image, read_start
 from app.core.base.images import write_image
 from app.core.painting.canvas import (
@@ -226,20 +233,24 @@ def write_user_style(folder: Path, style: UserStyle) -> None:
 
 def not_saved(error: OSError | CoreError) -> StyleError:
     """Say why something was not saved."""
-    words = str(error).lower()
-    if "no space" in words or "disk is full" in words or "quota" in words:
+    trouble = disk_trouble(error)
+    if trouble is DiskTrouble.FULL:
         return StyleError(
             tr("Not saved: the disk is full."),
             tr("Your strokes are kept: make room, then save again."),
         )
-    said = error.message if isinstance(error, CoreError) else f"{error.strerror or error}".lower()
-    if "read-only" in words or "not writable" in words or "permission denied" in words:
+    if trouble is DiskTrouble.LOCKED:
         return StyleError(
             tr("Not saved: the folder of your styles cannot be written to."),
             tr("Your strokes are kept: allow writing there, then save again."),
         )
-    said = f"{said[:1].upper()}{said[1:].rstrip('.')}"
-    return StyleError(tr("Not saved. {said}.", said=said), tr("Your strokes are kept."))
+    if isinstance(error, CoreError):
+        return StyleError(
+            tr("Not saved. {message}", message=error.message), tr("Your strokes are kept.")
+        )
+    return StyleError(
+        tr("Not saved: {reason}.", reason=words_of(error)), tr("Your strokes are kept.")
+    )
 
 
 def read_user_style(path: Path) -> UserStyle:

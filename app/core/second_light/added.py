@@ -281,7 +281,7 @@ class AddedLight:
     """One lamp at all placements, for one head. Its arrays must not be written to."""
 
     name: str
-    title: str
+    title: str  # of a captured lamp; "" of one from numbers, whose name says its kind
     distance_m: float | None  # from the middle of the head; None where unknown
     # (576, 32, 64), share of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
@@ -335,7 +335,7 @@ def from_numbers(
     report(1.0, Progress(Task.DONE))
     return AddedLight(
         name=lamp.kind,
-        title=lamp.title,
+        title="",
         distance_m=lamp.distance_m,
         alpha=alpha,
         light=None,

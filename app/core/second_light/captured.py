@@ -43,7 +43,7 @@ from app.core.environment.environment import SHAPE, energy, enlarge, reduce_radi
 from app.core.environment.environment_file import repair
 from app.core.measure.finish.masks import box_mask
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 
 LARGEST: Final = (512, 1024)
 """Rows and columns that a captured lamp is kept in: 0.35 deg."""
@@ -322,6 +322,7 @@ _STEADY: Final = 0.15  # change of the area within half a stop
 _HOLDS: Final = 0.7  # of the squared light, which counts bright parts more than wide ones
 _RING_DEG: Final = 1.0  # around the edge, for its two sides' levels
 _DARK: Final = 10.0  # times brighter than the room a lamp should be
+_BURNT: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -334,41 +335,14 @@ class LampMask:
     clipped: float  # share of the lamp that is clipped in every frame, 0 to 1
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """What the user should know, in sentences."""
-        said = []
-        if self.contrast < _DARK:
-            said.append(
-                tr(
-                    "The room is not dark: the lamp is only {contrast:.0f} times brighter. "
-                    "Close curtains and switch off other lights, or check the mask.",
-                    contrast=self.contrast,
-                )
-            )
-        if self.clipped > 0.01:
-            said.append(
-                tr(
-                    "{clipped:.0f} % of the lamp is clipped in every frame: it counts as "
-                    "dimmer than it is. Take darker frames too.",
-                    clipped=100 * self.clipped,
-                )
-            )
-        return tuple(said)
+    def in_lit_room(self) -> bool:
+        """Whether the room is too bright for a lamp to be told apart well."""
+        return self.contrast < _DARK
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What was done, in sentences."""
-        if not self.rejected:
-            return ()
-        return (
-            tr_plural(
-                "{count} other bright spot was taken for a reflection or another light and "
-                "left out.",
-                "{count} other bright spots were taken for a reflection or another light and "
-                "left out.",
-                self.rejected,
-            ),
-        )
+    def burnt_out(self) -> bool:
+        """Whether part of the lamp is clipped in every frame."""
+        return self.clipped > _BURNT
 
 
 def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:

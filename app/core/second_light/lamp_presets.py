@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.core.base.errors import CoreError
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 
 FULL: Final = (1.0,)
 """Powers of a lamp that cannot be dimmed, or was captured as it is."""
@@ -46,19 +46,6 @@ def powers_of(kind: str) -> tuple[float, ...]:
     return tuple(2.0**stop for stop in range(most, least - 1, -1))
 
 
-def power_words(power: float, kind: str = "") -> str:
-    """Say at which power a lamp is held, as its own display does.
-
-    Examples:
-        >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
-        ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
-    """
-    part = part_of(power, kind)
-    if part == 1:
-        return tr("at full power")
-    return tr("at half power") if part == 2 else tr("at {share} power", share=f"1/{part}")
-
-
 def part_of(power: float, kind: str = "") -> int:
     """Return which part of its greatest power a lamp gives: 1 for all of it, 2 for half.
 
@@ -66,34 +53,12 @@ def part_of(power: float, kind: str = "") -> int:
         >>> part_of(1.0), part_of(0.125), part_of(16.0, "flash")
         (1, 8, 1)
     """
-    share = _shown(power, kind)
+    share = share_of(power, kind)
     return 1 if share >= _FULL_FROM else round(1.0 / share)
 
 
-def power_share(power: float, kind: str = "") -> str:
-    """Write a power as a share of the lamp's greatest: "full" or "1/8".
-
-    Examples:
-        >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
-        ('full', '1/8', 'full')
-    """
-    part = part_of(power, kind)
-    return tr("full") if part == 1 else f"1/{part}"
-
-
-def stops_words(power: float, kind: str = "") -> str:
-    """Say by how much a lamp is turned down; empty at full power.
-
-    Examples:
-        >>> stops_words(0.125), stops_words(0.5), stops_words(1.0)
-        ('3 stops down', '1 stop down', '')
-    """
-    stops = round(-math.log2(_shown(power, kind)))
-    return tr_plural("{count} stop down", "{count} stops down", stops) if stops > 0 else ""
-
-
-def _shown(power: float, kind: str) -> float:
-    """Share of the greatest power that the lamp itself has."""
+def share_of(power: float, kind: str = "") -> float:
+    """Give a power as a share of the greatest that the lamp itself has."""
     return power * _ALREADY.get(kind, 1.0)
 
 
@@ -117,34 +82,32 @@ class Kind:
     """A kind of lamp that can be held."""
 
     name: str
-    title: str
     size_m: tuple[float, float]  # width and height, metres
     round: bool
     lux_at_1m: float  # illuminance on axis at one metre, lux
     distance_m: float
     colour: tuple[float, float, float]  # linear Rec. 709 of luminance 1
-    words: str
 
 
 KINDS: Final = {
     kind.name: kind
     for kind in (
-        Kind("phone", tr("Phone screen"), (0.07, 0.15), False, 6.3, 0.3, _WHITE,
-             tr("a white screen at full brightness, 600 cd/m²")),
-        Kind("torch", tr("Phone torch"), (0.006, 0.006), True, 16.0, 0.4, _WHITE,
-             tr("the lamp at the back, 50 lm over half the room")),
-        Kind("tablet", tr("Tablet screen"), (0.25, 0.17), False, 21.0, 0.4, _WHITE,
-             tr("a white screen at full brightness, 500 cd/m²")),
-        Kind("panel", tr("LED panel"), (0.17, 0.10), False, 400.0, 0.5, _WHITE,
-             tr("a panel for the pocket at full power")),
-        Kind("bulb", tr("Table lamp"), (0.20, 0.15), True, 70.0, 0.6, _WARM,
-             tr("a shaded bulb of 800 lm, warm white")),
-        Kind("flash", tr("Bare flash"), (0.06, 0.04), False, _FLASH_LUX, 1.0, _WHITE,
-             tr("guide number 40 at 1/16 power; counted as steady light through 1/160 s")),
-        Kind("softbox", tr("Softbox"), (0.60, 0.60), False, 1500.0, 1.0, _WHITE,
-             tr("60 cm, a 100 W LED inside")),
+        # A white screen at full brightness, 600 cd/m2.
+        Kind("phone", (0.07, 0.15), False, 6.3, 0.3, _WHITE),
+        # The lamp at the back, 50 lm over half the room.
+        Kind("torch", (0.006, 0.006), True, 16.0, 0.4, _WHITE),
+        # A white screen at full brightness, 500 cd/m2.
+        Kind("tablet", (0.25, 0.17), False, 21.0, 0.4, _WHITE),
+        # A pocket panel at full power.
+        Kind("panel", (0.17, 0.10), False, 400.0, 0.5, _WHITE),
+        # A shaded bulb of 800 lm, warm white.
+        Kind("bulb", (0.20, 0.15), True, 70.0, 0.6, _WARM),
+        # Guide number 40 at 1/16 power; counted as steady light through 1/160 s.
+        Kind("flash", (0.06, 0.04), False, _FLASH_LUX, 1.0, _WHITE),
+        # 60 cm, a 100 W LED inside.
+        Kind("softbox", (0.60, 0.60), False, 1500.0, 1.0, _WHITE),
     )
-}  # fmt: skip
+}
 """Kinds by name."""
 
 
@@ -153,7 +116,6 @@ class NumbersLamp:
     """A lamp known by numbers, at a distance; raises CoreError if a number is no lamp's."""
 
     kind: str
-    title: str
     distance_m: float  # from the middle of the head to the middle of the lamp, metres
     lux_at_1m: float  # illuminance on axis at one metre, lux
     size_m: tuple[float, float]  # width and height, metres
@@ -199,9 +161,7 @@ class NumbersLamp:
 def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
     """Give the lamp of a kind, at a distance from the middle of the head or at its usual one."""
     distance = kind.distance_m if distance_m is None else distance_m
-    return NumbersLamp(
-        kind.name, kind.title, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour
-    )
+    return NumbersLamp(kind.name, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour)
 
 
 def parse(text: str) -> NumbersLamp:

@@ -18,6 +18,7 @@ import contextlib
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,14 +33,21 @@ from app.core.base.image_input import clear_error, open_image
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
-from app.core.base.remarks import PlainRemark, Remark
+from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded, remap_frame
 from app.core.environment.environment import from_radiance
 from app.core.environment.environment_file import read_panorama
 from app.core.measure.options import MeasureOptions
 from app.core.measure.ways import measure
 from app.core.places.light import fingerprint_of
-from app.core.second_light.captured import LARGEST, CapturedLamp, centring, find_mask, make_lamp
+from app.core.second_light.captured import (
+    LARGEST,
+    CapturedLamp,
+    LampMask,
+    centring,
+    find_mask,
+    make_lamp,
+)
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import stated_white, with_lux
 from app.core.storage.data_lock import writing
@@ -57,7 +65,21 @@ from app.core.text import tr
 _FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter
 
 
-def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[Remark, ...]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Capture:
+    """A lamp from files.
+
+    Attributes:
+        warnings: What the merge or the panorama's reader doubts.
+        mask: Where the lamp was found; None where the file states it.
+    """
+
+    lamp: CapturedLamp
+    warnings: tuple[Remark, ...] = ()
+    mask: LampMask | None = None
+
+
+def read_lamp_file(path: Path | str) -> Capture:
     """Read a lamp from a panorama of it in a dark room.
 
     `path`: OpenEXR or Radiance. A channel A is the mask (the light premultiplied); without one the
@@ -67,16 +89,15 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[Remark, ...]]:
     """
     # As it is stored: what is transparent is not the lamp, rather than not seen.
     environment = from_radiance(read_panorama(path, coverage=False).radiance, Path(path).stem)
-    name, remarks = environment.name, list(environment.warnings)
+    name, warnings = environment.name, environment.warnings
     white, shape = stated_white(path), environment.shape
     radiance = bounded(environment.radiance, _FINEST)
     del environment  # It may be a gigabyte larger than what is needed of it.
-    alpha = _alpha(Path(path), shape)
+    alpha, mask = _alpha(Path(path), shape), None
     if alpha is None:
         mask = find_mask(radiance)
         alpha = mask.alpha
-        remarks += map(PlainRemark, mask.warnings)
-    return make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(remarks)
+    return Capture(make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(warnings), mask)
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
@@ -105,34 +126,7 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
     return bounded(np.asarray(values, np.float32).reshape(shape), _FINEST)
 
 
-GUIDE: Final = (
-    tr("Make a room as dark as you can: curtains, other lamps, screens."),
-    tr(
-        "Put the 360 camera on a stand where the head would be, away from "
-        "mirrors and glossy tables."
-    ),
-    tr(
-        "Hold the lamp at the distance at which it will be used, facing the "
-        "camera, and measure that distance from the camera."
-    ),
-    tr(
-        "Take a bracket with fixed white balance; in its darkest frame the lamp "
-        "must not be burnt out."
-    ),
-    tr("Give the files here. Use the same camera for places: then their brightness compares."),
-)
-"""What to do, step by step."""
-
 _LINEAR: Final = (".exr", ".hdr")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Capture:
-    """A lamp from files, and what there is to say about it."""
-
-    lamp: CapturedLamp
-    warnings: tuple[Remark, ...] = ()
-    notes: tuple[Remark, ...] = ()
 
 
 def capture_lamp(
@@ -154,8 +148,9 @@ def capture_lamp(
     Raises CoreError when the files are no panoramas, or no lamp stands out.
     """
     if len(paths) == 1 and paths[0].suffix.lower() in _LINEAR:
-        lamp, said = read_lamp_file(paths[0])
-        return Capture(replace(lamp, title=title, distance_m=distance_m), said)
+        capture = read_lamp_file(paths[0])
+        lamp = replace(capture.lamp, title=title, distance_m=distance_m)
+        return replace(capture, lamp=lamp)
     options = options or MeasureOptions(response="srgb", sun="leave")
     probe = measure("bracket", paths, options, token, span(report, 0.0, 0.8))
     if not probe.bracket.panorama:
@@ -176,8 +171,7 @@ def capture_lamp(
         distance_m=distance_m,
         camera=cameras.pop() if len(cameras) == 1 else "",
     )
-    warnings = (*probe.warnings, *map(PlainRemark, mask.warnings))
-    return Capture(lamp, warnings, tuple(map(PlainRemark, mask.notes)))
+    return Capture(lamp, tuple(probe.warnings), mask)
 
 
 MAX_TITLE: Final = 80
@@ -227,7 +221,26 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
         ) from error
 
 
-def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
+class LampPart(Enum):
+    """What a lamp's text states."""
+
+    NAME = auto()
+    DISTANCE = auto()
+    BRIGHTNESS = auto()
+    ILLUMINANCE = auto()
+    CAMERA = auto()
+    CHECKSUM = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class LampDamage:
+    """The parts of a lamp's text that could not be read, or why all of it could not."""
+
+    parts: tuple[LampPart, ...] = ()
+    error: CoreError | None = None
+
+
+def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
     """Read what is known of a lamp, as much as there is.
 
     title, distance_m, white_cd_m2, lux, camera and sha256; what was lost has its default.
@@ -240,7 +253,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
             tr("Check {folder}.", folder=folder),
         )
     found: Facts = dict(file.facts)
-    lost: list[str] = []
+    lost: list[LampPart] = []
     version = found.get("format", _FORMAT)
     if isinstance(version, int) and version > _FORMAT:
         raise CoreError(
@@ -249,26 +262,22 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
         )
     bare = name.replace("-", " ").capitalize()
 
-    def part(key: str, check: Callable[[Any], Any], default: Any, noun: str) -> Any:
-        return take(found, key, check, default, lost, noun)
+    def part(key: str, check: Callable[[Any], Any], default: Any, lost_part: LampPart) -> Any:
+        return take(found, key, check, default, lost, lost_part)
 
     facts: Facts = {
-        "title": part("title", text(MAX_TITLE), bare, tr("its name")) or bare,
-        "distance_m": part("distance_m", optional(number(0.01, 100.0)), None, tr("its distance")),
+        "title": part("title", text(MAX_TITLE), bare, LampPart.NAME) or bare,
+        "distance_m": part("distance_m", optional(number(0.01, 100.0)), None, LampPart.DISTANCE),
         "white_cd_m2": part(
-            "white_cd_m2", optional(number(1e-12, 1e12)), None, tr("its brightness")
+            "white_cd_m2", optional(number(1e-12, 1e12)), None, LampPart.BRIGHTNESS
         ),
-        "lux": part("lux", optional(number(0.0, 1e12)), None, tr("its illuminance")),
-        "camera": part("camera", text(80), "", tr("its camera")),
-        "sha256": part("sha256", text(64, _SHA), "", tr("its checksum")),
+        "lux": part("lux", optional(number(0.0, 1e12)), None, LampPart.ILLUMINANCE),
+        "camera": part("camera", text(80), "", LampPart.CAMERA),
+        "sha256": part("sha256", text(64, _SHA), "", LampPart.CHECKSUM),
     }
     if file.state == "whole" and not lost:
-        return facts, ()
-    said = tr(
-        "A part of this lamp could not be read: {parts}.",
-        parts=", ".join(lost) or file.why or tr("its text"),
-    )
-    return facts, (said,)
+        return facts, None
+    return facts, LampDamage(tuple(lost), file.error)
 
 
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
@@ -351,7 +360,7 @@ class LampEntry:
     lux: float | None  # what it gives there; None where its exposure was not known
     camera: str
     picture: Path | None  # small sRGB picture
-    remarks: tuple[str, ...] = ()
+    damage: LampDamage | None = None
 
 
 _LIBRARY: Final = Library(
@@ -386,7 +395,7 @@ def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[Damaged, ...]
         try:
             entries.append(_entry(folder, name, *facts_of(folder, name)))
         except CoreError as error:
-            damaged.append(Damaged(folder / f"{name}.json", str(error)))
+            damaged.append(Damaged(folder / f"{name}.json", error))
     return tuple(sorted(entries, key=lambda each: title_key(each.title))), tuple(damaged)
 
 
@@ -394,7 +403,7 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
     """Read a lamp; raises CoreError when there is none of that name, or it is damaged."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
-    lamp, _ = read_lamp_file(capture_path(folder, found, facts))
+    lamp = read_lamp_file(capture_path(folder, found, facts)).lamp
     if facts.get("sha256", "") not in ("", checksum(lamp)):
         raise CoreError(
             tr(
@@ -506,7 +515,7 @@ def restore_lamp(folder: Path, trashed: Trashed) -> CapturedLamp:
     return back
 
 
-def _entry(folder: Path, name: str, facts: Facts, remarks: tuple[str, ...]) -> LampEntry:
+def _entry(folder: Path, name: str, facts: Facts, damage: LampDamage | None) -> LampEntry:
     capture_path(folder, name, facts)
     picture = folder / f"{name}.png"
     return LampEntry(
@@ -516,7 +525,7 @@ def _entry(folder: Path, name: str, facts: Facts, remarks: tuple[str, ...]) -> L
         facts["lux"],
         facts["camera"],
         picture if picture.is_file() else None,
-        remarks,
+        damage,
     )
 
 
@@ -527,8 +536,7 @@ def _find(folder: Path, wanted: str) -> str:
     titles = _LIBRARY.titles(folder)
     if title_key(wanted) in titles:
         return titles[title_key(wanted)]
-    known = ", ".join(there) or tr("none yet")
     raise CoreError(
         tr("There is no lamp {wanted!r} in the library.", wanted=wanted),
-        tr("There are: {known}.", known=known),
+        tr("There are: {known}.", known=", ".join(there)) if there else tr("There are: none yet."),
     )

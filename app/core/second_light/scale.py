@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -31,24 +32,33 @@ if TYPE_CHECKING:
 
 
 _MOST_LAMP_LUX: Final = 1e7
-_TYPE_LUX: Final = tr(
-    "Type its illuminance: hold a light meter where the probe stood, facing "
-    "the lamp. Or capture it again with files that state ISO, aperture and "
-    "shutter."
-)
+
+
+class Unknown(Enum):
+    """Whose brightness is not known in cd/m2."""
+
+    LAMP = auto()
+    PLACE = auto()
+    BOTH = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Whether a lamp's light can be added to a place's."""
+    """Whether a lamp's light can be added to a place's.
 
-    possible: bool  # whether both are known in cd/m2
-    sentence: str = ""
-    hint: str = ""
+    Attributes:
+        unknown: What is not known where it cannot; None where it can.
+        cameras: Of the lamp and of the place, where they differ; None where they do not.
+    """
 
-    def __str__(self) -> str:
-        """Return the sentence, followed by the hint where there is one."""
-        return f"{self.sentence} {self.hint}".strip()
+    unknown: Unknown | None = None
+    title: str = ""
+    cameras: tuple[str, str] | None = None
+
+    @property
+    def possible(self) -> bool:
+        """Whether both are known in cd/m2."""
+        return self.unknown is None
 
 
 def compare(
@@ -71,40 +81,13 @@ def compare(
     """
     place_known = _known(place_white_cd_m2)
     if not _known(lamp.white_cd_m2):
-        said = tr(
-            "The brightness of “{title}” is not known: its files do not state the exposure.",
-            title=lamp.title,
-        )
-        if not place_known:
-            said = tr(
-                "The brightness of “{title}” and of the place is not known: their files do not "
-                "state the exposure.",
-                title=lamp.title,
-            )
-        return Comparison(False, said, _TYPE_LUX)
+        return Comparison(Unknown.LAMP if place_known else Unknown.BOTH, lamp.title)
     if not place_known:
-        return Comparison(
-            False,
-            tr(
-                "The brightness of the place is not known: its files do not state the "
-                "exposure, so that “{title}” cannot be added to it.",
-                title=lamp.title,
-            ),
-            tr("Say how much light falls on the face there, in lux, or capture the place again."),
-        )
+        return Comparison(Unknown.PLACE, lamp.title)
     cameras = {place_camera.strip().casefold(), lamp.camera.strip().casefold()}
     if "" not in cameras and len(cameras) == 2:
-        return Comparison(
-            True,
-            tr(
-                "“{title}” was captured with another camera ({camera}) than the place "
-                "({place_camera}): it may be half a stop brighter or darker than shown.",
-                title=lamp.title,
-                camera=lamp.camera,
-                place_camera=place_camera,
-            ),
-        )
-    return Comparison(True)
+        return Comparison(None, lamp.title, (lamp.camera, place_camera))
+    return Comparison(None, lamp.title)
 
 
 def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
@@ -136,9 +119,6 @@ ASSUMED_LUX: Final = 200.0
 _ATTRIBUTE: Final = "whiteLuminance"
 _MOST: Final = 1e12
 _MOST_LUX: Final = 1e6
-_USUAL: Final = tr(
-    "A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."
-)
 _NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+")
 
 
@@ -163,7 +143,10 @@ def check_lux(lux: float) -> float:
     Raises CoreError otherwise.
     """
     if not 0.0 < lux <= _MOST_LUX:
-        raise CoreError(tr("{lux:g} lux is not a light to photograph in.", lux=lux), _USUAL)
+        raise CoreError(
+            tr("{lux:g} lux is not a light to photograph in.", lux=lux),
+            tr("A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."),
+        )
     return lux
 
 

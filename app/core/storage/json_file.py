@@ -52,8 +52,13 @@ class JsonFile:
 
     state: State  # "unreadable": the system does not give it out
     facts: Facts = field(default_factory=dict)
-    why: str = ""
+    error: CoreError | None = None  # why it is not whole
     version: str = ""  # SHA-256 of its bytes; "" where none were read
+
+    @property
+    def why(self) -> str:
+        """The error's message, as a part of a sentence; empty for a whole file."""
+        return "" if self.error is None else self.error.message
 
 
 def read_json(path: Path, most: int) -> JsonFile:
@@ -61,18 +66,18 @@ def read_json(path: Path, most: int) -> JsonFile:
     try:
         # A pipe would be waited for, and a device has no end.
         if not stat.S_ISREG(path.stat().st_mode):
-            return JsonFile("damaged", why=tr("it is not an ordinary file"))
+            return JsonFile("damaged", error=CoreError(tr("it is not an ordinary file")))
         with path.open("rb") as stream:
             data = stream.read(most + 1)
     except (FileNotFoundError, NotADirectoryError):
-        return JsonFile("missing", why=tr("it is missing"))
+        return JsonFile("missing", error=CoreError(tr("it is missing")))
     except OSError as error:
-        return JsonFile("unreadable", why=words_of(error))
+        return JsonFile("unreadable", error=CoreError(words_of(error)))
     if len(data) > most:
-        return JsonFile("damaged", why=tr("it is far too large"))
+        return JsonFile("damaged", error=CoreError(tr("it is far too large")))
     version = hashlib.sha256(data).hexdigest()
     if not data.strip(b"\0 \t\r\n"):
-        return JsonFile("damaged", why=tr("it is empty"), version=version)
+        return JsonFile("damaged", error=CoreError(tr("it is empty")), version=version)
     return replace(_parsed(data), version=version)
 
 
@@ -83,15 +88,15 @@ def _parsed(data: bytes) -> JsonFile:
     try:
         facts = json.loads(data.decode("utf-8-sig"), parse_int=integer)
     except UnicodeDecodeError:
-        return JsonFile("damaged", why=tr("it is not all text"))
+        return JsonFile("damaged", error=CoreError(tr("it is not all text")))
     except RecursionError:
-        return JsonFile("damaged", why=tr("it is nested too deeply"))
+        return JsonFile("damaged", error=CoreError(tr("it is nested too deeply")))
     except ValueError:
-        return JsonFile("damaged", why=tr("it is damaged or incomplete"))
+        return JsonFile("damaged", error=CoreError(tr("it is damaged or incomplete")))
     if not isinstance(facts, dict):
-        return JsonFile("damaged", why=tr("it is something else"))
+        return JsonFile("damaged", error=CoreError(tr("it is something else")))
     if not _is_shallow(facts, _DEEPEST + 1):
-        return JsonFile("damaged", why=tr("it is nested too deeply"))
+        return JsonFile("damaged", error=CoreError(tr("it is nested too deeply")))
     return JsonFile("whole", facts)
 
 

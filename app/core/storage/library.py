@@ -68,7 +68,12 @@ class Damaged:
     """Something in a library's folder that cannot be read; its files are untouched."""
 
     path: Path
-    reason: str
+    error: CoreError
+
+    @property
+    def reason(self) -> str:
+        """The error's sentence and its hint."""
+        return str(self.error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,4 +201,6 @@ def files_in(folder: Path, ending: str) -> list[Path]:
 
 def unreadable_folder(folder: Path, error: OSError) -> Damaged:
     """Say that a library's folder cannot be read."""
-    return Damaged(folder, tr("The folder cannot be read: {reason}.", reason=words_of(error)))
+    return Damaged(
+        folder, CoreError(tr("The folder cannot be read: {reason}.", reason=words_of(error)))
+    )

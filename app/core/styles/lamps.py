@@ -138,43 +138,21 @@ def parse_ratio(text: str) -> float | None:
     return ratio
 
 
-_NAMED: Final = {
-    "hard": tr("Hard"),
-    "medium": tr("Medium"),
-    "large": tr("Large"),
-    "dish@1": tr("Beauty dish at 1 m"),
-    "softbox@1": tr("Softbox at 1 m"),
-    "umbrella@1.5": tr("Umbrella at 1.5 m"),
-    "octabox@1.5": tr("Octabox at 1.5 m"),
-    "window@3": tr("Window at 3 m"),
-}
+SIZE_KEYS: Final = (
+    "paper", "hard", "medium", "large",
+    "dish@1", "softbox@1", "umbrella@1.5", "octabox@1.5", "window@3",
+)  # fmt: skip
+"""Lamp sizes that are offered, as `parse_softness` reads them."""
 
-# What is offered, as `parse_softness` and `parse_ratio` read it, and the words for it.
-SIZE_CHOICES: Final = {"paper": tr("Standard studio lamps")} | {
-    key: f"{name} ({parse_softness(key):.0f}°)" for key, name in _NAMED.items()
-}
-RATIO_CHOICES: Final = {"none": tr("As it comes")} | {
-    words: words for words in (f"{ratio:g}:1" for ratio in RATIOS)
-}
+RATIO_KEYS: Final = ("none", *(f"{ratio:g}:1" for ratio in RATIOS))
+"""Lighting ratios that are offered, as `parse_ratio` reads them."""
 
 
 def choice_keys(studio: Studio) -> tuple[str, str]:
     """Write size and ratio as `parse_softness` and `parse_ratio` read them."""
     size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
-    same = [key for key in SIZE_CHOICES if parse_softness(key) == size]
+    same = [key for key in SIZE_KEYS if parse_softness(key) == size]
     return same[0] if same else f"{size:g}", ratio
-
-
-def studio_words(studio: Studio) -> str:
-    """Write the lamps of a studio in short.
-
-    Examples:
-        >>> studio_words(Studio(30.0, 4.0)), studio_words(AS_PUBLISHED)
-        ('30°, 4:1', 'standard')
-    """
-    size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
-    ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
-    return ", ".join(filter(None, (size, ratio))) or tr("standard")
 
 
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:

@@ -13,7 +13,6 @@ from app.core.base.progress import Report, Token
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import KINDS, Kind
 from app.core.second_light.library import (
-    GUIDE,
     MAX_TITLE,
     LampEntry,
     add_lamp,
@@ -38,6 +37,7 @@ from app.ui.presenters.services import Action as Answer
 from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
+from app.words.lamps import GUIDE, lamp_title, mask_warnings
 from app.words.remarks import sentences
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
@@ -254,7 +254,9 @@ class LampList:
         owned = tuple(
             (f"{_OWN}{one.name}", one.title, _captured(one), "lamp") for one in self._entries
         )
-        kinds = tuple((kind.name, kind.title, _what(kind), "bulb") for kind in KINDS.values())
+        kinds = tuple(
+            (kind.name, lamp_title(kind.name), _what(kind), "bulb") for kind in KINDS.values()
+        )
         return (*owned, *kinds)
 
     @property
@@ -378,10 +380,11 @@ class LampList:
                 report=report,
             )
             lamp = found.lamp
+            warnings = (*sentences(found.warnings), *mask_warnings(found.mask))
             if facts is not None:
                 white = lamp.white_cd_m2 or facts.white_cd_m2
                 lamp = replace(lamp, camera=facts.camera, white_cd_m2=white)
-            return add_lamp(folder, lamp).name, list_lamps(folder)[0], sentences(found.warnings)
+            return add_lamp(folder, lamp).name, list_lamps(folder)[0], warnings
 
         def done(found: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:
             name, self._entries, said = found

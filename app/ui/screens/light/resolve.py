@@ -12,9 +12,6 @@ from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import (
     NumbersLamp,
     part_of,
-    power_share,
-    power_words,
-    stops_words,
 )
 from app.core.second_light.placements import direction
 from app.core.second_light.search import Placed
@@ -47,6 +44,7 @@ from app.ui.screens.light.state import (
 )
 from app.ui.screens.styles.cards import side_line, whole_of
 from app.ui.screens.styles.gallery import Kept
+from app.words.lamps import lamp_title, power_share, power_words, stops_down
 from app.words.reach import reason_line, reason_sentence, too_soft_words
 
 GAIN: Final = 10
@@ -88,7 +86,7 @@ def lamp_name(lamp: Lamp) -> str:
     """Name the lamp in hand within a sentence: "the LED panel", or its own name."""
     if isinstance(lamp, CapturedLamp):
         return f"“{lamp.title}”"
-    return tr("the {lamp}", lamp=lamp_words(lamp.title))
+    return tr("the {lamp}", lamp=lamp_words(lamp_title(lamp.kind)))
 
 
 def turn_title(turn_deg: float) -> str:
@@ -405,7 +403,7 @@ def detail_of(shown: Shown) -> DetailState:
     pack = shown.answers.hand.head.pack
     style = pack.styles[pack.index(one.name)]
     powers = powers_for(shown.answers)
-    stops = stops_words(held.power, kind) if shown.dims else ""
+    stops = stops_down(held.power, kind) if shown.dims else ""
     numbers = (
         (tr("Turn"), turn_words(one.turn_refined_deg)),
         (tr("Lamp azimuth"), signed(held.azimuth_deg)),

@@ -39,6 +39,7 @@ from app.ui.screens.light.state import (
     LightView,
     PlaceScale,
 )
+from app.words.lamps import comparison_sentence, comparison_words
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
@@ -252,7 +253,7 @@ class LightPresenter(Presenter[LightView]):
                 actions=(("phone", tr("Take the phone")), ("capture", tr("Capture a lamp"))),
             )
         if self.lamps.own is not None and self.lamps.own.white_cd_m2 is None:
-            meter = str(compare(self.scale.white, self.lamps.own))
+            meter = comparison_words(compare(self.scale.white, self.lamps.own))
             return replace(state, meter=meter, meter_error=self.lamp_actions.trouble)
         if self.scale.white is None or self.scale.asking:
             return replace(state, asks=True)
@@ -273,7 +274,7 @@ class LightPresenter(Presenter[LightView]):
         return replace(
             state,
             sections=self._resolver.sections(shown, work.rows, work.version),
-            note=" ".join(part for part in (self._compared().sentence, note) if part),
+            note=" ".join(part for part in (comparison_sentence(self._compared()), note) if part),
             note_action=action,
             hold=replace(self._hold_state(shown, heads), turn_works=False)
             if state.stale
@@ -286,10 +287,10 @@ class LightPresenter(Presenter[LightView]):
     def _hold_state(self, shown: Shown, heads: HeadsState) -> HoldState:
         """Write the two steps; while another lamp is being tried, none is told to be held."""
         hold, lamp, known = hold_of(shown, heads), self._lamp(), shown.answers.hand.lamp
-        if not self.work.busy or lamp is None or lamp.title == known.title:
+        if not self.work.busy or lamp is None or lamp_name(lamp) == lamp_name(known):
             return hold
         trying = tr("Trying {lamp} all around the head…", lamp=lamp_name(lamp))
-        still = tr("What is shown is still of {lamp}.", lamp=lamp_name(known))
+        still = tr("Still showing {lamp}.", lamp=lamp_name(known))
         return replace(hold, hold=trying, hold_line=still, turn_works=False)
 
     def _lamp_state(self) -> LampState:
@@ -349,7 +350,7 @@ class LightPresenter(Presenter[LightView]):
         """Whether the lamp in hand, where it was captured, can be compared with the place."""
         own = self.lamps.own
         if own is None:
-            return Comparison(possible=True)
+            return Comparison()
         return compare(self.scale.white, own, place_camera=self.scale.camera)
 
     def _distance_m(self) -> float:

@@ -6,11 +6,9 @@ import math
 from dataclasses import replace
 from typing import Final
 
-from app.core.painting.library import CANNOT_READ
 from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
-from app.core.styles.lamps import studio_words
 from app.core.styles.styles import RARE, Style
 from app.core.text import tr, tr_plural
 from app.core.text.directions import LENS_CHOICES, aside_words, lit_aside_brief, lit_aside_words
@@ -18,6 +16,7 @@ from app.core.text.quantities import contrast_words
 from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort
+from app.words.lamps import studio_words
 from app.words.reach import (
     grade_words,
     nearly_card,
@@ -29,6 +28,7 @@ from app.words.reach import (
     too_soft_words,
 )
 
+_CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
 _NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
 _SPOKEN: Final = {
@@ -439,9 +439,9 @@ def _damaged_card(damaged: Damaged) -> CardState:
     return CardState(
         key=str(damaged.path),
         title=damaged.path.stem,
-        line=CANNOT_READ,
+        line=_CANNOT_READ,
         tip=damaged.reason,
-        spoken=f"{damaged.path.stem}, {CANNOT_READ} {damaged.reason}",
+        spoken=f"{damaged.path.stem}, {_CANNOT_READ} {damaged.reason}",
         in_reach=False,
         damaged=damaged.path,
     )

@@ -11,13 +11,10 @@ from app.core.solver.lens_search import STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.solve import StyleResult
 from app.core.styles.lamps import (
     AS_PUBLISHED,
-    RATIO_CHOICES,
-    SIZE_CHOICES,
     Studio,
     choice_keys,
     parse_ratio,
     parse_softness,
-    studio_words,
 )
 from app.core.text import tr
 from app.core.text.directions import LENS_CHOICES, aside_words
@@ -41,6 +38,7 @@ from app.ui.screens.styles.state import (
     StylesState,
     StylesView,
 )
+from app.words.lamps import RATIO_CHOICES, SIZE_CHOICES, studio_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

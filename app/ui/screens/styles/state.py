@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 from app.core.base.arrays import Bytes, Float32
-from app.core.styles.lamps import SIZE_CHOICES
 from app.core.text import tr
+from app.words.lamps import SIZE_CHOICES
 
 if TYPE_CHECKING:
     from app.ui.screens.styles.like_photo import LikeState

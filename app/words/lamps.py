@@ -1,0 +1,212 @@
+"""Lamps: their names and powers, the studio's lamps, a lamp's capture and what it is added to."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from app.core.second_light.captured import LampMask
+from app.core.second_light.lamp_presets import part_of, share_of
+from app.core.second_light.library import LampDamage, LampPart
+from app.core.second_light.scale import Comparison, Unknown
+from app.core.styles.lamps import RATIO_KEYS, SIZE_KEYS, Studio, parse_softness
+from app.core.text import tr, tr_plural
+
+_KINDS: Final = {
+    "phone": tr("Phone screen"),
+    "torch": tr("Phone torch"),
+    "tablet": tr("Tablet screen"),
+    "panel": tr("LED panel"),
+    "bulb": tr("Table lamp"),
+    "flash": tr("Bare flash"),
+    "softbox": tr("Softbox"),
+}
+_SIZES: Final = {
+    "hard": tr("Hard"),
+    "medium": tr("Medium"),
+    "large": tr("Large"),
+    "dish@1": tr("Beauty dish at 1 m"),
+    "softbox@1": tr("Softbox at 1 m"),
+    "umbrella@1.5": tr("Umbrella at 1.5 m"),
+    "octabox@1.5": tr("Octabox at 1.5 m"),
+    "window@3": tr("Window at 3 m"),
+}
+SIZE_CHOICES: Final = {
+    key: f"{_SIZES[key]} ({parse_softness(key):.0f}°)" if key in _SIZES else tr("As in the paper")
+    for key in SIZE_KEYS
+}
+"""Sizes of the studio's lamps that are offered, by key."""
+
+RATIO_CHOICES: Final = {key: tr("As it comes") if key == "none" else key for key in RATIO_KEYS}
+"""Lighting ratios of the studio that are offered, by key."""
+
+GUIDE: Final = (
+    tr("Make a room as dark as you can: curtains, other lamps, screens."),
+    tr(
+        "Put the 360 camera on a stand where the head would be, away from "
+        "mirrors and glossy tables."
+    ),
+    tr(
+        "Hold the lamp at the distance at which it will be used, facing the "
+        "camera, and measure that distance from the camera."
+    ),
+    tr(
+        "Take a bracket with fixed white balance; in its darkest frame the lamp "
+        "must not be burnt out."
+    ),
+    tr("Give the files here. Use the same camera for places: then their brightness compares."),
+)
+"""How to capture a lamp, step by step."""
+
+_PARTS: Final = {
+    LampPart.NAME: tr("its name"),
+    LampPart.DISTANCE: tr("its distance"),
+    LampPart.BRIGHTNESS: tr("its brightness"),
+    LampPart.ILLUMINANCE: tr("its illuminance"),
+    LampPart.CAMERA: tr("its camera"),
+    LampPart.CHECKSUM: tr("its checksum"),
+}
+
+
+def lamp_title(name: str, title: str = "") -> str:
+    """Name a lamp: by its own title, or by that of its kind."""
+    return title or _KINDS.get(name, name)
+
+
+def power_words(power: float, kind: str = "") -> str:
+    """Write at which power a lamp is held, as its own display does.
+
+    Examples:
+        >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
+        ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
+    """
+    part = part_of(power, kind)
+    if part == 1:
+        return tr("at full power")
+    return tr("at half power") if part == 2 else tr("at {share} power", share=f"1/{part}")
+
+
+def power_share(power: float, kind: str = "") -> str:
+    """Write a power as a share of the lamp's greatest: "full" or "1/8".
+
+    Examples:
+        >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
+        ('full', '1/8', 'full')
+    """
+    part = part_of(power, kind)
+    return tr("full") if part == 1 else f"1/{part}"
+
+
+def stops_down(power: float, kind: str = "") -> str:
+    """Write by how much a lamp is turned down; empty at full power.
+
+    Examples:
+        >>> stops_down(0.125), stops_down(0.5), stops_down(1.0)
+        ('3 stops down', '1 stop down', '')
+    """
+    stops = round(-math.log2(share_of(power, kind)))
+    return tr_plural("{count} stop down", "{count} stops down", stops) if stops > 0 else ""
+
+
+def studio_words(studio: Studio) -> str:
+    """Write the lamps of a studio in short.
+
+    Examples:
+        >>> studio_words(Studio(30.0, 4.0)), studio_words(Studio())
+        ('30°, 4:1', 'as in the paper')
+    """
+    size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
+    ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
+    return ", ".join(filter(None, (size, ratio))) or tr("as in the paper")
+
+
+def comparison_words(comparison: Comparison) -> str:
+    """Write why a lamp's light cannot be added to a place's, and what to do; empty where it can."""
+    return " ".join(filter(None, (comparison_sentence(comparison), _hint(comparison))))
+
+
+def comparison_sentence(comparison: Comparison) -> str:
+    """Write the first sentence of it, or that two cameras differ."""
+    title = comparison.title
+    if comparison.unknown is Unknown.LAMP:
+        return tr(
+            "The brightness of “{title}” is not known: its files do not state the exposure.",
+            title=title,
+        )
+    if comparison.unknown is Unknown.BOTH:
+        return tr(
+            "The brightness of “{title}” and of the place is not known: their files do not "
+            "state the exposure.",
+            title=title,
+        )
+    if comparison.unknown is Unknown.PLACE:
+        return tr(
+            "The brightness of the place is not known: its files do not state the "
+            "exposure, so that “{title}” cannot be added to it.",
+            title=title,
+        )
+    if comparison.cameras is None:
+        return ""
+    lamp, place = comparison.cameras
+    return tr(
+        "“{title}” was captured with another camera ({camera}) than the place "
+        "({place_camera}): it may be half a stop brighter or darker than shown.",
+        title=title,
+        camera=lamp,
+        place_camera=place,
+    )
+
+
+def _hint(comparison: Comparison) -> str:
+    if comparison.unknown is None:
+        return ""
+    if comparison.unknown is Unknown.PLACE:
+        return tr("Say how much light falls on the face there, in lux, or capture the place again.")
+    return tr(
+        "Type its illuminance: hold a light meter where the probe stood, facing "
+        "the lamp. Or capture it again with files that state ISO, aperture and "
+        "shutter."
+    )
+
+
+def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
+    """Write what is doubtful about a lamp that was found in its capture."""
+    warnings = []
+    if mask is not None and mask.in_lit_room:
+        warnings.append(
+            tr(
+                "The room is not dark: the lamp is only {contrast:.0f} times brighter. "
+                "Close curtains and switch off other lights, or check the mask.",
+                contrast=mask.contrast,
+            )
+        )
+    if mask is not None and mask.burnt_out:
+        warnings.append(
+            tr(
+                "{clipped:.0f} % of the lamp is clipped in every frame: it counts as "
+                "dimmer than it is. Take darker frames too.",
+                clipped=100 * mask.clipped,
+            )
+        )
+    return tuple(warnings)
+
+
+def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
+    """Write what was left out where a lamp was found in its capture."""
+    if mask is None or not mask.rejected:
+        return ()
+    return (
+        tr_plural(
+            "{count} other bright spot was taken for a reflection or another light and left out.",
+            "{count} other bright spots were taken for a reflection or another light and left out.",
+            mask.rejected,
+        ),
+    )
+
+
+def damage_words(damage: LampDamage) -> str:
+    """Write which part of a lamp's text is lost."""
+    parts = ", ".join(_PARTS[part] for part in damage.parts)
+    if not parts:
+        parts = tr("its text") if damage.error is None else damage.error.message
+    return tr("A part of this lamp could not be read: {parts}.", parts=parts)
