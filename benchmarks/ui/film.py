@@ -160,8 +160,9 @@ def main() -> None:
         from PySide6.QtCore import QTimer
 
         from app.core.base.paths import resources
-        from app.core.storage.settings import FILE as SETTINGS
-        from app.core.storage.settings import Settings, write_settings
+        from app.core.storage.settings import Settings
+        from app.core.storage.settings_file import FILE as SETTINGS
+        from app.core.storage.settings_file import write_settings
         from app.devices.clock import SystemClock
         from app.devices.device_sets import DemoDevices
         from app.ui.shell.launch_options import LaunchOptions

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from app.core.storage.settings import SECTIONS, TABLE, Setting
+from app.words import settings as words
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "settings.md"
 
@@ -23,14 +24,25 @@ def document() -> str:
         "`settings.json.bak`.",
     ]
     for section in SECTIONS:
-        lines += ["", f"## {section}", "", "| setting | values | default | what it does | key |"]
+        lines += [
+            "",
+            f"## {words.SECTIONS[section]}",
+            "",
+            "| setting | values | default | what it does | key |",
+        ]
         lines += ["|---|---|---|---|---|"]
         lines += [_row(entry) for entry in TABLE if entry.section == section]
     return "\n".join(lines) + "\n"
 
 
 def _row(entry: Setting) -> str:
-    cells = (entry.title, _values(entry), entry.words(entry.default), entry.help, f"`{entry.key}`")
+    cells = (
+        words.title(entry),
+        _values(entry),
+        words.value_words(entry, entry.default),
+        words.explanation(entry),
+        f"`{entry.key}`",
+    )
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
@@ -39,9 +51,10 @@ def _values(entry: Setting) -> str:
         return "on, off"
     if entry.kind == "number":
         whole = "whole numbers, " if entry.whole else ""
-        return f"{whole}{entry.words(entry.minimum)} to {entry.words(entry.maximum)}"
+        low, high = (words.value_words(entry, end) for end in (entry.minimum, entry.maximum))
+        return f"{whole}{low} to {high}"
     if entry.kind == "choice":
-        known = (f"{words} (`{value}`)" for value, words in entry.choices)
+        known = (f"{name} (`{value}`)" for value, name in words.choices(entry))
         return ", ".join(known) if entry.choices else f"one of the {entry.offers}"
     return "a folder" if entry.kind == "folder" else f"text, at most {entry.longest} letters"
 

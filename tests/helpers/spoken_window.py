@@ -141,7 +141,8 @@ def main(folder: Path) -> int:
     os.environ["TURNLIGHT_HOME"] = str(folder / "home")
     set_language("test")
     from app.core.base.paths import resources
-    from app.core.storage.settings import FILE, Settings, write_settings
+    from app.core.storage.settings import Settings
+    from app.core.storage.settings_file import FILE, write_settings
     from app.core.styles.styles import load_styles
     from app.devices.clock import SystemClock
     from app.devices.device_sets import DemoDevices

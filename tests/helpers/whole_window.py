@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.storage.settings import FILE, Settings, write_settings
+from app.core.storage.settings import Settings
+from app.core.storage.settings_file import FILE, write_settings
 from app.devices.clock import Clock, SystemClock
 from app.devices.theta.discovery import Discovery
 from app.ui.shell.launch_options import LaunchOptions

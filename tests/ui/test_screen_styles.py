@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidge
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import at_turn
+from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
@@ -298,7 +299,7 @@ class TestGrid:
             "PySide6.QtGui.QDesktopServices.openUrl", lambda url: opened.append(url.toLocalFile())
         )
         file = shown.table.folder / "styles" / "broken.toml"
-        shown.table.model.update(damaged_styles=(Damaged(file, "It is empty."),))
+        shown.table.model.update(damaged_styles=(Damaged(file, CoreError("It is empty.")),))
         card = shown.view.findChild(DamagedCard)
         assert isinstance(card, DamagedCard)
         assert "This style cannot be read. Its file is untouched." in card.accessibleName()

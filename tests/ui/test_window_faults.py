@@ -24,7 +24,7 @@ from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
 from app.core.places.library import list_places
 from app.core.places.store import read_place
-from app.core.storage.settings import FILE, read_settings
+from app.core.storage.settings_file import FILE, read_settings
 from app.core.styles.styles import NAMES
 from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock

@@ -23,7 +23,8 @@ from app.core.places.light import store_environment
 from app.core.places.originals import adopt_files
 from app.core.places.store import create_place
 from app.core.storage.privacy import tighten
-from app.core.storage.settings import FILE, Settings, write_settings
+from app.core.storage.settings import Settings
+from app.core.storage.settings_file import FILE, write_settings
 from app.devices.capture.session import Session
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="permissions as on POSIX")

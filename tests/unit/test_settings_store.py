@@ -15,13 +15,9 @@ from hypothesis import settings as limits
 from hypothesis import strategies as st
 
 from app.core.storage.json_file import carry_unknown, dump, read_json
-from app.core.storage.settings import (
-    TABLE,
-    Settings,
-    SettingsError,
-    read_settings,
-    write_settings,
-)
+from app.core.storage.settings import TABLE, Settings, SettingsError, SettingsNote
+from app.core.storage.settings_file import read_settings, write_settings
+from app.words.settings import note_words
 from tests.unit.test_settings_table import values_of
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and pipes as on POSIX")
@@ -76,11 +72,10 @@ def test_bad_fields_are_put_right_one_by_one(file: Path) -> None:
     settings, notes = read_settings(file)
     assert settings == Settings().with_("text_scale", 1.5)
     assert len(notes) == 4
-    assert "“Theme” is one of: " in notes[0]
-    assert notes[0].endswith("It is Dark again.")
-    assert "“Webcam”" in notes[1]
-    assert "“Volume”" in notes[2]
-    assert notes[3] == "The file as it was is kept as settings.json.bak."
+    assert [note.entry.key for note in notes if note.entry] == ["theme", "webcam", "volume"]
+    assert "“Theme” is one of: " in note_words(notes[0])
+    assert note_words(notes[0]).endswith("It is Dark again.")
+    assert notes[3] == SettingsNote(kept=file.parent / "settings.json.bak")
     assert (file.parent / "settings.json.bak").read_bytes() == before
 
 
@@ -89,7 +84,7 @@ def test_bad_file_is_kept_once_and_never_overwritten(file: Path) -> None:
         file.write_bytes(content)
         _, notes = read_settings(file)
         wanted = "settings.json.bak-2" if content == b"[1]" else "settings.json.bak"
-        assert notes[-1] == f"The file as it was is kept as {wanted}.", number
+        assert notes[-1] == SettingsNote(kept=file.parent / wanted), number
     kept = {name: (file.parent / name).read_bytes() for name in names(file.parent)}
     del kept["settings.json"]
     assert kept == {"settings.json.bak": b"{no", "settings.json.bak-2": b"[1]"}
@@ -116,8 +111,9 @@ def test_cut_off_file_means_defaults_and_a_sentence(file: Path, cut: int) -> Non
     else:
         assert settings == Settings()
         # A cut through a letter of two bytes leaves something that is not text.
-        assert re.fullmatch(r"The settings could not be used: it is .*\. Using default.*", notes[0])
-        assert notes[1:] == ("The file as it was is kept as settings.json.bak.",)
+        said = note_words(notes[0])
+        assert re.fullmatch(r"The settings could not be used: it is .*\. Using default.*", said)
+        assert notes[1:] == (SettingsNote(kept=file.parent / "settings.json.bak"),)
         assert (file.parent / "settings.json.bak").read_bytes() == whole[:-cut]
 
 
@@ -137,7 +133,7 @@ def test_file_that_is_something_else_is_a_sentence(file: Path, content: bytes, w
     file.write_bytes(content)
     settings, notes = read_settings(file)
     assert settings == Settings()
-    assert words in notes[0]
+    assert words in notes[0].why
     assert "settings.json.bak" in names(file.parent)
     write_settings(file, CHANGED)
     assert read_settings(file) == (CHANGED, ())
@@ -148,7 +144,7 @@ def test_pipe_is_not_waited_for(file: Path) -> None:
     os.mkfifo(file)
     settings, notes = read_settings(file)
     assert settings == Settings()
-    assert "not an ordinary file" in notes[0]
+    assert "not an ordinary file" in notes[0].why
 
 
 def test_editor_with_a_byte_order_mark_is_fine(file: Path) -> None:
@@ -243,7 +239,7 @@ def test_file_without_permission_is_a_sentence(file: Path) -> None:
     file.chmod(0)
     settings, notes = read_settings(file)
     assert settings == Settings()
-    assert "permission denied" in notes[0]
+    assert "permission denied" in notes[0].why
 
 
 JSON = st.recursive(

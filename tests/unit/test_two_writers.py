@@ -20,7 +20,8 @@ from app.core.painting.user_style import UserStyle
 from app.core.places.store import PLACE, change_place, create_place, read_place, write_place
 from app.core.storage import data_lock
 from app.core.storage.json_file import read_json
-from app.core.storage.settings import FILE, Settings, read_settings, write_settings
+from app.core.storage.settings import Settings
+from app.core.storage.settings_file import FILE, read_settings, write_settings
 from app.ui.presenters.model import Model
 from app.ui.screens.paint.document import DraftKeeper
 from tests.helpers.second_writer import painted

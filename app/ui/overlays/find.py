@@ -30,6 +30,8 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, stacked
 from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
+from app.words.lamps import lamp_title
+from app.words.settings import SECTIONS, title
 
 _HEIGHT: Final = 40
 _ENTER: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter})
@@ -112,7 +114,7 @@ class FindBody(QWidget):
         self._things = [
             *_actions(commands),
             *_styles(commands),
-            *(_lamp(commands, kind.name, kind.title) for kind in KINDS.values()),
+            *(_lamp(commands, kind, lamp_title(kind)) for kind in KINDS),
             *_heads(commands),
             *_settings(commands),
         ]
@@ -187,8 +189,8 @@ def _actions(commands: Commands) -> list[Findable]:
 def _settings(commands: Commands) -> list[Findable]:
     return [
         Findable(
-            entry.title,
-            tr("setting, {section}", section=entry.section),
+            title(entry),
+            tr("setting, {section}", section=SECTIONS[entry.section]),
             "settings",
             "",
             partial(commands.show_setting, entry.key),

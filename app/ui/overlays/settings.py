@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QKeyEvent
@@ -10,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from app.core.base.errors import CoreError
-from app.core.storage.settings import SECTIONS, TABLE, Setting, Value
+from app.core.storage.settings import SECTIONS, TABLE, Setting, SettingValueError, Value
 from app.core.text import tr
 from app.ui.presenters.actions import score
 from app.ui.presenters.services import NO_LOUDSPEAKER
@@ -22,6 +23,7 @@ from app.ui.widgets.fields import ListField, TextField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.surfaces import Scroll
+from app.words import settings as words
 
 
 class SettingsBody(QWidget):
@@ -37,9 +39,9 @@ class SettingsBody(QWidget):
         for section in SECTIONS:
             entries = [entry for entry in shown if entry.section == section]
             if entries:
-                heading = " ".join(entry.searched for entry in entries)
-                self._lines += [(heading, Text(section, 16, 600))]
-                self._lines += [(entry.searched, self._line(entry)) for entry in entries]
+                heading = " ".join(words.search_words(entry) for entry in entries)
+                self._lines += [(heading, Text(words.SECTIONS[section], 16, 600))]
+                self._lines += [(words.search_words(entry), self._line(entry)) for entry in entries]
         reset = Button(tr("Back to the defaults"), size="small", do=self._reset)
         self.field = TextField(tr("Find a setting"), tr("Find a setting"), "search", False)
         self.field.changed.connect(self._filter)
@@ -56,7 +58,7 @@ class SettingsBody(QWidget):
 
     def _filter(self, typed: str) -> None:
         """Show the settings that fit a few letters: of a title, a choice, or a word for it."""
-        shown = [not typed.strip() or score(typed, words) > 0 for words, _ in self._lines]
+        shown = [not typed.strip() or score(typed, about) > 0 for about, _ in self._lines]
         for (_, line), fits in zip(self._lines, shown, strict=True):
             line.setVisible(fits)
         nothing = tr("No setting fits “{typed}”. Try another word for it.", typed=typed.strip())
@@ -80,7 +82,7 @@ class SettingsBody(QWidget):
         }
         value = self._commands.services.model.settings.value(entry.key)
         self._controls[entry.key] = control = makers[entry.kind](entry, value)
-        parts = [control, Text(entry.help, 12, role="dim", wrap=True)]
+        parts = [control, Text(words.explanation(entry), 12, role="dim", wrap=True)]
         if entry.key == "sounds" and not self._commands.services.sounds.available:
             parts.append(Text(NO_LOUDSPEAKER, 12, role="dim", wrap=True))
         return boxed(column(*parts, gap=4))
@@ -100,26 +102,28 @@ class SettingsBody(QWidget):
         QTimer.singleShot(0, self, show)
 
     def _toggle(self, entry: Setting, value: Value) -> QWidget:
-        toggle = Toggle(entry.title)
+        toggle = Toggle(words.title(entry))
         toggle.setChecked(bool(value))
         toggle.toggled.connect(lambda on: self._change(entry, on))
         return toggle
 
     def _choice(self, entry: Setting, value: Value) -> QWidget:
         heads = entry.offers == "heads"
-        field = ListField(entry.title, self._commands.desk.heads() if heads else entry.choices)
+        field = ListField(
+            words.title(entry), self._commands.desk.heads() if heads else words.choices(entry)
+        )
         field.choose(str(value))
         field.chosen.connect(lambda key: self._change(entry, key))
         return field
 
     def _number(self, entry: Setting, value: Value) -> QWidget:
         slider = LabelledSlider(
-            entry.title,
+            words.title(entry),
             entry.minimum,
             entry.maximum,
             float(value),
             entry.step,
-            entry.words,
+            partial(words.value_words, entry),
             default=float(entry.default),
         )
         # A size that changes under the hand would run away from it.
@@ -128,7 +132,7 @@ class SettingsBody(QWidget):
         return slider
 
     def _text(self, entry: Setting, value: Value) -> TextField:
-        field = TextField(entry.title, entry.empty_means)
+        field = TextField(words.title(entry), words.empty_means(entry))
         field.set_text(str(value))
         told = field.entered if entry.kind == "folder" else field.changed
         told.connect(lambda text: self._change(entry, text, field))
@@ -138,13 +142,13 @@ class SettingsBody(QWidget):
         field = self._text(entry, value)
 
         def ask() -> None:
-            folder = ask_folder(self, entry.title, field.text())
+            folder = ask_folder(self, words.title(entry), field.text())
             if folder is not None and isValid(field):
                 field.set_text(str(folder))
                 self._change(entry, str(folder), field)
 
         choose = Button(tr("Choose…"), do=ask)
-        choose.setAccessibleName(tr("Choose: {title}", title=entry.title))
+        choose.setAccessibleName(tr("Choose: {title}", title=words.title(entry)))
         return boxed(row((field, 1), column(..., choose, gap=None), gap=8))
 
     def _change(self, entry: Setting, value: object, field: TextField | None = None) -> None:
@@ -153,7 +157,8 @@ class SettingsBody(QWidget):
         except CoreError as error:
             if field is None:
                 raise
-            field.set_error(str(error))
+            wrong = isinstance(error, SettingValueError)
+            field.set_error(words.takes(entry) if wrong else str(error))
             return
         if field is not None:
             field.set_error("")

@@ -15,7 +15,8 @@ from PySide6.QtWidgets import QWidget
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.solver.solve import proposal
-from app.core.storage.settings import FILE, Settings, write_settings
+from app.core.storage.settings import Settings
+from app.core.storage.settings_file import FILE, write_settings
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Model, Step

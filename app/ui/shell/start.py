@@ -31,7 +31,8 @@ from app.core.base.files import atomic_write_bytes, open_file
 from app.core.base.native import plain_numbers
 from app.core.base.paths import resources, user_data
 from app.core.storage.privacy import tighten
-from app.core.storage.settings import FILE, Settings, read_settings
+from app.core.storage.settings import Settings
+from app.core.storage.settings_file import FILE, read_settings
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.ui.overlays import open_overlay
@@ -49,6 +50,7 @@ from app.ui.shell.signals import ending_by_signal
 from app.ui.shell.window import Window
 from app.ui.theme import ThemeName, apply, set_theme
 from app.ui.widgets.dialogs import show_folder
+from app.words.settings import note_words
 
 if TYPE_CHECKING:
     from app.ui.shell.launch_options import LaunchOptions
@@ -209,7 +211,7 @@ class App:
         look.start()
         self.window.paths_dropped.connect(self.commands.open_paths)
         for note in notes:
-            self.notify.tell(note, kind="warning")
+            self.notify.tell(note_words(note), kind="warning")
 
     def show(self) -> None:
         """Show the window as it was last time; work begins once it has been painted."""

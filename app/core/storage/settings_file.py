@@ -1,0 +1,128 @@
+"""The file of the settings: read field by field, written whole, shared by several windows."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from app.core.base.errors import CoreError
+from app.core.base.files import make_folder, os_errors_as
+from app.core.storage.data_lock import writing
+from app.core.storage.json_file import Facts, keep_bad, keep_copy, read_json, write_json
+from app.core.storage.settings import (
+    TABLE,
+    Settings,
+    SettingsError,
+    SettingsNote,
+    SettingValueError,
+)
+from app.core.text import tr
+
+FILE: Final = "settings.json"
+"""Name of the file in the user's folder."""
+
+VERSION: Final = 1
+"""Of the file's form."""
+
+_VERSION_KEY: Final = "format_version"
+_MOST_BYTES: Final = 1 << 20
+
+
+def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
+    """Read the settings; whatever is wrong with the file, there are settings afterwards.
+
+    Returns a note for each thing that was lost; then the bad file is kept as ``NAME.bak``.
+    """
+    file = read_json(path, _MOST_BYTES)
+    if file.state == "missing":
+        return Settings(), ()
+    if file.state == "unreadable":
+        return Settings(), (SettingsNote(why=file.why, unreadable=path),)
+    notes = [SettingsNote(why=file.why)] if file.state == "damaged" else []
+    values: dict[str, Any] = {}
+    facts = _renamed(file.facts)
+    newer = facts.pop(_VERSION_KEY, VERSION) != VERSION
+    for entry in TABLE:
+        if entry.key in facts:
+            try:
+                values[entry.key] = entry.checked(facts.pop(entry.key))
+            except SettingValueError:
+                notes.append(SettingsNote(entry=entry))
+    settings = Settings(**values, unknown=facts)
+    if notes or newer:
+        kept = keep_bad(path, _MOST_BYTES)
+        if kept is not None and notes:
+            notes.append(SettingsNote(kept=kept))
+    return settings, tuple(notes)
+
+
+def write_settings(path: Path, settings: Settings, saved: Settings | None = None) -> Path | None:
+    """Write the settings whole or not at all; only what differs from its default is in the file.
+
+    Args:
+        saved: The settings as this process last read or wrote them. What another process has
+            changed since stays, unless this one has changed the same setting.
+
+    Returns the copy of a file that held another value of the same setting; None where none did.
+    """
+    with os_errors_as(
+        SettingsError,
+        tr("The settings were not saved in {parent}: {reason}."),
+        tr("They count until you quit."),
+        parent=path.parent,
+    ):
+        make_folder(path.parent, private=True)
+        with writing(path.parent):
+            merged, clash = (settings, False) if saved is None else _merged(path, settings, saved)
+            copy = keep_copy(path, _MOST_BYTES, "conflict") if clash else None
+            try:
+                write_json(path, _facts_of(merged), _MOST_BYTES)
+            except CoreError as error:
+                raise SettingsError(
+                    tr("The settings were not saved. {message}", message=error.message),
+                    tr("They count until you quit."),
+                ) from error
+    return copy
+
+
+def _merged(path: Path, ours: Settings, saved: Settings) -> tuple[Settings, bool]:
+    """Take over what another process has changed; whether both have changed the same."""
+    file = read_json(path, _MOST_BYTES)
+    if file.state != "whole":
+        return ours, False
+    clash = False
+    changes: dict[str, Any] = {}
+    facts = _renamed(file.facts)
+    for entry in TABLE:
+        mine, before = ours.value(entry.key), saved.value(entry.key)
+        theirs = entry.default
+        with contextlib.suppress(SettingsError):
+            theirs = entry.checked(facts.get(entry.key, entry.default))
+        if mine == before:
+            changes[entry.key] = theirs
+        elif theirs not in (before, mine) and entry.key != "last_place":
+            clash = True
+    known = {_VERSION_KEY, *(entry.key for entry in TABLE)}
+    unknown = {name: value for name, value in facts.items() if name not in known}
+    return replace(ours, **changes, unknown={**unknown, **ours.unknown}), clash
+
+
+def _renamed(facts: Facts) -> Facts:
+    """Read the names of earlier versions."""
+    current = dict(facts)
+    objective = current.pop("objective", None)
+    if objective == "paper":
+        current.setdefault("paper_mode", True)
+    return current
+
+
+def _facts_of(settings: Settings) -> Facts:
+    facts: Facts = {_VERSION_KEY: VERSION}
+    for entry in TABLE:
+        value = settings.value(entry.key)
+        if value != entry.default:
+            facts[entry.key] = value
+    facts |= {name: value for name, value in settings.unknown.items() if name not in facts}
+    return facts

@@ -1,0 +1,270 @@
+"""The settings: titles, explanations and values as the dialog shows them, and what was lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from app.core.storage.settings import Setting, SettingsNote, Value
+from app.core.text import tr
+from app.words.lamps import RATIO_CHOICES, SIZE_CHOICES
+
+SECTIONS: Final = {
+    "looks": tr("Looks"),
+    "sitter": tr("Sitter"),
+    "answers": tr("Answers"),
+    "capture": tr("Capture"),
+    "turning": tr("Turning"),
+    "sound": tr("Sound"),
+    "files": tr("Files"),
+    "remembered": tr("Remembered"),
+}
+"""Headings of the dialog, in its order; the last is not shown."""
+
+
+class SettingWords(NamedTuple):
+    """The words of one setting.
+
+    Attributes:
+        choices: Of its values, by value.
+        empty_means: What an empty text stands for.
+        also: Other words by which somebody may look for it.
+    """
+
+    title: str
+    explanation: str
+    choices: Mapping[str, str] = {}
+    empty_means: str = ""
+    also: str = ""
+
+
+WORDS: Final = {
+    "theme": SettingWords(
+        tr("Theme"),
+        tr("High contrast is made for bright sun; “System” follows your operating system."),
+        {
+            "system": tr("System"),
+            "dark": tr("Dark"),
+            "light": tr("Light"),
+            "contrast": tr("High contrast"),
+        },
+        also=tr("colours dark mode night sunlight"),
+    ),
+    "text_scale": SettingWords(
+        tr("Size of text and controls"),
+        tr("Makes everything in the window larger."),
+        also=tr("font zoom scale bigger"),
+    ),
+    "reduce_motion": SettingWords(
+        tr("Fewer animations"), tr("Things change at once instead of gliding.")
+    ),
+    "head": SettingWords(
+        tr("Head"),
+        tr(
+            "Head and skin tone that new places start with; the chip at the top changes it for "
+            "one. On dark skin, match reads about 6 points lower than on real faces."
+        ),
+    ),
+    "hair": SettingWords(
+        tr("Hair"),
+        tr("Of the head in large pictures; it changes no answer."),
+        {"short": tr("Short"), "long": tr("Long"), "plain": tr("None, bald and plain")},
+        also=tr("bald portrait brows"),
+    ),
+    "behind": SettingWords(
+        tr("Behind the head"),
+        tr("What is behind the head in pictures here; the place is blurred as at 85 mm, f/2."),
+        {"place": tr("The place"), "grey": tr("Neutral grey")},
+        also=tr("background bokeh blur"),
+    ),
+    "sitter_name": SettingWords(
+        tr("Sitter’s name"), tr("Printed on set sheets."), empty_means=tr("none")
+    ),
+    "paper_mode": SettingWords(
+        tr("Paper mode"),
+        tr("Finds turns by the published rule: the largest quality C, of grey light on grey skin."),
+        also=tr("objective best turn quality"),
+    ),
+    "lamp_size": SettingWords(
+        tr("Lamp size"),
+        tr("Size of the lamps in your studio, for new places; the Styles step changes it for one."),
+        SIZE_CHOICES,
+    ),
+    "lamp_ratio": SettingWords(
+        tr("Lighting ratio"),
+        tr("Key and fill to fill alone in your studio, for new places."),
+        RATIO_CHOICES,
+    ),
+    "plan": SettingWords(
+        tr("Bracket"),
+        tr("Three frames are quick and clip lamps and the sun; the full range holds them."),
+        {"paper": tr("Three frames"), "full": tr("Full range")},
+        also=tr("exposures HDR quick"),
+    ),
+    "self_timer_s": SettingWords(
+        tr("Self-timer"),
+        tr("Time to kneel under the camera before the first exposure."),
+        also=tr("countdown delay"),
+    ),
+    "measure_with": SettingWords(
+        tr("Measure with"),
+        tr("What the Probe step measures the light with; it also says how photographs are read."),
+        {
+            "camera": tr("360 camera"),
+            "film": tr("Film"),
+            "ball": tr("Mirror ball"),
+            "photos": tr("Photos"),
+            "file": tr("File"),
+        },
+        also=tr("video chrome panorama phone"),
+    ),
+    "mirrored": SettingWords(
+        tr("Mirrored"),
+        tr("Films and photos are mirror images, as some phones save selfies."),
+        also=tr("selfie front camera flip left right swap"),
+    ),
+    "watch_folder": SettingWords(
+        tr("Watched folder"),
+        tr("Brackets of any camera that arrive in this folder are offered for merging."),
+        empty_means=tr("none"),
+    ),
+    "mode": SettingWords(
+        tr("Who turns"),
+        tr(
+            "Either you walk around the sitter, who turns with you, or you are the sitter yourself."
+        ),
+        {"walk": tr("I walk around the sitter"), "selfie": tr("I turn myself")},
+        also=tr("selfie alone"),
+    ),
+    "camera_looks": SettingWords(
+        tr("The live camera looks at"),
+        tr("A laptop’s own camera usually looks at you, a camera in your hand at the sitter."),
+        {"ask": tr("Ask me"), "sitter": tr("The sitter"), "me": tr("Me")},
+    ),
+    "webcam": SettingWords(
+        tr("Webcam"), tr("Which of the cameras on this computer is the live one, counted from 0.")
+    ),
+    "camera_distance_m": SettingWords(
+        tr("Distance of the camera"), tr("From the sitter to the camera that takes the portrait.")
+    ),
+    "sounds": SettingWords(
+        tr("Sounds"),
+        tr("A sound says when you may move, and when the turn is reached."),
+        also=tr("mute silent noise"),
+    ),
+    "volume": SettingWords(tr("Volume"), tr("Of these sounds.")),
+    "voice": SettingWords(
+        tr("Spoken voice"),
+        tr("Says aloud when to kneel and which frame is taken, in this computer's own voice."),
+    ),
+    "places_folder": SettingWords(
+        tr("Places are kept in"),
+        tr("New places go here. Those that are in another folder stay there."),
+        empty_means=tr("Turnlight’s own folder"),
+        also=tr("save storage disk"),
+    ),
+    "live_source": SettingWords(
+        tr("Live camera"),
+        tr("A network camera or a video in place of a webcam."),
+        empty_means=tr("the webcam"),
+    ),
+    "live_views": SettingWords(
+        tr("Live cameras’ angles of view"),
+        tr("Angle of view and resolution of each live camera."),
+        empty_means=tr("estimated"),
+    ),
+    "own_head": SettingWords(
+        tr("Head of your own"), tr("The head file that was chosen last."), empty_means=tr("none")
+    ),
+    "last_place": SettingWords(
+        tr("Last place"), tr("The place that is opened at the next start."), empty_means=tr("none")
+    ),
+    "card_width": SettingWords(
+        tr("Size of the cards"), tr("Least width of a style’s card; 0 leaves it to the window.")
+    ),
+    "same_exposure": SettingWords(
+        tr("Same exposure"), tr("All pictures here use the exposure of the selected style.")
+    ),
+    "tour_seen": SettingWords(tr("Tour seen"), tr("Off shows the tour at the next start.")),
+}
+"""By key."""
+
+
+def title(entry: Setting) -> str:
+    """Give the label of a setting."""
+    return WORDS[entry.key].title
+
+
+def explanation(entry: Setting) -> str:
+    """Give the sentence under a setting."""
+    return WORDS[entry.key].explanation
+
+
+def choices(entry: Setting) -> tuple[tuple[str, str], ...]:
+    """Give the values of a choice with their words; empty where the program offers others."""
+    words = WORDS[entry.key].choices
+    return tuple((value, words[value]) for value in entry.choices)
+
+
+def empty_means(entry: Setting) -> str:
+    """Say what an empty text stands for."""
+    return WORDS[entry.key].empty_means
+
+
+def search_words(entry: Setting) -> str:
+    """Give all words by which a setting is found."""
+    words = (title(entry), SECTIONS[entry.section], explanation(entry), WORDS[entry.key].also)
+    return " ".join((*words, *(name for _, name in choices(entry))))
+
+
+def value_words(entry: Setting, value: Value) -> str:
+    """Write a value as the dialog shows it.
+
+    Examples:
+        >>> value_words(Setting("k", "looks", "number", 1.8, maximum=9, unit="m"), 1.8)
+        '1.8 m'
+    """
+    if isinstance(value, bool):
+        return tr("on") if value else tr("off")
+    if isinstance(value, str):
+        return dict(choices(entry)).get(value, value) or empty_means(entry)
+    # Rounded only to be shown; an exact whole number is written without a point.
+    digits = f"{value:.2f}".rstrip("0").rstrip(".").replace("-", "−")
+    return digits + ("" if entry.unit in ("", "°", "×") else " ") + entry.unit
+
+
+def takes(entry: Setting) -> str:
+    """Say which values a setting takes."""
+    name = title(entry)
+    if entry.kind == "toggle":
+        return tr("“{title}” is on or off.", title=name)
+    if entry.kind == "number":
+        ends = {"low": value_words(entry, entry.minimum), "high": value_words(entry, entry.maximum)}
+        if entry.whole:
+            return tr("“{title}” goes from a whole number {low} to {high}.", title=name, **ends)
+        return tr("“{title}” goes from {low} to {high}.", title=name, **ends)
+    if entry.kind == "choice" and entry.choices:
+        names = ", ".join(words for _, words in choices(entry))
+        return tr("“{title}” is one of: {names}.", title=name, names=names)
+    if entry.kind == "folder":
+        return tr("“{title}” is a folder with its whole path, or empty.", title=name)
+    return tr("“{title}” is a text of at most {most} letters.", title=name, most=entry.longest)
+
+
+def note_words(note: SettingsNote) -> str:
+    """Write what was lost when the settings were read."""
+    if note.kept is not None:
+        return tr("The file as it was is kept as {name}.", name=note.kept.name)
+    if note.entry is not None:
+        return tr(
+            "{message} It is {words} again.",
+            message=takes(note.entry),
+            words=value_words(note.entry, note.entry.default),
+        )
+    if note.unreadable is not None:
+        return tr(
+            "The settings in {path} cannot be read: {why}. Using default settings.",
+            path=note.unreadable,
+            why=note.why,
+        )
+    return tr("The settings could not be used: {why}. Using default settings.", why=note.why)
