@@ -28,6 +28,7 @@ from app.core.styles.style_pack import StylePack, load_named_pack, load_transpor
 from app.core.styles.style_pack_build import StudioPacks
 from app.core.text import tr
 from app.devices.display import DesktopError, check_display
+from app.words.styles import full_title
 
 if TYPE_CHECKING:
     from app.core.measure.finish.masks import MaskSpec
@@ -191,7 +192,7 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
     transport = load_transport_of(pack, args.head)
     lit = StudioPacks(pack, transport, load_shape_of(transport, args.head)).pack_for(studio)
     own = [
-        style.full_title
+        full_title(style)
         for style, each in zip(lit.styles, lit.studios, strict=True)
         if each == AS_PUBLISHED
     ]

@@ -16,6 +16,7 @@ from app.core.localization.features import build_index
 from app.core.localization.photo_check import Sought, read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.text import tr
+from app.words.photos import photo_warnings
 
 _FOV_DEG: Final = (10.0, 150.0)
 
@@ -87,7 +88,7 @@ def _facts(sought: Sought, seconds: float) -> dict[str, Any]:
         "inliers": heading.inliers,
         "confidence": round(heading.confidence, 4),
         "mirrored": sought.mirrored,
-        "warnings": sought.warnings,
+        "warnings": photo_warnings(sought),
         "seconds": round(seconds, 3),
     }
 
@@ -110,7 +111,7 @@ def _table(sought: Sought) -> str:
     ]
     if sought.mirrored:
         lines.append(tr("The photograph is mirrored, as some phones save selfies."))
-    return "\n".join([*lines, *sought.warnings])
+    return "\n".join([*lines, *photo_warnings(sought)])
 
 
 def _degrees(value: float) -> str:

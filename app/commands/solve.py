@@ -53,7 +53,6 @@ from app.core.solver.lens_search import STRAIGHT, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
-from app.core.solver.turn_choice import caution
 from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
@@ -62,6 +61,7 @@ from app.core.text.turns import direction_words, size_words, whole
 from app.words.doubts import doubt_words
 from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
+from app.words.styles import caution_words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -145,7 +145,7 @@ def _light_of(name: str, layer: str) -> Environment:
 
 
 def _head_of(pack: StylePack, args: argparse.Namespace) -> Head:
-    return Head(args.head, args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
+    return Head(args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
 
 
 def _solved(
@@ -333,7 +333,7 @@ def _full(result: StyleResult) -> str:
 
 def _caution(result: StyleResult) -> str | None:
     """Say where the turn depends on the sitter's own head; only attainable turns are relied on."""
-    return caution(result.name) if result.attainable else None
+    return caution_words(result.name) if result.attainable else None
 
 
 def _write_sheet(

@@ -16,9 +16,11 @@ from app.core.faces.light_reading import read_light
 from app.core.localization.photo_check import read_photo
 from app.core.painting.library import add
 from app.core.painting.photo_style import photo_lamps, photo_style
+from app.core.storage.library import one_line
 from app.core.styles.style_pack import load_named_pack, load_transport_of
 from app.core.styles.styles import Style, StyleLamp, load_styles
 from app.core.text import tr
+from app.words.styles import photo_note, photo_title, side_words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,10 +75,14 @@ def run_add(args: argparse.Namespace) -> int:
     light = read_light(photo.picture, faces[0], photo.focal_px)
     pack = load_named_pack("generic")
     transport = load_transport_of(pack, "generic")
-    style = photo_style(light, pack, transport, args.picture.stem, args.title)
+    name = args.picture.stem
+    title = one_line(args.title or "") or photo_title(one_line(name))
+    style = photo_style(light, pack, transport, name, title, photo_note(photo_lamps(light)))
     kept = add(user_data() / "styles", style)
     facts = {
-        **fields(kept, "name", "title", "side", "side_words", "note"),
+        **fields(kept, "name", "title", "side"),
+        "side_words": side_words(kept),
+        "note": kept.note,
         "lamps": [dataclasses.asdict(lamp) for lamp in photo_lamps(light)],
     }
     words = tr("“{title}” is among your styles. {note}", title=kept.title, note=kept.note)
@@ -93,7 +99,9 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
     return {
         "styles": [
             {
-                **fields(style, "name", "title", "side", "side_words", "note"),
+                **fields(style, "name", "title", "side"),
+                "side_words": side_words(style),
+                "note": style.note,
                 "lamps": [dataclasses.asdict(lamp) for lamp in style.lamps],
                 "paper": style.paper,
             }
@@ -108,7 +116,7 @@ def as_table(styles: Sequence[Style]) -> str:
     lines = ["{:<18}{:<32}{:>8}{:>7}{:>6}{:>7}".format(tr("name"), light, *names)]
     for style in styles:
         for index, lamp in enumerate(style.lamps):
-            start = ("", "") if index else (style.name, style.side_words)
+            start = ("", "") if index else (style.name, side_words(style))
             lines.append(f"{start[0]:<18}{start[1]:<32}{_lamp_cells(lamp)}")
     lines.append("")
     lines.append(tr("Degrees from the face: azimuth + toward the sitter’s left, elevation + up."))

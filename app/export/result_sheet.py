@@ -17,7 +17,6 @@ from app.core.base.arrays import Bytes
 from app.core.environment.environment import Environment
 from app.core.portrait import pictures
 from app.core.solver.solve import StyleResult
-from app.core.styles.style_pack import head_words
 from app.core.styles.styles import RARE, load_styles
 from app.core.text import tr
 from app.core.text.directions import BARE_SIDES
@@ -34,6 +33,7 @@ from app.core.text.turns import (
 from app.export import result_card as card
 from app.export.canvas import Canvas, Point, shorten, text_width, wrap_text
 from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
+from app.words.heads import head_words
 
 _COLUMNS: Final = 6
 _GAP: Final = 12.0

@@ -265,7 +265,7 @@ def like_photo(people: Path, places: Path) -> dict[str, Any]:
     tables = [light_table(transport, light) for light in lights]
 
     def solved(light: FaceLight) -> list[StyleResult]:
-        style = photo_style(light, pack, transport, "")
+        style = photo_style(light, pack, transport, "", "photo", "")
         asked = prepare_user_style(transport, style)
         return [
             solve_user_styles(transport, [asked], place, table=table)[0]

@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from app.core.storage.settings_file import FILE, write_settings
 
 from app.core.base.paths import resources
 from app.core.places.library import list_places
 from app.core.storage.settings import Settings
+from app.core.storage.settings_file import FILE, write_settings
 from app.ui.shell.log import LAST_CRASH, LOGS
 from tests.helpers.window_process import ended, log_of, start_window, wait_for, window
 

@@ -60,7 +60,7 @@ class Studio:
 
 @cache
 def _head() -> Head:
-    return Head("synthetic", "Synthetic head", synthetic_pack(), lambert_sphere_transport())
+    return Head("synthetic", synthetic_pack(), lambert_sphere_transport())
 
 
 @cache

@@ -35,6 +35,7 @@ from app.ui.screens.styles import detail
 from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.gallery import Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sort
+from app.words.styles import full_title
 from tests.helpers import second_light
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_shape
 
@@ -96,7 +97,7 @@ def _shown(
         "here",
         results=snapshot.results,
         pictures=dict.fromkeys(styles, np.zeros((1, 1, 3), np.uint8)),
-        titles={name: style.full_title for name, style in styles.items()},
+        titles={name: full_title(style) for name, style in styles.items()},
     )
     for result in results:
         if result.attainable and result.grade in ("yes", None):

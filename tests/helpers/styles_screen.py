@@ -34,7 +34,7 @@ from tests.helpers.told import Told
 def head(name: str = "generic") -> Head:
     """A shipped head, loaded once."""
     pack = load_named_pack(name)
-    return Head(name, "Generic head", pack, load_transport_of(pack, name))
+    return Head(name, pack, load_transport_of(pack, name))
 
 
 @cache

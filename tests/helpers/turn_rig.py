@@ -167,7 +167,7 @@ class Rig:
             self.sounds,
         )
         pack = synthetic_pack()
-        self.head = Head("synthetic", "Synthetic head", pack, lambert_sphere_transport())
+        self.head = Head("synthetic", pack, lambert_sphere_transport())
         light = lit_from(lamp_deg)
         results = solve_all(pack, light.searched, "picture", limits=Limits(0.0, 0.0))
         self.model.update(

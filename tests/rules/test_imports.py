@@ -39,7 +39,7 @@ LEAKS = [
     ("devices/errors.py", "import app.words.reach", "devices make no sentences"),
     ("words/reach.py", "import app.export.set_sheet", "command line above ui and commands"),
     ("words/reach.py", "import numpy", "words compute and read nothing"),
-    ("words/reach.py", "import app.core.storage.settings", "words compute and read nothing"),
+    ("words/reach.py", "import app.core.storage.settings_file", "words compute and read nothing"),
 ]
 
 

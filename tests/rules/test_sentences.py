@@ -15,8 +15,6 @@ from tests.helpers.sentence_readers import find, parse, readers
 ROOT = Path(__file__).resolve().parents[2]
 
 ALLOWED = {
-    # The sections of the settings are known by their titles.
-    "app/core/storage/settings.py": "section != _REMEMBERED",
     # The message of any error, as a part of a sentence.
     "app/ui/screens/paint/document.py": "said.rstrip('.')",
 }

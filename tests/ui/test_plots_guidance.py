@@ -22,6 +22,7 @@ from app.ui.plots.weights import WeightLegend, WeightScale
 from app.ui.screens.turn.state import Scale
 from app.ui.screens.turn.strip_view import BackgroundStrip
 from app.ui.theme import set_theme, theme
+from app.words.plan import PlanWords, plan_words
 
 GROUND = "#1e1e1e"
 
@@ -271,24 +272,24 @@ class TestPlan:
 
     PLAN = Plan(
         marks=(
-            Mark("now", "you", 30.0),
-            Mark("goal", "goal", 90.0),
-            Mark("start", "start", 0.0),
-            Mark("light", "light", 200.0),
-            Mark("lamp", "LED panel", 110.0),
-            Mark("background", "background", -90.0),
+            Mark("now", 30.0),
+            Mark("goal", 90.0),
+            Mark("start", 0.0),
+            Mark("light", 200.0),
+            Mark("lamp", 110.0, "LED panel"),
+            Mark("background", -90.0),
         ),
         nose_deg=30.0,
         way=(30.0, 60.0),
         arc_deg=(80.0, 100.0),
-        description="Walk to your left",
     )
+    WORDS = plan_words(PLAN, "Walk to your left")
 
     def make(self, qtbot: QtBot, size: tuple[int, int] = (274, 316)) -> PlanView:
         view = PlanView()
         qtbot.addWidget(view)
         view.setFixedSize(*size)
-        view.set_plan(self.PLAN)
+        view.set_plan(self.PLAN, self.WORDS)
         return view
 
     @pytest.mark.parametrize(("up", "side"), [(180.0, -1.0), (0.0, 1.0)])
@@ -296,7 +297,7 @@ class TestPlan:
         self, qtbot: QtBot, up: float, side: float
     ) -> None:
         view = self.make(qtbot)
-        view.set_plan(replace(self.PLAN, up_deg=up))
+        view.set_plan(replace(self.PLAN, up_deg=up), self.WORDS)
         (x, y), ring = view.centre, view.ring
         found = pixels(view)[round(y), round(x + side * ring)]
         amber = theme().c.amberfill
@@ -316,7 +317,7 @@ class TestPlan:
                 else mark
                 for mark in self.PLAN.marks
             )
-            view.set_plan(replace(self.PLAN, marks=marks))
+            view.set_plan(replace(self.PLAN, marks=marks), self.WORDS)
             view.grab()
             words = view._taken[1 + 5 :]  # after the head, and what is no word
             assert len(words) >= 3, "at least you, goal and start are named"
@@ -330,8 +331,9 @@ class TestPlan:
         self, qtbot: QtBot, goal: float
     ) -> None:
         view = self.make(qtbot, (500, 420))
-        marks = (Mark("now", "you", goal + 12.0), Mark("goal", "goal", goal))
-        view.set_plan(Plan(marks=marks, up_deg=0.0, title="You, from above " * 3))
+        marks = (Mark("now", goal + 12.0), Mark("goal", goal))
+        plan = Plan(marks=marks, up_deg=0.0)
+        view.set_plan(plan, replace(plan_words(plan), title="You, from above " * 3))
         view.grab()
         turns = []
         for area in view._taken[1 + 2 :]:
@@ -347,8 +349,9 @@ class TestPlan:
         self, qtbot: QtBot, nose: float, lens: float
     ) -> None:
         view, apart = self.make(qtbot), nose != lens
-        marks = (Mark("now", "you", lens), Mark("nose", "nose" if apart else "", nose))
-        view.set_plan(Plan(marks=marks, nose_deg=nose, lens_deg=lens))
+        marks = (Mark("now", lens), Mark("nose", nose))
+        plan = Plan(marks=marks, nose_deg=nose, lens_deg=lens, yaw_deg=round(lens - nose))
+        view.set_plan(plan, plan_words(plan))
         ground = pixels(view)[2:-2, 2:-2]
         bright = (ground.min(axis=2) > 180).astype(float)
 
@@ -369,6 +372,6 @@ class TestPlan:
     def test_it_is_told_in_words(self, qtbot: QtBot) -> None:
         view = self.make(qtbot)
         assert view.accessibleName() == "From above"
-        assert view.accessibleDescription() == "Walk to your left"
-        view.set_plan(Plan())
+        assert view.accessibleDescription().startswith("Walk to your left. At the goal, light: ")
+        view.set_plan(Plan(), PlanWords())
         assert view.accessibleDescription() == ""

@@ -176,7 +176,7 @@ def test_only_what_changed_is_coloured_anew_and_exactly(booth: Booth) -> None:
 
 
 def test_paint_on_a_turned_head_lies_on_the_same_skin_from_the_front(booth: Booth) -> None:
-    head = Head("generic", "Generic head", load_named_pack("generic"), load_named("generic"))
+    head = Head("generic", load_named_pack("generic"), load_named("generic"))
     booth.room.model.update(head=head)
     booth.presenter.tools.change(strength=1.0)
     booth.presenter.turn_head(2)

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
-from app.core.solver.turn_choice import Certainty, caution, load_certainty
+from app.core.solver.turn_choice import Certainty, load_certainty, spread_of
 from app.core.styles.styles import load_styles
 from benchmarks.answers.evaluation.differences import best_turns, change, has_rival
 from benchmarks.answers.evaluation.evaluate import PICTURES, block_sums, quality_at_turns
@@ -198,9 +198,9 @@ def test_offsets_come_back_and_need_every_spot(tmp_path: Path) -> None:
 
 def test_only_styles_beyond_the_tolerance_are_cautioned(tmp_path: Path) -> None:
     known = Certainty({"top": 30.0, "flat": 8.5}, 12, ("male",))
-    assert caution("flat", known) is None
-    assert caution("unheard-of", known) is None
-    assert "30°" in (caution("top", known) or "")
+    assert spread_of("flat", known) is None
+    assert spread_of("unheard-of", known) is None
+    assert spread_of("top", known) == 30.0
     path = tmp_path / "certainty.json"
     save_certainty(path, known)
     assert load_certainty(path) == known

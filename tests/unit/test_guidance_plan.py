@@ -6,8 +6,9 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, Reading, Source, guide
-from app.core.guidance.plan import Kind, Plan, plan_of
+from app.core.guidance.plan import Mark, Plan, plan_of
 from app.core.text.turns import Mode
+from app.words.plan import plan_words
 
 GOAL = Goal(96.0, (79.0, 111.0))
 
@@ -21,8 +22,7 @@ def turns_of(plan: Plan) -> dict[str, float]:
 
 
 def test_everybody_is_where_they_are() -> None:
-    lights: list[tuple[Kind, str, float]] = [("light", "light", 60.0)]
-    plan = plan_of(shown_at(40.0), GOAL, Mode.WALK, 0.0, lights, "Walk to your left")
+    plan = plan_of(shown_at(40.0), GOAL, Mode.WALK, 0.0, [Mark("light", 60.0)])
     assert turns_of(plan) == {
         "now": 40.0,
         "goal": 96.0,
@@ -32,9 +32,9 @@ def test_everybody_is_where_they_are() -> None:
         "background": -84.0,
     }
     assert (plan.way, plan.nose_deg, plan.arc_deg) == ((40.0, 56.0), 40.0, (79.0, 111.0))
-    assert [mark.words for mark in plan.marks if mark.kind == "nose"] == [""]
+    assert "nose" not in plan_words(plan).labels
     # 36 deg counter-clockwise of where the sitter looks at the goal is at their left.
-    assert plan.description == (
+    assert plan_words(plan, "Walk to your left").description == (
         "Walk to your left. At the goal, light: in front, sitter’s left (camera right)"
     )
 
@@ -46,7 +46,7 @@ def test_up_is_where_one_looks_at_the_start(mode: Mode, up: float, you: str) -> 
     """Who walks has their left on the left; in a selfie the right is on the right."""
     plan = plan_of(shown_at(0.0), GOAL, mode)
     assert plan.up_deg == up
-    assert next(mark.words for mark in plan.marks if mark.kind == "now") == you
+    assert plan_words(plan).labels[0] == you
     # Clockwise from the foot goes to the left, from the top to the right.
     side = wrap(plan.way[0] + plan.way[1] - plan.up_deg)
     assert (side < 0.0) == (mode is Mode.WALK)
@@ -67,9 +67,9 @@ def test_who_is_lost_is_drawn_nowhere() -> None:
 
 
 def test_one_mark_where_the_goal_is_reached() -> None:
-    plan = plan_of(shown_at(96.0), GOAL, Mode.WALK, step="You are in the light")
+    plan = plan_of(shown_at(96.0), GOAL, Mode.WALK)
     assert set(turns_of(plan)) == {"now", "start", "nose", "background"}
-    assert plan.description == "You are in the light"
+    assert plan_words(plan, "You are in the light").description == "You are in the light"
 
 
 def test_the_longer_way_is_drawn_as_it_is_walked() -> None:
@@ -82,14 +82,15 @@ def test_the_longer_way_is_drawn_as_it_is_walked() -> None:
 def test_nose_and_lens_are_two_where_the_face_is_turned_aside(mode: Mode) -> None:
     goal = Goal(96.0, (79.0, 111.0), yaw_deg=30.0)
     shown, _ = guide(goal, Reading(40.0, 0.0))
-    plan = plan_of(shown, goal, mode, 0.0, [("light", "light", 60.0)])
+    plan = plan_of(shown, goal, mode, 0.0, [Mark("light", 60.0)])
     # The sitter's left of the lens is counter-clockwise of it; the background is the lens's.
     assert (plan.nose_deg, plan.lens_deg, turns_of(plan)["nose"]) == (10.0, 40.0, 10.0)
     assert turns_of(plan)["background"] == -84.0
-    assert next(mark.words for mark in plan.marks if mark.kind == "nose") == "nose"
-    assert plan.description.startswith("Stand 30° to the sitter’s right of their nose. ")
+    assert "nose" in plan_words(plan).labels
+    description = plan_words(plan).description
+    assert description.startswith("Stand 30° to the sitter’s right of their nose. ")
     # The nose at the goal, 66, is 6 deg clockwise of the light.
-    assert plan.description.endswith("At the goal, light: in front")
+    assert description.endswith("At the goal, light: in front")
 
 
 def test_the_nose_is_drawn_as_the_face_is_read() -> None:

@@ -26,6 +26,7 @@ from app.core.localization.photo_check import (
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import Limits
+from app.words.photos import photo_warnings
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo
 from tests.helpers.quick import sample_first
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
@@ -194,10 +195,11 @@ def test_a_cropped_photo_is_found_although_its_focal_length_lies() -> None:
 def test_a_crop_is_said_and_a_whole_photo_is_not_called_one() -> None:
     view = taken_from(93.0)
     middle = np.ascontiguousarray(view.picture[:, 250:950])
-    (warning,) = search_photo(Photo(middle, (700, 900), None, 14.0), demo_index()).warnings
+    cropped = search_photo(Photo(middle, (700, 900), None, 14.0), demo_index())
+    (warning,) = photo_warnings(cropped)
     assert warning.startswith("The picture seems to be cropped: ")
     whole = search_photo(Photo(view.picture, (4000, 3000), None, 30.0), demo_index())
-    assert whole.warnings == []
+    assert whole.stated_deg is None
     assert whole.heading.fov_deg == pytest.approx(60.0, rel=0.05)
 
 

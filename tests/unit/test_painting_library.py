@@ -30,6 +30,7 @@ from app.core.painting.user_style import (
     text_path,
 )
 from app.core.styles.styles import NAMES, load_styles
+from app.words.styles import full_title
 from tests.helpers.synthetic import lambert_sphere_transport
 
 
@@ -68,7 +69,7 @@ def test_a_style_comes_back_as_it_was(tmp_path: Path) -> None:
     assert not damaged
     assert len(styles) == 1
     assert same(styles[0], saved)
-    assert saved.style.full_title == "My Rembrandt, sitter’s left (camera right)"
+    assert full_title(saved.style) == "My Rembrandt, sitter’s left (camera right)"
     assert saved.style.lamps == ()
     again = from_user_style(saved, lambert_sphere_transport())
     assert not again.touched

@@ -11,12 +11,13 @@ import pytest
 from app.core.base.errors import StyleError
 from app.core.faces.light_reading import FaceLight, Unread
 from app.core.faces.pose import Pose
-from app.core.painting.photo_style import lamp_words, photo_lamps, photo_style
+from app.core.painting.photo_style import photo_lamps, photo_style
 from app.core.painting.user_style import UserStyle, prepare_user_style, solve_user_styles
 from app.core.solver.transport import Transport
 from app.core.styles.lamps import AS_PUBLISHED, studio_light
 from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of
 from app.core.styles.styles import Style, StyleLamp
+from app.words.styles import photo_note, photo_title
 from tests.helpers.quick import quick_first
 from tests.unit.test_faces import Floats, lamp, portrait, read, shown_in
 
@@ -30,7 +31,9 @@ def head() -> tuple[StylePack, Transport]:
 
 
 def made(light: FaceLight, title: str = "") -> UserStyle:
-    return photo_style(light, *head(), "Anna", title)
+    return photo_style(
+        light, *head(), "Anna", title or photo_title("Anna"), photo_note(photo_lamps(light))
+    )
 
 
 def beside_fill(azimuth_deg: float, elevation_deg: float, ratio: float | None) -> Floats:
@@ -104,7 +107,7 @@ def test_title_side_and_note() -> None:
     assert (style.title, style.side, style.head) == ("Like Anna", "left", "Generic head")
     assert "50° to the sitter’s left (camera right), 20° up" in style.note
     assert style.note.endswith("frontal fill, 8:1.")
-    assert lamp_words(photo_lamps(KEY)).endswith("no fill.")
+    assert photo_note(photo_lamps(KEY)).endswith("no fill.")
     assert made(KEY, "  My\nlight ").title == "My light"
 
 

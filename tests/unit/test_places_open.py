@@ -42,7 +42,7 @@ SCENE = resources() / "demo" / "scenes" / "interior.exr"
 
 @cache
 def head() -> Head:
-    return Head("generic", "Generic", generic_pack(), generic_transport(), PLAIN)
+    return Head("generic", generic_pack(), generic_transport(), PLAIN)
 
 
 def options(tmp_path: Path, **more: Any) -> OpenOptions:

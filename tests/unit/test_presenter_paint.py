@@ -437,7 +437,7 @@ def test_small_pictures_are_never_made_larger(tmp_path: Path) -> None:
 
 
 def _real(room: Studio) -> Studio:
-    head = Head("generic", "Generic head", load_named_pack("generic"), load_named("generic"))
+    head = Head("generic", load_named_pack("generic"), load_named("generic"))
     room.model.update(head=head)
     room.enter()
     return room
@@ -476,7 +476,7 @@ def test_a_view_of_another_head_comes_too_late(tmp_path: Path) -> None:
     runner.held = {"paint-turn"}
     room.presenter.turn_head(1)
     pack, transport = load_named_pack("generic"), load_named("generic")
-    room.model.update(head=Head("generic", "Generic head", pack, transport))
+    room.model.update(head=Head("generic", pack, transport))
     runner.release("paint-turn")
     assert _yaw(room) == 0.0
 
@@ -494,7 +494,7 @@ def test_another_head_is_seen_from_the_front_first(room: Studio) -> None:
     _real(room)
     room.presenter.turn_head(1)
     pack, transport = load_named_pack("generic"), load_named("generic")
-    room.model.update(head=Head("generic", "Generic head", pack, transport))
+    room.model.update(head=Head("generic", pack, transport))
     assert _yaw(room) == 0.0
 
 

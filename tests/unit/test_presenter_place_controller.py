@@ -143,7 +143,7 @@ class TestHeadsOfOnesOwn:
         elsewhere = own_head(tmp_path / "elsewhere", "ben")
         table.desk.choose_head(elsewhere)
         assert table.model.head is not None
-        assert table.model.head.title == "Head ben"
+        assert table.model.sitter == "Head ben"
         assert table.model.settings.own_head == str(elsewhere)
         table.desk.load_head("generic")
         assert (str(elsewhere), "Head ben") in table.desk.heads()

@@ -662,8 +662,8 @@ def test_every_text_has_one_number_and_no_sign(monkeypatch: pytest.MonkeyPatch) 
                 texts += [column.pill, column.sentence, column.advice, state.tools.quality]
                 texts += [scale.goal_words, scale.now_words, scale.arc_words, scale.description]
                 texts += [state.live.live, state.live.goal, state.live.message, state.live.tag]
-                texts += [state.plan.title, state.plan.description]
-                texts += [mark.words for mark in state.plan.marks]
+                texts += [state.plan_words.title, state.plan_words.description]
+                texts += state.plan_words.labels
                 assert [one for one in texts if any(sign in one for sign in "°−+0123456789")] == []
                 assert column.number is not None
                 assert column.number >= 0

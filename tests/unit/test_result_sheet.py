@@ -18,11 +18,11 @@ from app.core.portrait import pictures
 from app.core.portrait.pictures import WELL
 from app.core.solver.shortfall import Cause, LightShortfall, Origin, SavedReason
 from app.core.solver.solve import StyleResult
-from app.core.styles.style_pack import head_words
 from app.export import result_card as card
 from app.export import result_sheet as sheet
 from app.export.canvas import SCALE, Canvas, text_width, wrap_text
 from app.export.theme import Dark, draw_meter
+from app.words.heads import head_words
 from benchmarks.speed.plain_portrait import portrait
 
 pytestmark = pytest.mark.usefixtures("qapp")

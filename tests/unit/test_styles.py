@@ -12,6 +12,7 @@ from app.core.base.errors import StyleError
 from app.core.base.paths import resources
 from app.core.styles import styles
 from app.core.styles.style_file import read_style
+from app.words.styles import full_title, side_words
 
 GOOD = """
 title = "Broad"
@@ -103,16 +104,16 @@ def test_every_lamp_is_far_enough_and_every_style_can_be_named(
 ) -> None:
     for style in built_in.values():
         assert style.note.endswith(".")
-        assert style.side_words
+        assert side_words(style)
         assert all(lamp.distance_m >= 2.0 for lamp in style.lamps)
-    assert len({style.full_title for style in built_in.values()}) == len(styles.NAMES)
+    assert len({full_title(style) for style in built_in.values()}) == len(styles.NAMES)
 
 
 def test_side_is_named_twice(built_in: dict[str, styles.Style]) -> None:
-    assert built_in["left-loop"].side_words == "sitter’s left (camera right)"
-    assert built_in["right-loop"].full_title == "Loop, sitter’s right (camera left)"
-    assert built_in["top"].side_words == "from overhead"
-    assert built_in["top"].full_title == "Top"
+    assert side_words(built_in["left-loop"]) == "sitter’s left (camera right)"
+    assert full_title(built_in["right-loop"]) == "Loop, sitter’s right (camera left)"
+    assert side_words(built_in["top"]) == "from overhead"
+    assert full_title(built_in["top"]) == "Top"
 
 
 def test_direction_is_in_the_head_frame() -> None:

@@ -1,4 +1,4 @@
-"""The walk from above as plain data: who stands where, from where the light comes, in words too.
+"""The walk from above as plain data: where everybody stands and where the light comes from.
 
 Up in the drawing is where one looks at the start. Who walks around the sitter looks at them and
 starts at the foot of it, so that their left is on the left. In a selfie the camera is ahead, at the
@@ -13,8 +13,6 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide
-from app.core.text import tr
-from app.core.text.directions import direction_words, lens_words
 from app.core.text.turns import Mode, whole
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
@@ -25,11 +23,11 @@ _APART_DEG: Final = 5.0  # nearer marks would hide each other
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something around the sitter, with its word."""
+    """Something around the sitter; a lamp has its name."""
 
     kind: Kind
-    words: str
     turn_deg: float
+    lamp: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +36,8 @@ class Plan:
 
     `up_deg` is at the top, the face in the middle points to `nose_deg` and is seen from the lens
     at `lens_deg`, `way` is the walk that is left, (from, signed degrees), and `arc_deg` what is in
-    the light, (from, to) clockwise.
+    the light, (from, to) clockwise. At the goal the nose is `yaw_deg` to the sitter's left of the
+    lens.
     """
 
     marks: tuple[Mark, ...] = ()
@@ -47,8 +46,9 @@ class Plan:
     lens_deg: float = 0.0
     way: tuple[float, float] = (0.0, 0.0)
     arc_deg: tuple[float, float] | None = None
-    title: str = tr("From above")
-    description: str = ""
+    goal_deg: float = 0.0
+    yaw_deg: int = 0
+    mode: Mode = Mode.WALK
 
 
 def plan_of(
@@ -56,13 +56,11 @@ def plan_of(
     goal: Goal,
     mode: Mode,
     start_deg: float = 0.0,
-    lights: Sequence[tuple[Kind, str, float]] = (),
-    step: str = "",
+    lights: Sequence[Mark] = (),
 ) -> Plan:
     """Draw up the walk that a guide asks for.
 
-    `start_deg`: where one stands while no heading is known; `lights`: kind, word and turn of each;
-    `step`: what to do, in words.
+    `start_deg`: where one stands while no heading is known; `lights`: what lights the sitter.
     """
     selfie = mode is Mode.SELFIE
     here = float(whole(start_deg) if shown.now is None else shown.now)
@@ -71,20 +69,14 @@ def plan_of(
     nose = wrap(here - yaw + (shown.nose or 0))
     marks: list[Mark] = []
     if shown.number is not None:  # without one the place on the ring is not known
-        marks.append(Mark("now", tr("camera") if selfie else tr("you"), here))
+        marks.append(Mark("now", here))
     if here != shown.goal:
-        marks.append(Mark("goal", tr("goal"), float(shown.goal)))
+        marks.append(Mark("goal", float(shown.goal)))
     if abs(here) > _APART_DEG or shown.number is None:
-        marks.append(Mark("start", tr("start"), 0.0))
-    marks.append(Mark("nose", tr("nose") if yaw else "", nose))
-    marks += [Mark(*light) for light in lights]
-    marks.append(Mark("background", tr("background"), wrap(shown.goal + 180.0)))
-    said = [step]
-    for _, words, turn in lights:
-        where = direction_words(wrap(turn - shown.goal + yaw), 0.0, of_sitter=True)
-        said.append(tr("At the goal, {what}: {where}", what=words, where=where))
-    if yaw:
-        said.insert(0, lens_words(yaw))
+        marks.append(Mark("start", 0.0))
+    marks.append(Mark("nose", nose))
+    marks += lights
+    marks.append(Mark("background", wrap(shown.goal + 180.0)))
     return Plan(
         marks=tuple(marks),
         up_deg=0.0 if selfie else 180.0,
@@ -92,6 +84,7 @@ def plan_of(
         lens_deg=here,
         way=(here, to_go),
         arc_deg=goal.arc_deg,
-        title=tr("You, from above") if selfie else tr("From above"),
-        description=". ".join(part for part in said if part),
+        goal_deg=float(shown.goal),
+        yaw_deg=yaw,
+        mode=mode,
     )

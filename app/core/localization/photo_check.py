@@ -38,9 +38,6 @@ PHOTO_ENDINGS: Final = RAW_ENDINGS | {
 }
 """Endings of files that may be a photograph. Of HEIC it is said how to make a JPEG of it."""
 
-PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
-"""What a dialog offers."""
-
 _LONGEST: Final = 1600  # pixels of the longer side: more show nothing more of the background
 _SHORTEST: Final = 200
 _PANORAMA: Final = 2.0
@@ -100,29 +97,6 @@ class Sought:
     sitter: Sitter | None = None
     mirrored: bool = False
     stated_deg: float | None = None
-
-    @property
-    def warnings(self) -> list[str]:
-        """What the user should know."""
-        if self.stated_deg is None:
-            return []
-        found = self.heading.fov_deg
-        widths = {"found": f"{found:.0f}°", "stated": f"{self.stated_deg:.0f}°"}
-        if found < self.stated_deg:
-            return [
-                tr(
-                    "The picture seems to be cropped: it is {found} wide, and its EXIF data "
-                    "say {stated}.",
-                    **widths,
-                )
-            ]
-        return [
-            tr(
-                "The picture was taken with another lens than its EXIF data state: it is {found} "
-                "wide, and its EXIF data say {stated}.",
-                **widths,
-            )
-        ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,8 +30,6 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes, Float32, Float64, Int64
 from app.core.base.sphere import angle_of, angles_of, from_vector, rotation
 from app.core.localization.features import root_sift
-from app.core.text import tr
-from app.core.text.turns import direction_words
 
 _TRIALS: Final = 400
 _SEED: Final = 1
@@ -293,11 +291,20 @@ class Registered:
     shift_deg: float
     points: int
     trusted: bool
-    words: str
     # (3, 3), takes directions in the second to directions in the first;
     # `app.core.base.sphere.remap_frame` by it lays the second picture on the first. The identity
     # where it is not trusted
     rotation: Float64 = field(repr=False)
+
+    @property
+    def turned(self) -> bool:
+        """Whether the camera was set down the other way round, by more than chance."""
+        return abs(self.yaw_deg) >= _TURNED_DEG
+
+    @property
+    def tilted(self) -> bool:
+        """Whether it leaned differently, by more than chance."""
+        return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
         """Return where an azimuth of the first capture lies in the second, deg.
@@ -329,7 +336,6 @@ def register_again(first: Bytes, second: Bytes) -> Registered:
         shift_deg=pose.shift_deg,
         points=pose.points,
         trusted=True,
-        words=_words(yaw, tilt, pose),
         rotation=pose.rotation,
     )
 
@@ -347,33 +353,4 @@ def _same_spot(pose: Pose, tilt_deg: float) -> bool:
 
 
 def _refused(error_deg: float, points: int, shift_deg: float) -> Registered:
-    words = tr(
-        "This does not look like the same spot, so nothing was carried over. "
-        "Drag the marker to where the photographer stands."
-    )
-    return Registered(0.0, 0.0, error_deg, shift_deg, points, False, words, np.eye(3))
-
-
-def _words(yaw: float, tilt: float, pose: Pose) -> str:
-    leans = f"{tilt:.0f}°" if tilt >= _TILTED_DEG else ""
-    if abs(yaw) < _TURNED_DEG:
-        if leans:
-            text = tr(
-                "The same spot, and the camera stands as before and leans {tilt} differently",
-                tilt=leans,
-            )
-        else:
-            text = tr("The same spot, and the camera stands as before")
-    else:
-        size = f"{abs(yaw):.0f}°" if abs(yaw) >= 9.95 else f"{abs(yaw):.1f}°"
-        told = {"size": size, "direction": direction_words(math.copysign(1.0, yaw))}
-        if leans:
-            text = tr(
-                "The same spot; the camera was set down {size} further {direction} and leans "
-                "{tilt} differently",
-                tilt=leans,
-                **told,
-            )
-        else:
-            text = tr("The same spot; the camera was set down {size} further {direction}", **told)
-    return tr("{text}. Where the photographer stands and all marks are kept.", text=text)
+    return Registered(0.0, 0.0, error_deg, shift_deg, points, False, np.eye(3))

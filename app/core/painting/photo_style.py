@@ -18,10 +18,9 @@ from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.weights import region_weights
 from app.core.storage.library import one_line
 from app.core.styles.lamps import SIZES_DEG, Studio, studio_lamps, studio_light
-from app.core.styles.style_pack import StylePack, head_words
+from app.core.styles.style_pack import StylePack
 from app.core.styles.styles import Style, StyleLamp
 from app.core.text import tr
-from app.core.text.directions import face_direction_words
 
 _DISTANCE_M: Final = 8.0  # as the built-in styles' lamps
 _COUNTED: Final = 0.5  # of the face region
@@ -41,13 +40,12 @@ def photo_style(
     pack: StylePack,
     transport: Transport,
     name: str,
-    title: str = "",
-    *,
-    read: bool = True,
+    title: str,
+    note: str,
 ) -> UserStyle:
     """Make a style of the light on a face, without a name yet; `library.add` gives it one.
 
-    `name`: of the picture; the title is "Like NAME" by default. `read`: see `lamp_words`.
+    `name`: of the picture.
     Raises StyleError where the key's direction was not read.
     """
     style, studio = photo_studio(light)
@@ -58,34 +56,17 @@ def photo_style(
     step = start.size // transport.size
     canvas: Canvas = make_canvas(start.weights, np.kron(beyond, np.ones((step, step), np.float32)))
     side, place = light_side(transport, weights_of(canvas, transport))
-    called = one_line(title) or tr("Like {name}", name=one_line(name))
     return UserStyle(
         "",
-        called[:MAX_TITLE].strip(),
+        one_line(title)[:MAX_TITLE].strip(),
         side,
         place,
-        clean_text(lamp_words(photo_lamps(light), read=read), "note"),
-        head_words(pack.header.head),
+        clean_text(note, "note"),
+        pack.header.head,
         one_line(name)[:_ORIGIN],
         canvas.weights,
         canvas.ignore,
     )
-
-
-def lamp_words(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
-    """Say where a key stands, how large it is, and how much fill there is.
-
-    `read`: whether all that was read, and not set by hand since.
-    """
-    key = lamps[0]
-    where = face_direction_words(key.azimuth_deg, key.elevation_deg)
-    words = tr("key {where}, {size:.0f}° across", where=where, size=key.diameter_deg)
-    whence = tr("Read from a photograph") if read else tr("Set by hand, after a photograph")
-    words = f"{whence}: {words}"
-    if len(lamps) == 1:
-        return tr("{key}; no fill.", key=words)
-    ratio = 1.0 + key.power / lamps[-1].power
-    return tr("{key}; frontal fill, {ratio:g}:1.", key=words, ratio=round(ratio, 1))
 
 
 _WHY: Final = {

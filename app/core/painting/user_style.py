@@ -130,12 +130,7 @@ def _damaged(path: Path) -> StyleError:
 MAX_TITLE: Final = 80
 """Longest title, characters."""
 
-_LENGTHS: Final = {
-    "place": (40, tr("This place is longer than {most} characters.")),
-    "note": (400, tr("This note is longer than {most} characters.")),
-    "head": (80, tr("This head is longer than {most} characters.")),
-    "origin": (80, tr("This origin is longer than {most} characters.")),
-}
+_LONGEST: Final = {"place": 40, "note": 400, "head": 80, "origin": 80}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,11 +161,6 @@ class UserStyle:
         """The same without its weights, for what shows styles of either kind; it has no lamps."""
         return Style(self.name, self.title, self.side, self.place, self.note, lamps=())
 
-    @property
-    def side_words(self) -> str:
-        """The side named twice, or the place in words."""
-        return self.style.side_words
-
 
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
     """Start from a style of the user's own, painted on this head or another.
@@ -184,9 +174,16 @@ def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
 def clean_text(text: str, key: str) -> str:
     """Make a text fit for one line on screen and in a file; raises StyleError if it is too long."""
     value = one_line(text)
-    most, sentence = _LENGTHS[key]
-    if len(value) > most:
-        raise StyleError(sentence.format(most=most), tr("Shorten it."))
+    if len(value) > _LONGEST[key]:
+        raise StyleError(
+            {
+                "place": tr("This place is longer than {most} characters.", most=_LONGEST[key]),
+                "note": tr("This note is longer than {most} characters.", most=_LONGEST[key]),
+                "head": tr("This head is longer than {most} characters.", most=_LONGEST[key]),
+                "origin": tr("This origin is longer than {most} characters.", most=_LONGEST[key]),
+            }[key],
+            tr("Shorten it."),
+        )
     return value
 
 
@@ -312,8 +309,8 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
 def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str]:
     """Tell from which side the light that painted weights ask for comes.
 
-    Returns the sitter's own side of the centre of max(F, 0), and in words where the centre is when
-    it is on neither side.
+    Returns the sitter's own side of the centre of max(F, 0), and where the centre is when it is on
+    neither side, as files of styles state it.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape
@@ -328,9 +325,9 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     up = float((energy * np.sin(elevation)).sum())
     across = float(np.hypot(left, front))
     if float((level * np.abs(np.sin(azimuth))).sum()) > _BESIDE and abs(left) < _EVENLY:
-        return "none", tr("from both sides")
+        return "none", "from both sides"
     if float(np.hypot(across, up)) <= _GATHERED:
-        return "none", tr("from several sides")
+        return "none", "from several sides"
     toward = float(np.degrees(np.arctan2(abs(left), front)))
     height_deg = float(np.degrees(np.arctan2(up, across)))
     if abs(height_deg) < _STEEP_DEG and _SIDE_DEG < toward < 180 - _SIDE_DEG:
@@ -402,13 +399,11 @@ def solve_user_styles(
 
 def _place(front: float, elevation_deg: float) -> str:
     if elevation_deg >= _STEEP_DEG:
-        return tr("from overhead")
+        return "from overhead"
     if elevation_deg <= -_STEEP_DEG:
-        return tr("from beneath")
+        return "from beneath"
     if front < 0:
-        return tr("from behind")
+        return "from behind"
     if elevation_deg > _HIGH_DEG:
-        return tr("in front, from above")
-    return (
-        tr("in front, from beneath") if elevation_deg < -_HIGH_DEG else tr("in front, at eye level")
-    )
+        return "in front, from above"
+    return "in front, from beneath" if elevation_deg < -_HIGH_DEG else "in front, at eye level"

@@ -44,7 +44,6 @@ from app.core.solver.transport import Transport, render, to_image
 from app.core.styles.lamps import AS_PUBLISHED, Studio, studio_lamps
 from app.core.styles.style_pack import (
     StylePack,
-    head_words,
     load_named_pack,
     load_transport_of,
     own_heads,
@@ -72,7 +71,6 @@ class Head:
     """Who is being lit."""
 
     name: str
-    title: str
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
     hair: str = PLAIN
@@ -369,15 +367,15 @@ def _of_place(light: PlaceLight) -> PortraitLight:
     return portrait_light(light.environment.radiance)
 
 
-def list_heads(folder: Path, *files: str) -> tuple[tuple[str, str], ...]:
-    """Name and title of every head: those that ship, then one's own.
+def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
+    """Name every head: those that ship, then one's own.
 
     Args:
         folder: Of one's own heads.
         files: Paths of more of them; names of heads that ship are ignored.
     """
     own = [*map(str, own_heads(folder)), *(file for file in files if file.endswith(".npz"))]
-    return tuple((name, title_of(name)) for name in (*pack_names(), *dict.fromkeys(own)))
+    return (*pack_names(), *dict.fromkeys(own))
 
 
 def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
@@ -391,7 +389,7 @@ def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
         _check_own(pack, transport, name)
     # Tables for the search are made with the first question; better here than with the screen.
     _ = pack.tables
-    return Head(name, title_of(name), pack, transport, hair, in_place)
+    return Head(name, pack, transport, hair, in_place)
 
 
 def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
@@ -413,10 +411,3 @@ def with_lamps(
     if studio is not None and (style or studio != AS_PUBLISHED):
         changed |= dict.fromkeys(names, studio)
     return changed
-
-
-def title_of(name: str) -> str:
-    """Write the name of a head as lists show it."""
-    # Shipped heads whose name says no tone have the medium one.
-    words = head_words(name)
-    return tr("{head}, medium skin", head=words) if name.isalpha() else words

@@ -168,10 +168,12 @@ def transport_path(name: str) -> Path:
         TransportError: If no such head ships.
     """
     if name not in transport_names():
-        known = ", ".join(transport_names()) or tr("none")
+        known = ", ".join(transport_names())
         raise TransportError(
             tr("There is no head called “{name}”.", name=name),
-            hint=tr("Known heads: {known}.", known=known),
+            tr("Known heads: {known}.", known=known)
+            if known
+            else tr("None is installed; reinstall Turnlight."),
         )
     return resources() / "transport" / f"{name}.npz"
 

@@ -433,16 +433,15 @@ class Certainty:
         return self.spread_deg.get(style, 0.0) > TOLERANCE_DEG
 
 
-def caution(style: str, certainty: Certainty | None = None) -> str | None:
-    """Say that a style's turn is less certain, None where it is not."""
+def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
+    """Return how far a less certain style's best turn lies away on other heads, deg, on average.
+
+    None where a style's turn is certain enough.
+    """
     known = shipped_certainty() if certainty is None else certainty
     if known is None or not known.less_certain(style):
         return None
-    return tr(
-        "Less certain: this style depends on the sitter. On other heads and "
-        "skins the best turn lay {spread_deg:.0f}° away on average",
-        spread_deg=known.spread_deg[style],
-    )
+    return known.spread_deg[style]
 
 
 @lru_cache(maxsize=1)
@@ -456,17 +455,21 @@ def shipped_certainty() -> Certainty | None:
 
 def load_certainty(path: Path) -> Certainty:
     """Read what is known; raises `CoreError` if the file is missing, damaged or of another kind."""
-    hint = tr("Reinstall Turnlight.")
     try:
         if path.stat().st_size > _MOST_BYTES:
-            raise CoreError(tr("{name} is too large.", name=path.name), hint)
+            raise CoreError(tr("{name} is too large.", name=path.name), tr("Reinstall Turnlight."))
         facts = json.loads(path.read_text(encoding="utf-8"))
         if int(facts["format_version"]) != CERTAINTY_VERSION:
-            raise CoreError(tr("{name} was made by another Turnlight.", name=path.name), hint)
+            raise CoreError(
+                tr("{name} was made by another Turnlight.", name=path.name),
+                tr("Reinstall Turnlight."),
+            )
         return Certainty(
             spread_deg={str(k): float(v) for k, v in facts["spread_deg"].items()},
             scenes=int(facts["scenes"]),
             heads=tuple(str(name) for name in facts["heads"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise CoreError(tr("{name} is missing or damaged.", name=path.name), hint) from error
+        raise CoreError(
+            tr("{name} is missing or damaged.", name=path.name), tr("Reinstall Turnlight.")
+        ) from error

@@ -16,7 +16,6 @@ from app.core.solver.face import AREAS
 from app.core.solver.shortfall import Aspect
 from app.core.solver.signature import UNSIGNED, Relation, Signature
 from app.core.text import tr
-from app.core.text.directions import place_words
 
 PAINTED_FORMAT: Final = 1
 """Version of the form in which painted styles are written."""
@@ -112,16 +111,6 @@ class Style:
     key_elevation_deg: tuple[float, float] | None = None
     key_azimuth_deg: tuple[float, float] | None = None
     key_diameter_deg: tuple[float, float] | None = None
-
-    @property
-    def side_words(self) -> str:
-        """The side named twice, "sitter's left (camera right)", or the place in words."""
-        return place_words(self.side, self.place)
-
-    @property
-    def full_title(self) -> str:
-        """Title that tells left from right on its own: "Loop, sitter's left (camera right)"."""
-        return f"{self.title}, {self.side_words}" if self.side != "none" else self.title
 
 
 _LAMP_KEYS: Final = tuple(field.name for field in fields(StyleLamp))

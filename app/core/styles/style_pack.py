@@ -233,12 +233,12 @@ def load_named_pack(head: str) -> StylePack:
         return load_pack(pack_path(Path(head)))
     if head not in pack_names():
         known = ", ".join(pack_names())
-        hint = (
+        raise TransportError(
+            tr("There is no head called {head!r}.", head=head),
             tr("Known heads: {known}.", known=known)
             if known
-            else tr("None is installed; reinstall Turnlight.")
+            else tr("None is installed; reinstall Turnlight."),
         )
-        raise TransportError(tr("There is no head called {head!r}.", head=head), hint)
     return load_pack(resources() / "transport" / f"{head}{_ENDING}")
 
 
@@ -445,26 +445,3 @@ def _style(entry: Mapping[str, Any]) -> Style:
         for name in ("key_elevation_deg", "key_azimuth_deg", "key_diameter_deg")
     }
     return Style(**{**entry, "lamps": lamps, "signature": signature, **keys})
-
-
-_SKINS: Final = {
-    "light": tr("{name} head, light skin"),
-    "medium": tr("{name} head, medium skin"),
-    "dark": tr("{name} head, dark skin"),
-}
-
-
-def head_words(head: str) -> str:
-    """Write a head's name, with the skin's tone where the name has one.
-
-    Examples:
-        >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
-        ('Generic head', 'Generic head, dark skin', 'Head anna')
-    """
-    if head.endswith(".npz"):
-        return tr("Head {head}", head=Path(head).name.removesuffix(".npz").removesuffix(".styles"))
-    base, _, tone = head.partition("-")
-    if not base.isalpha() or tone not in ("", *_SKINS):
-        return tr("Head {head}", head=head)
-    name = base.capitalize()
-    return _SKINS[tone].format(name=name) if tone else tr("{name} head", name=name)

@@ -164,10 +164,10 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
     for name in sorted(wanted):
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
-            hint = (
+            raise StyleError(
+                tr("There is no style {name!r}.", name=name),
                 tr("Did you mean {near}?", near=near[0])
                 if near
-                else tr("'turnlight styles' lists them all.")
+                else tr("'turnlight styles' lists them all."),
             )
-            raise StyleError(tr("There is no style {name!r}.", name=name), hint)
     return tuple(style for style in styles if not wanted or style.name in wanted)

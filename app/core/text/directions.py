@@ -61,13 +61,17 @@ _PLACES: Final[dict[str, str]] = {
     "behind, from above": tr("behind, from above"),
     "behind, on both sides": tr("behind, on both sides"),
     "both sides, at head height": tr("both sides, at head height"),
+    "from behind": tr("from behind"),
+    "from beneath": tr("from beneath"),
+    "from both sides": tr("from both sides"),
     "from overhead": tr("from overhead"),
+    "from several sides": tr("from several sides"),
     "in front, above and below": tr("in front, above and below"),
     "in front, at eye level": tr("in front, at eye level"),
     "in front, from above": tr("in front, from above"),
     "in front, from beneath": tr("in front, from beneath"),
 }
-"""Where the lamps of the built-in styles without a side stand."""
+"""Where the lamps of styles without a side stand, as their files state it."""
 
 _LEVEL_DEG: Final = 3.0
 _OVERHEAD_DEG: Final = 70.0

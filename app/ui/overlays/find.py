@@ -32,6 +32,7 @@ from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 from app.words.lamps import lamp_title
 from app.words.settings import SECTIONS, title
+from app.words.styles import full_title
 
 _HEIGHT: Final = 40
 _ENTER: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter})
@@ -219,7 +220,7 @@ def _styles(commands: Commands) -> list[Findable]:
         model.choose(name)
         model.update(step=Step.STYLES, painting=None)
 
-    built_in = [(style.name, style.full_title) for style in model.head.pack.styles]
+    built_in = [(style.name, full_title(style)) for style in model.head.pack.styles]
     own = [(style.name, style.title) for style in model.user_styles]
     return [
         Findable(title, tr("style"), "styles", "", partial(go, name))

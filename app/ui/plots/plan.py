@@ -18,6 +18,7 @@ from app.ui.plots.geometry import Point, head_outline, sector
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box, faint, pen, text_width
+from app.words.plan import PlanWords
 
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
@@ -42,14 +43,14 @@ class PlanView(Plot):
     def __init__(self) -> None:
         super().__init__(tr("From above"))
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._plan = Plan()
+        self._plan, self._words = Plan(), PlanWords()
         self._taken: list[QRectF] = []
 
-    def set_plan(self, plan: Plan) -> None:
+    def set_plan(self, plan: Plan, words: PlanWords) -> None:
         """Show another one."""
-        if plan != self._plan:
-            self._plan = plan
-            self.say(plan.description)
+        if (plan, words) != (self._plan, self._words):
+            self._plan, self._words = plan, words
+            self.say(words.description)
             self.update()
 
     @property
@@ -81,7 +82,9 @@ class PlanView(Plot):
         """Paint it from the ground up: what counts most lies on top and gets its word first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
-        draw_text(painter, (self._px(13), self._px(17)), plan.title, self._font(600), t.c.dim, 0.0)
+        draw_text(
+            painter, (self._px(13), self._px(17)), self._words.title, self._font(600), t.c.dim, 0.0
+        )
         self._draw_background(painter)
         disc(painter, self.centre, self.ring, None, t.c.ctl, t.line_width * t.scale)
         if plan.arc_deg is not None:
@@ -99,9 +102,9 @@ class PlanView(Plot):
                 self._draw_nose(painter, mark)
             elif mark.kind != "background":
                 self._draw_token(painter, mark)
-        for mark in plan.marks:
-            if mark.words:
-                self._draw_words(painter, mark)
+        for mark, label in zip(plan.marks, self._words.labels, strict=False):
+            if label:
+                self._draw_words(painter, mark, label)
 
     def _sweep(
         self, painter: QPainter, start: float, extent: float, width: float, ink: QColor
@@ -145,7 +148,7 @@ class PlanView(Plot):
     def _draw_nose(self, painter: QPainter, mark: Mark) -> None:
         """Draw where the nose points, and how the lens looks at it where that is another way."""
         lens = self._plan.lens_deg
-        if mark.words:
+        if self._plan.yaw_deg:
             self._draw_arrow(painter, lens, (0.86, 0.34), (3.0, 3.0))
             spots = [self._at(lens, self.ring * share) for share in (0.75, 0.6, 0.45)]
             self._taken += [_around(spot, self._px(6)) for spot in spots]
@@ -180,18 +183,18 @@ class PlanView(Plot):
                 arc = (turn - _BEHIND_DEG, turn + _BEHIND_DEG)
                 painter.drawPolygon(polygon(sector(self.centre, self.ring, arc)))
 
-    def _draw_words(self, painter: QPainter, mark: Mark) -> None:
+    def _draw_words(self, painter: QPainter, mark: Mark, label: str) -> None:
         """Draw a mark's word beside it, in the first place where nothing else is."""
         t, bold = theme(), mark.kind in ("now", "goal")
         font = self._font(600 if bold else 400)
-        wide = self._px(17) + text_width(self._font(600), self._plan.title)
+        wide = self._px(17) + text_width(self._font(600), self._words.title)
         title = QRectF(0, 0, wide, self._px(28))
-        for area in self._places(mark, text_width(font, mark.words)):
+        for area in self._places(mark, text_width(font, label)):
             inside = QRectF(self.rect()).adjusted(px(4), px(_TOP), -px(4), -px(2)).contains(area)
             if inside and not any(area.intersects(one) for one in (title, *self._taken)):
                 self._taken.append(area)
                 middle, ink = area.center(), t.c.text if bold else t.c.dim
-                draw_text(painter, (middle.x(), middle.y()), mark.words, font, ink)
+                draw_text(painter, (middle.x(), middle.y()), label, font, ink)
                 return
 
     def _places(self, mark: Mark, wide: float) -> Iterator[QRectF]:

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.places.place import Place
-from app.core.portrait.head import Head, title_of
+from app.core.portrait.head import Head
 from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.solver.turn_choice import Objective
 from app.core.storage.library import Damaged
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import Studio
 from app.core.text import tr
+from app.words.heads import head_title
 
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
@@ -268,9 +269,7 @@ class Model:
     @property
     def sitter(self) -> str:
         """Title of the selected head; empty before the first one."""
-        if self.head is not None and self.head.name == self.head_name:
-            return self.head.title
-        return title_of(self.head_name) if self.head_name else ""
+        return head_title(self.head_name) if self.head_name else ""
 
     @property
     def calm(self) -> bool:

@@ -34,6 +34,7 @@ from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.undo import Undoable
+from app.words.heads import head_title
 from app.words.remarks import remark_words
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ class PlaceController:
         last, head = model.settings.own_head, model.head
         files = [model.settings.head, "" if head is None else head.name]
         files += [last] if Path(last).is_file() else []
-        return list_heads(folder, *files)
+        return tuple((name, head_title(name)) for name in list_heads(folder, *files))
 
     def choose_head(self, file: Path) -> None:
         """Light a head of one's own, and offer it from now on."""

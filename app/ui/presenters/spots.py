@@ -28,6 +28,7 @@ from app.core.text.turns import leeway_words, turn_words
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
 from app.words.reach import reason_sentence
+from app.words.styles import full_title
 
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second
@@ -175,7 +176,7 @@ def _answer(
         for one, picture in zip(results, shown, strict=True)
     }
     styles = {style.name: style for style in (*head.pack.styles, *(each.style for each in own))}
-    titles = {one.name: styles[one.name].full_title for one in results}
+    titles = {one.name: full_title(styles[one.name]) for one in results}
     found = {one.name: one for one in results}
     return Spot(folder, place.name, time_words(place.made_at, today), found, pictures, titles)
 

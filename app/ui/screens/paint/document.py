@@ -50,6 +50,7 @@ from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook, LiveState
 from app.words.painting import advice_words
 from app.words.reach import out_of_reach_sentence, reason_sentence
+from app.words.styles import side_words
 
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8
@@ -447,10 +448,10 @@ def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str
     Returns key, title and side: nothing first, then the user's own, then the built-in styles.
     What was saved here begins from something else: it is no start of its own.
     """
-    mine = tuple((one.name, one.title, one.side_words or tr("painted by you")) for one in own)
+    mine = tuple((one.name, one.title, side_words(one) or tr("painted by you")) for one in own)
     names = {one.name for one in own}
     rest = (one for one in easel.head.pack.styles if one.name not in names)
-    starts = (NOTHING, *mine, *((one.name, one.title, one.side_words) for one in rest))
+    starts = (NOTHING, *mine, *((one.name, one.title, side_words(one)) for one in rest))
     return tuple(one for one in starts if one[0] != easel.key or easel.key == easel.start)
 
 

@@ -40,6 +40,7 @@ from app.ui.screens.probe.notices import (
     trouble_notice,
 )
 from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
+from app.words.photos import registration_words
 from app.words.preview import rough_words
 from app.words.remarks import remark_words
 
@@ -372,7 +373,7 @@ class Taking:
         if registered is None or not registered.trusted:
             words = tr("This capture starts afresh.")
             if registered is not None:
-                words = f"{words} {registered.words}"
+                words = f"{words} {registration_words(registered)}"
             self._services.notify.tell(words, kind="warning")
             return
         # Turns count from the photographer, who stands where they stood: they stay as they are.
@@ -381,7 +382,7 @@ class Taking:
             front_deg=wrap(registered.carried(carried.front_deg)),
             **carried.looked_at,
         )
-        self._services.notify.tell(registered.words, kind="done")
+        self._services.notify.tell(registration_words(registered), kind="done")
 
 
 def _stopped_words(recording: Recording) -> str:

@@ -27,6 +27,7 @@ from app.words.reach import (
     too_soft_card,
     too_soft_words,
 )
+from app.words.styles import full_title, side_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
@@ -174,7 +175,7 @@ def rules_words(snapshot: Snapshot) -> str:
 
 def side_line(style: Style) -> str:
     """Side of a style as the second line of its card; one without any says so."""
-    return style.side_words or tr("painted")
+    return side_words(style) or tr("painted")
 
 
 def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
@@ -205,7 +206,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
         aside = lit_aside_words(result.yaw_deg, result.lighting)
-        told = [style.full_title, *beside, taken, aside, *gain_lines(result)]
+        told = [full_title(style), *beside, taken, aside, *gain_lines(result)]
         tip = ". ".join(filter(None, told))
         if beside:
             line, brief = _beside_card(result, snapshot)
@@ -221,7 +222,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         return replace(card, tip=f"{tip}.")
     line, brief = _out_of_reach(result)
     why = reason_sentence(result.shortfall)
-    tip = f"{style.full_title}. {why}. {verdict_of(result, snapshot)}"
+    tip = f"{full_title(style)}. {why}. {verdict_of(result, snapshot)}"
     return replace(card, line=line, brief=brief, tip=tip, in_reach=False)
 
 
@@ -275,7 +276,7 @@ def _paper_card(
     ours = tr("Ours: {grade}", grade=grade)
     told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
     why = reason_sentence(result.shortfall)
-    tip = [style.full_title, told, ours, *([why] if why else [])]
+    tip = [full_title(style), told, ours, *([why] if why else [])]
     card = replace(
         card,
         match=tr("C {quality}", quality=words),
@@ -313,7 +314,7 @@ def least_match(snapshot: Snapshot, style: Style) -> float:
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     """Say in what respect a style in reach comes only near, and what it may be taken for."""
-    titles = {name: style.full_title for name, style in snapshot.styles.items()}
+    titles = {name: full_title(style) for name, style in snapshot.styles.items()}
     found = []
     if result.looks_more_like is not None:
         found.append(tr("Looks more like {style}", style=titles[result.looks_more_like]))
@@ -330,12 +331,12 @@ def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
     styles = snapshot.styles
     if result.looks_more_like is not None:
         other = styles[result.looks_more_like]
-        words = tr("Looks more like {style}", style=other.full_title)
+        words = tr("Looks more like {style}", style=full_title(other))
         return words, tr("Looks more like {style}", style=other.title)
     if result.shortfall is not None:
         return nearly_card(result.shortfall), tr("Nearly")
     same = [styles[name] for name in result.same_picture if name in styles]
-    names = ", ".join(style.full_title for style in same)
+    names = ", ".join(full_title(style) for style in same)
     words = tr("The same picture as {styles}", styles=names)
     return words, tr("The same picture as {styles}", styles=same[0].title)
 
@@ -359,7 +360,7 @@ def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
-    title = other.title if other.side in (result.side, "none") else other.full_title
+    title = other.title if other.side in (result.side, "none") else full_title(other)
     return tr("May be taken for {style}", style=title)
 
 
@@ -404,7 +405,7 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
 
 def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str:
     light = _SPOKEN.get(style.side) or (
-        tr("light {place}", place=style.side_words) if style.place else tr("painted")
+        tr("light {place}", place=side_words(style)) if style.place else tr("painted")
     )
     if result is None:
         return tr("{title}, {light}, not measured yet", title=style.title, light=light)

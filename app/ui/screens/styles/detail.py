@@ -26,7 +26,7 @@ from app.core.portrait.portraits import exposure_in_mean_light, value_at
 from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.solve import StyleResult
-from app.core.solver.turn_choice import LIMITS, caution
+from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
 from app.core.text.directions import light_words, lit_aside_words
 from app.core.text.quantities import contrast_words, exposed_words, lower_first, upper_first
@@ -63,6 +63,7 @@ from app.words.face_light import (
     stops_words,
 )
 from app.words.reach import grade_words, reason_line, reason_sentence
+from app.words.styles import caution_words
 
 _SAME_DEG: Final = 1e-6
 _EXPOSED: Final = tr("Exposure {exposed}, relative to a face in this place’s average light")
@@ -406,7 +407,7 @@ def _with_quality(
 
 def _caution(result: StyleResult, snapshot: Snapshot) -> str:
     """Say that the turn depends on the sitter's own head, or on a guess, where it does."""
-    words = caution(snapshot.source(result.name)) if result.attainable else None
+    words = caution_words(snapshot.source(result.name)) if result.attainable else None
     parts = (doubt_note(snapshot, result.name), f"{words}." if words else "")
     return " ".join(filter(None, parts))
 
@@ -417,7 +418,9 @@ def _good(result: StyleResult, turn: float, within: bool, snapshot: Snapshot) ->
         return ""
     arc = arc_words(result.arc_near(turn))
     name = result.name
-    unsure = snapshot.is_doubtful(name) or (result.attainable and caution(snapshot.source(name)))
+    unsure = snapshot.is_doubtful(name) or (
+        result.attainable and caution_words(snapshot.source(name))
+    )
     return tr("{arc}, less certain", arc=arc) if unsure else arc
 
 

@@ -30,6 +30,7 @@ from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import DetailState, StylesView
 from app.words.age import age_words
+from app.words.heads import head_title
 
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
@@ -105,7 +106,7 @@ def save_sheet(
         limit=LIMITS.match,
         made=time_words(measured, now) if measured is not None else "",
         age=_age_words(place, now),
-        head=head.title,
+        head=head_title(head.name),
         lit=facing(),
         drawn=drawn,
         notes=" ".join(filter(None, (doubt, place.notes if place is not None else ""))),

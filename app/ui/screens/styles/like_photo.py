@@ -16,14 +16,16 @@ from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FILLS, FaceLight, read_light
 from app.core.localization.photo_check import PHOTO_ENDINGS, Photo, is_panorama, read_photo
 from app.core.painting.library import add
-from app.core.painting.photo_style import lamp_words, photo_lamps, photo_studio, photo_style
+from app.core.painting.photo_style import photo_lamps, photo_studio, photo_style
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.head import Head
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.transport import render, to_image
+from app.core.storage.library import one_line
 from app.core.styles.lamps import studio_light
 from app.core.text import tr
 from app.ui.presenters.services import Services
+from app.words.styles import photo_note, photo_title
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
@@ -238,7 +240,15 @@ class LikePhoto:
 
         self._desk.file_work.submit(
             lambda *_: add(
-                folder, photo_style(light, head.pack, head.transport, state.name, read=read)
+                folder,
+                photo_style(
+                    light,
+                    head.pack,
+                    head.transport,
+                    state.name,
+                    photo_title(one_line(state.name)),
+                    photo_note(photo_lamps(light), read=read),
+                ),
             ),
             done=kept,
             failed=self._services.notify.tell_error,
@@ -272,7 +282,7 @@ class LikePhoto:
 
 
 def _note(light: FaceLight, read: bool) -> str:
-    words = lamp_words(photo_lamps(light), read=read)
+    words = photo_note(photo_lamps(light), read=read)
     if not read or light.error_deg is None:
         return words
     return tr("{words} The direction may be {error:.0f}° off.", words=words, error=light.error_deg)

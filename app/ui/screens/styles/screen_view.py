@@ -9,7 +9,6 @@ from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication
 
-from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.cards_view import CompareSheet, HeldKey, compared_size
@@ -28,6 +27,7 @@ from app.ui.theme import theme
 from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target, show_folder
 from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Room
+from app.words.photos import PHOTO_FILTER
 
 _DETAIL: Final = 456
 _WIDEST: Final = 560

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, Phase, Source
-from app.core.guidance.plan import Kind, Plan, plan_of
+from app.core.guidance.plan import Mark, Plan, plan_of
 from app.core.solver.place_light import main_light
 from app.core.text import tr
 from app.core.text.turns import Mode, whole
@@ -39,6 +39,7 @@ from app.ui.screens.turn.state import (
     style_words,
 )
 from app.words.guidance import guide_words
+from app.words.plan import PlanWords, plan_words
 
 if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame
@@ -336,6 +337,7 @@ class TurnPresenter(Presenter[TurnView]):
         style = replace(style, face=face_words(check, goal.yaw_deg))
         if model.goal_computing:
             style = replace(style, match=COMPUTING, match_at_goal="", face="")
+        plan, words = self._plan(shown, goal)
         return TurnState(
             stale=model.goal_computing,
             mode=self._guidance.mode.value,
@@ -343,7 +345,8 @@ class TurnPresenter(Presenter[TurnView]):
             style=style,
             live=self._live_words(shown),
             scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
-            plan=self._plan(shown, goal),
+            plan=plan,
+            plan_words=words,
             tools=self._tools(shown),
             shots=self._shots.resolve(),
             pictures=pictures,
@@ -397,20 +400,21 @@ class TurnPresenter(Presenter[TurnView]):
             strip=self._sizes.strip,
         )
 
-    def _plan(self, shown: Guide, goal: Goal) -> Plan:
+    def _plan(self, shown: Guide, goal: Goal) -> tuple[Plan, PlanWords]:
         """Draw up the walk, with what lights the sitter: the lamp to hold, or the place."""
         model, lamp = self._services.model, self._services.model.lamp_plan
         main = None if model.light is None else main_light(model.light, model.front_deg)
-        lights: list[tuple[Kind, str, float]] = []
+        lights: list[Mark] = []
         if main is not None:
             # A face counts toward its left, a turn clockwise.
-            lights.append(("light", tr("light"), wrap(-main)))
+            lights.append(Mark("light", wrap(-main)))
         if lamp is not None:
             nose = shown.goal - goal.yaw_deg
-            lights.append(("lamp", lamp.lamp, wrap(nose - lamp.azimuth_deg)))
+            lights.append(Mark("lamp", wrap(nose - lamp.azimuth_deg), lamp.lamp))
         mode, words = self._guidance.mode, guide_words(shown, self._guidance.mode)
         step = words.light if shown.inside else words.walk
-        return plan_of(shown, goal, mode, self._guidance.from_deg, lights, step)
+        plan = plan_of(shown, goal, mode, self._guidance.from_deg, lights)
+        return plan, plan_words(plan, step)
 
     def _want_portraits(self, shown: Guide, goal: Goal) -> None:
         model, size = self._services.model, self._sizes.portrait

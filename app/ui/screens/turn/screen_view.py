@@ -8,7 +8,6 @@ from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.core.localization.photo_check import PHOTO_FILTER
 from app.core.text import tr
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.turn.guidance_view import DESIGNED, GuideColumn
@@ -21,6 +20,7 @@ from app.ui.widgets.dialogs import SheetHost, ask_files, ask_folder
 from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.messages import Empty, StaleVeil
 from app.ui.widgets.surfaces import Scroll, Surface
+from app.words.photos import PHOTO_FILTER
 
 _TICK_MS: Final = 40
 _OPEN_PHOTO: Final = tr("Open the photo you took")
@@ -87,7 +87,7 @@ class TurnScreen(SheetHost):
         strip = None if before is None else before.pictures.strip
         if before is None or state.scale != before.scale or state.pictures.strip is not strip:
             self.left.show_scale(state.scale, state.pictures)
-        self.left.plan.set_plan(state.plan)
+        self.left.plan.set_plan(state.plan, state.plan_words)
         if before is None or state.tools != before.tools:
             self.left.show_tools(state.tools)
         self.left.shots.show_shots(state.shots)

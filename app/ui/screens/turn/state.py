@@ -17,7 +17,9 @@ from app.core.text.quantities import lower_first
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
 from app.words.guidance import arc_words
+from app.words.plan import PlanWords
 from app.words.reach import grade_words
+from app.words.styles import side_words
 
 if TYPE_CHECKING:
     from app.core.faces.style_check import Check
@@ -239,6 +241,7 @@ class TurnState:
     live: LiveWords = field(default_factory=LiveWords)
     scale: Scale = field(default_factory=Scale)
     plan: Plan = field(default_factory=Plan)
+    plan_words: PlanWords = field(default_factory=PlanWords)
     tools: Tools = field(default_factory=Tools)
     shots: ShotsState = field(default_factory=ShotsState)
     pictures: Pictures = field(default_factory=Pictures)
@@ -357,7 +360,7 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     style = next((one for one in built_in if one.name == model.pack_style), None)
     title = own.title if own is not None else result.title
     shape = style or (own.style if own is not None else None)
-    side = "" if shape is None else SIDE_LINES.get(shape.side, shape.side_words)
+    side = "" if shape is None else SIDE_LINES.get(shape.side, side_words(shape))
     match, at_goal = match_words(result, model.goal_deg, shown.now)
     tag = tr("Now") if shown.now is not None else tr("At the goal")
     side = side or tr("painted")

@@ -1,0 +1,72 @@
+"""What there is to say of a photo that was looked for in a place, and of a place measured again."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from app.core.localization.photo_check import PHOTO_ENDINGS, Sought
+from app.core.localization.recapture_registration import Registered
+from app.core.text import tr
+from app.core.text.turns import direction_words
+
+PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
+"""Photos, as a dialog for files offers them."""
+
+
+def photo_warnings(sought: Sought) -> list[str]:
+    """Write what the photographer should know about a photo that was looked for."""
+    if sought.stated_deg is None:
+        return []
+    found = sought.heading.fov_deg
+    widths = {"found": f"{found:.0f}°", "stated": f"{sought.stated_deg:.0f}°"}
+    if found < sought.stated_deg:
+        return [
+            tr(
+                "The picture seems to be cropped: it is {found} wide, and its EXIF data "
+                "say {stated}.",
+                **widths,
+            )
+        ]
+    return [
+        tr(
+            "The picture was taken with another lens than its EXIF data state: it is {found} "
+            "wide, and its EXIF data say {stated}.",
+            **widths,
+        )
+    ]
+
+
+def registration_words(registered: Registered) -> str:
+    """Write how a second capture lies on the first, and what was carried over."""
+    if not registered.trusted:
+        return tr(
+            "This does not look like the same spot, so nothing was carried over. "
+            "Drag the marker to where the photographer stands."
+        )
+    tilt, yaw = f"{registered.tilt_deg:.0f}°", registered.yaw_deg
+    if not registered.turned:
+        if registered.tilted:
+            return tr(
+                "The same spot, and the camera stands as before and leans {tilt} differently. "
+                "Where the photographer stands and all marks are kept.",
+                tilt=tilt,
+            )
+        return tr(
+            "The same spot, and the camera stands as before. "
+            "Where the photographer stands and all marks are kept."
+        )
+    size = f"{abs(yaw):.0f}°" if abs(yaw) >= 9.95 else f"{abs(yaw):.1f}°"
+    turn = {"size": size, "direction": direction_words(math.copysign(1.0, yaw))}
+    if registered.tilted:
+        return tr(
+            "The same spot; the camera was set down {size} further {direction} and leans "
+            "{tilt} differently. Where the photographer stands and all marks are kept.",
+            tilt=tilt,
+            **turn,
+        )
+    return tr(
+        "The same spot; the camera was set down {size} further {direction}. "
+        "Where the photographer stands and all marks are kept.",
+        **turn,
+    )

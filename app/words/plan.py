@@ -1,0 +1,61 @@
+"""The words of the walk from above: the name of every mark, and the whole read aloud."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.core.base.angles import wrap
+from app.core.guidance.plan import Mark, Plan
+from app.core.text import tr
+from app.core.text.directions import direction_words, lens_words
+from app.core.text.turns import Mode
+
+
+@dataclass(frozen=True, slots=True)
+class PlanWords:
+    """What is written on a plan.
+
+    Attributes:
+        labels: Of its marks, in their order; empty where a mark needs none.
+        description: For a screen reader.
+    """
+
+    title: str = ""
+    labels: tuple[str, ...] = ()
+    description: str = ""
+
+
+def plan_words(plan: Plan, step: str = "") -> PlanWords:
+    """Write the words of a plan.
+
+    Args:
+        step: What to do, as the guidance says it.
+    """
+    labels = tuple(_label(mark, plan) for mark in plan.marks)
+    parts = [lens_words(plan.yaw_deg) if plan.yaw_deg else "", step]
+    for mark, label in zip(plan.marks, labels, strict=True):
+        if mark.kind in ("light", "lamp"):
+            turn = wrap(mark.turn_deg - plan.goal_deg + plan.yaw_deg)
+            where = direction_words(turn, 0.0, of_sitter=True)
+            parts.append(tr("At the goal, {what}: {where}", what=label, where=where))
+    selfie = plan.mode is Mode.SELFIE
+    return PlanWords(
+        title=tr("You, from above") if selfie else tr("From above"),
+        labels=labels,
+        description=". ".join(part for part in parts if part),
+    )
+
+
+def _label(mark: Mark, plan: Plan) -> str:
+    if mark.kind == "lamp":
+        return mark.lamp
+    if mark.kind == "now":
+        return tr("camera") if plan.mode is Mode.SELFIE else tr("you")
+    if mark.kind == "nose":
+        return tr("nose") if plan.yaw_deg else ""
+    return {
+        "goal": tr("goal"),
+        "start": tr("start"),
+        "light": tr("light"),
+        "background": tr("background"),
+    }[mark.kind]

@@ -1,0 +1,66 @@
+"""The words of a style: its side or place, its full title, and how certain its turn is."""
+
+from __future__ import annotations
+
+from app.core.painting.user_style import UserStyle
+from app.core.solver.turn_choice import spread_of
+from app.core.styles.style_file import Style, StyleLamp
+from app.core.text import tr
+from app.core.text.directions import face_direction_words, place_words
+
+
+def side_words(style: Style | UserStyle) -> str:
+    """Write the side, named twice, or the place of a style's lamps: "from overhead"."""
+    return place_words(style.side, style.place)
+
+
+def full_title(style: Style) -> str:
+    """Write a title that tells left from right: "Loop, sitter’s left (camera right)"."""
+    return f"{style.title}, {side_words(style)}" if style.side != "none" else style.title
+
+
+def caution_words(style: str) -> str | None:
+    """Write that a style's turn is less certain, without a full stop; None where it is not."""
+    spread_deg = spread_of(style)
+    if spread_deg is None:
+        return None
+    return tr(
+        "Less certain: this style depends on the sitter. On other heads and "
+        "skins the best turn lay {spread_deg:.0f}° away on average",
+        spread_deg=spread_deg,
+    )
+
+
+def photo_title(name: str) -> str:
+    """Name a style that is made after a photo."""
+    return tr("Like {name}", name=name)
+
+
+def photo_note(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
+    """Write where a key stands, how large it is, and how much fill there is.
+
+    Args:
+        lamps: The key, and last a fill where there is one.
+        read: Whether all of it was read from a photo, and not set by hand since.
+    """
+    key = lamps[0]
+    lamp = {
+        "where": face_direction_words(key.azimuth_deg, key.elevation_deg),
+        "size": f"{key.diameter_deg:.0f}°",
+    }
+    if len(lamps) == 1:
+        if read:
+            return tr("Read from a photograph: key {where}, {size} across; no fill.", **lamp)
+        return tr("Set by hand, after a photograph: key {where}, {size} across; no fill.", **lamp)
+    ratio = f"{round(1.0 + key.power / lamps[-1].power, 1):g}:1"
+    if read:
+        return tr(
+            "Read from a photograph: key {where}, {size} across; frontal fill, {ratio}.",
+            ratio=ratio,
+            **lamp,
+        )
+    return tr(
+        "Set by hand, after a photograph: key {where}, {size} across; frontal fill, {ratio}.",
+        ratio=ratio,
+        **lamp,
+    )
