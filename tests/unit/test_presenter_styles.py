@@ -29,6 +29,7 @@ from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
 from app.words.face_light import ratio_line, ratio_sentence
 from app.words.reach import reason_sentence
+from app.words.verdict import close_to
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
 
@@ -199,7 +200,7 @@ class TestCards:
         )
         table.model.update(results=(taken,))
         card = table.card("left-loop")
-        assert card.line == "Looks more like Rembrandt, sitter’s left (camera right)"
+        assert card.line == "Reads as Rembrandt, sitter’s left (camera right)"
         assert card.spoken.endswith("nearly in reach")
 
     def test_filters_count_and_keep(self, table: Table) -> None:
@@ -622,8 +623,8 @@ def test_a_card_says_what_its_picture_may_be_taken_for(table: Table) -> None:
     for result in told:
         table.presenter.choose(result.name)
         card, detail = table.card(result.name), table.presenter.resolve().detail
-        words = f"May be taken for {titles[str(result.neighbour)]}"
-        assert detail.taken_for.startswith(words)
+        words = close_to(titles[str(result.neighbour)])
+        assert detail.close.startswith(words)
         assert words in card.tip
         assert words in card.spoken
         assert card.line.endswith(f"like {titles[str(result.neighbour)]}")

@@ -26,10 +26,10 @@ from app.ui.presenters.services import Sounds
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.probe.notices import plan_parts
-from app.ui.screens.styles.cards import verdict_of
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.source import NO_WEBCAMS
 from app.ui.shell.commands import Commands
+from app.words.verdict import verdict_sentence
 from tests.helpers.styles_screen import Table, scene_light
 from tests.helpers.turn_rig import Rig
 from tests.unit.test_presenter_turn_sources import Rig as Picker
@@ -134,10 +134,10 @@ def test_a_best_of_nothing_is_not_offered_as_a_turn() -> None:
     snapshot.question.limits.match, snapshot.question.limits.strength = 45.0, 20.0
     result.turn_refined_deg, result.strength = 158.0, 0.0
     result.match, result.grade = 0.4, None
-    told = verdict_of(result, snapshot)
+    told = verdict_sentence(result)
     assert told == "No turn here comes close: the best match is 0, and 45 is needed."
     result.match = 29.0
-    told = verdict_of(result, snapshot)
+    told = verdict_sentence(result)
     assert told == "Best match here is 29 at 158° clockwise. The limit is 45."
 
 

@@ -42,10 +42,11 @@ from app.ui.screens.light.state import (
     SkyState,
     Verdict,
 )
-from app.ui.screens.styles.cards import side_line, whole_of
+from app.ui.screens.styles.cards import side_line
 from app.ui.screens.styles.gallery import Kept
 from app.words.lamps import lamp_title, power_share, power_words, stops_down
 from app.words.reach import reason_line, reason_sentence, too_soft_words
+from app.words.verdict import whole_of
 
 GAIN: Final = 10
 """By so much a style in reach has to gain for the lamp to be worth while."""

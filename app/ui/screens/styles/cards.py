@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Final
 
@@ -10,18 +9,14 @@ from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
 from app.core.styles.styles import RARE, Style
-from app.core.text import tr, tr_plural
-from app.core.text.directions import LENS_CHOICES, aside_words, lit_aside_brief, lit_aside_words
-from app.core.text.quantities import contrast_words
-from app.core.text.turns import direction_of, size_words, turn_words, whole
+from app.core.text import tr
+from app.core.text.directions import lit_aside_brief, lit_aside_words
+from app.core.text.turns import direction_of, size_words, whole
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort
-from app.words.lamps import studio_words
+from app.words import verdict
 from app.words.reach import (
-    grade_words,
     nearly_card,
-    nearly_sentence,
-    out_of_reach_spoken,
     reason_card,
     reason_sentence,
     too_soft_card,
@@ -31,34 +26,7 @@ from app.words.styles import full_title, side_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
-_NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
-_SPOKEN: Final = {
-    "left": tr("light from the sitter's left, camera right"),
-    "right": tr("light from the sitter's right, camera left"),
-}
-
-
-_OURS: Final = {
-    "left": tr("sitter’s left; ours: {grade}"),
-    "right": tr("sitter’s right; ours: {grade}"),
-}
-# What a card has room for beside its number: its side, and what its picture may be taken for.
-_LIKE: Final = {
-    "left": tr("sitter’s left; like {style}"),
-    "right": tr("sitter’s right; like {style}"),
-    "none": tr("like {style}"),
-}
-_LIKE_BRIEF: Final = {
-    "left": tr("left; like {style}"),
-    "right": tr("right; like {style}"),
-    "none": tr("like {style}"),
-}
 _RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
-
-
-def whole_of(value: float) -> int:
-    """Round match or strength down, so that a value under a limit never reads as the limit."""
-    return max(math.floor(value), 0)
 
 
 def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, str], ...]:
@@ -166,11 +134,7 @@ def rules_words(snapshot: Snapshot) -> str:
     if not snapshot.paper or not results:
         return ""
     apart = sum(snapshot.within(one) != one.attainable for one in results)
-    return tr(
-        "The paper’s rule and ours disagree on {count} of {all} styles.",
-        count=apart,
-        all=len(results),
-    )
+    return verdict.rules_words(apart, len(results))
 
 
 def side_line(style: Style) -> str:
@@ -196,17 +160,17 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
     )
     if result is None:
         return card
-    match = whole_of(result.match)
+    match = verdict.whole_of(result.match)
     card = replace(card, match=str(match), meter=float(min(match, 100)))
     turn = result.turn_refined_deg
     if snapshot.paper:
         return _paper_card(card, style, result, snapshot)
     if result.attainable:
-        taken = taken_for(result, snapshot)
+        close = close_to(result, snapshot)
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
         aside = lit_aside_words(result.yaw_deg, result.lighting)
-        told = [full_title(style), *beside, taken, aside, *gain_lines(result)]
+        told = [full_title(style), *beside, close, aside, *gain_lines(result)]
         tip = ". ".join(filter(None, told))
         if beside:
             line, brief = _beside_card(result, snapshot)
@@ -215,14 +179,14 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         if aside:
             brief = lit_aside_brief(result.yaw_deg, result.lighting)
             return replace(card, line=aside, brief=brief, tip=f"{tip}.")
-        if taken:
+        if close:
             title = snapshot.styles[result.neighbour or ""].title
-            line, brief = (words[style.side].format(style=title) for words in (_LIKE, _LIKE_BRIEF))
+            line, brief = verdict.close_to_card(title, style.side)
             card = replace(card, line=line, brief=brief)
         return replace(card, tip=f"{tip}.")
     line, brief = _out_of_reach(result)
     why = reason_sentence(result.shortfall)
-    tip = f"{full_title(style)}. {why}. {verdict_of(result, snapshot)}"
+    tip = f"{full_title(style)}. {why}. {verdict.verdict_sentence(result)}"
     return replace(card, line=line, brief=brief, tip=tip, in_reach=False)
 
 
@@ -233,8 +197,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
     wanted = head.studio_wanted(name)
     if name in snapshot.asking or head.pack.studio(name) == wanted:
         return ""
-    words = studio_words(wanted)
-    return tr("Shown with its own lamps: at {lamps} it would not be seen.", lamps=words)
+    return verdict.own_lamps_words(wanted)
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
@@ -243,13 +206,11 @@ def doubt_note(snapshot: Snapshot, name: str) -> str:
     if name not in snapshot.results:
         return ""
     source = snapshot.source(name)
-    if source in question.doubtful and source in question.unseen:
-        return tr("Doubtful: depends on clipped light and on parts that were not seen.")
-    if source in question.doubtful:
-        return tr("Doubtful: depends on clipped light.")
-    if source in question.unseen:
-        return tr("Doubtful: depends on parts that were not seen.")
-    return tr("Rough: from one photo, whose clipped light is a guess.") if question.rough else ""
+    return verdict.doubt_words(
+        clipped=source in question.doubtful,
+        unseen=source in question.unseen,
+        rough=question.rough,
+    )
 
 
 def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
@@ -271,15 +232,13 @@ def _paper_card(
     quality, least = snapshot.quality(result), LIMITS.quality
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
-    words = quality_words(quality)
-    grade = grade_words(result.grade, result.attainable)
-    ours = tr("Ours: {grade}", grade=grade)
-    told = tr("Largest C {quality}, limit {limit:.0f}", quality=words, limit=least)
+    ours = verdict.ours_words(result)
+    told = verdict.paper_quality(quality)
     why = reason_sentence(result.shortfall)
     tip = [full_title(style), told, ours, *([why] if why else [])]
     card = replace(
         card,
-        match=tr("C {quality}", quality=words),
+        match=tr("C {quality}", quality=verdict.quality_words(quality)),
         meter=100.0 * max(quality, 0.0) / most,
         limit=100.0 * least / most,
         in_reach=within,
@@ -289,21 +248,7 @@ def _paper_card(
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
     if within == result.attainable:
         return card
-    line = _OURS.get(style.side, tr("Ours: {grade}")).format(grade=grade)
-    return replace(card, line=line, brief=ours)
-
-
-def quality_words(value: float) -> str:
-    """Write C, rounded down, so that a value under the limit never reads as the limit."""
-    return f"{math.floor(value)}".replace("-", "−")
-
-
-def numbers_words(match: float, quality: float | None) -> str:
-    """Write match, and C where that decides, as cards and plots say them."""
-    told = {"match": str(whole_of(match))}
-    if quality is None:
-        return tr("match {match}", **told)
-    return tr("C {quality}, match {match}", quality=quality_words(quality), **told)
+    return replace(card, line=verdict.ours_card(result, style.side), brief=ours)
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:
@@ -315,15 +260,12 @@ def least_match(snapshot: Snapshot, style: Style) -> float:
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
     """Say in what respect a style in reach comes only near, and what it may be taken for."""
     titles = {name: full_title(style) for name, style in snapshot.styles.items()}
-    found = []
-    if result.looks_more_like is not None:
-        found.append(tr("Looks more like {style}", style=titles[result.looks_more_like]))
-    elif result.attainable and result.shortfall is not None:
-        found.append(nearly_sentence(result.shortfall))
-    same = [titles[name] for name in result.same_picture if name in titles]
-    if same:
-        found.append(tr("The same picture as {styles}", styles=", ".join(same)))
-    return found
+    return verdict.near_words(
+        result,
+        snapshot.styles[result.name].title,
+        titles[result.looks_more_like] if result.looks_more_like is not None else "",
+        [titles[name] for name in result.same_picture if name in titles],
+    )
 
 
 def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
@@ -331,37 +273,31 @@ def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
     styles = snapshot.styles
     if result.looks_more_like is not None:
         other = styles[result.looks_more_like]
-        words = tr("Looks more like {style}", style=full_title(other))
-        return words, tr("Looks more like {style}", style=other.title)
+        return verdict.reads_as(full_title(other)), verdict.reads_as(other.title)
     if result.shortfall is not None:
         return nearly_card(result.shortfall), tr("Nearly")
     same = [styles[name] for name in result.same_picture if name in styles]
-    names = ", ".join(full_title(style) for style in same)
-    words = tr("The same picture as {styles}", styles=names)
-    return words, tr("The same picture as {styles}", styles=same[0].title)
+    titles = [full_title(style) for style in same]
+    return verdict.same_picture(titles), verdict.same_picture([same[0].title])
 
 
 def gain_lines(result: StyleResult) -> list[str]:
     """Say what turning the face aside would gain."""
-    return [
-        tr(
-            "{light}, {aside}: match {match} instead of {now}",
-            light=LENS_CHOICES[gain.lighting],
-            aside=aside_words(gain.yaw_deg),
-            match=whole_of(gain.match),
-            now=whole_of(result.match),
-        )
-        for gain in result.gains
-    ]
+    return [verdict.gain_words(gain, result.match) for gain in result.gains]
 
 
-def taken_for(result: StyleResult, snapshot: Snapshot) -> str:
-    """Say what the picture of a style in reach may be taken for; empty where that is said."""
+def close_style(result: StyleResult, snapshot: Snapshot) -> str:
+    """Title of the style that the picture of one in reach is close to; empty where that is said."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
-    title = other.title if other.side in (result.side, "none") else full_title(other)
-    return tr("May be taken for {style}", style=title)
+    return other.title if other.side in (result.side, "none") else full_title(other)
+
+
+def close_to(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say which style the picture of one in reach is close to; empty where that is said."""
+    title = close_style(result, snapshot)
+    return verdict.close_to(title) if title else ""
 
 
 def _out_of_reach(result: StyleResult) -> tuple[str, str]:
@@ -374,65 +310,15 @@ def _out_of_reach(result: StyleResult) -> tuple[str, str]:
     return words, words
 
 
-def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
-    """Say what the best is that a place can do for a style out of reach.
-
-    Returns:
-        "Best match here is 29 at 62° counter-clockwise. The limit is 45."
-    """
-    turn = result.turn_refined_deg
-    told = {"turn": turn_words(turn)}
-    if result.grade is not None:
-        told["best"] = str(whole_of(result.match))
-        if whole(turn) == 0:
-            return tr("Best match here is {best} without a turn.", **told)
-        return tr("Best match here is {best} at {turn}.", **told)
-    if result.match >= LIMITS.match:
-        told |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f} %"}
-        if whole(turn) == 0:
-            return tr("Best contrast here is {best} without a turn. The limit is {limit}.", **told)
-        return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **told)
-    match = whole_of(result.match)
-    told |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
-    if match < _NOTHING_LIKE:
-        return tr(
-            "No turn here comes close: the best match is {best}, and {limit} is needed.", **told
-        )
-    if whole(turn) == 0:
-        return tr("Best match here is {best} without a turn. The limit is {limit}.", **told)
-    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
-
-
 def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str:
-    light = _SPOKEN.get(style.side) or (
-        tr("light {place}", place=side_words(style)) if style.place else tr("painted")
-    )
     if result is None:
-        return tr("{title}, {light}, not measured yet", title=style.title, light=light)
-    turn = whole(result.turn_refined_deg)
-    way = tr("no turn needed")
-    if turn > 0:
-        way = tr_plural("turn {count} degree clockwise", "turn {count} degrees clockwise", turn)
-    elif turn < 0:
-        way = tr_plural(
-            "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
-        )
-    reach = tr("nearly in reach") if result.grade == "nearly" else tr("in reach")
-    if not result.attainable:
-        reach = out_of_reach_spoken(result.shortfall)
-    elif taken := taken_for(result, snapshot):
-        reach = tr("{reach}. {taken}", reach=reach, taken=taken)
-    if snapshot.paper:
-        rule = tr("in reach") if snapshot.within(result) else tr("out of reach")
-        grade = grade_words(result.grade, result.attainable)
-        reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
-    return tr(
-        "{title}, {light}, {way}, {numbers}, {reach}",
-        title=style.title,
-        light=light,
-        way=way,
-        numbers=numbers_words(result.match, snapshot.quality(result) if snapshot.paper else None),
-        reach=reach,
+        return verdict.spoken_words(style, None)
+    return verdict.spoken_words(
+        style,
+        result,
+        close_style(result, snapshot),
+        snapshot.quality(result) if snapshot.paper else None,
+        within=snapshot.within(result),
     )
 
 

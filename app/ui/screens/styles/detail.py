@@ -42,15 +42,11 @@ from app.core.text.turns import (
 from app.ui.presenters.model import COMPUTING, looking_words
 from app.ui.screens.styles.cards import (
     beside_words,
+    close_to,
     doubt_note,
     gain_lines,
     lamps_note,
     least_match,
-    numbers_words,
-    quality_words,
-    taken_for,
-    verdict_of,
-    whole_of,
 )
 from app.ui.screens.styles.gallery import Kept, Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
@@ -64,6 +60,13 @@ from app.words.face_light import (
 )
 from app.words.reach import grade_words, reason_line, reason_sentence
 from app.words.styles import caution_words
+from app.words.verdict import (
+    numbers_words,
+    paper_verdict,
+    quality_words,
+    verdict_sentence,
+    whole_of,
+)
 
 _SAME_DEG: Final = 1e-6
 _EXPOSED: Final = tr("Exposure {exposed}, relative to a face in this place’s average light")
@@ -356,18 +359,16 @@ def _with_words(
         match=str(whole_of(match)),
         contrast=contrast_words(strength),
         in_reach=within,
-        taken_for=taken_for(result, snapshot),
+        close=close_to(result, snapshot),
     )
     if quality is not None:
         state = _with_quality(state, snapshot, result, quality)
     beside = beside_words(result, snapshot) + gain_lines(result)
     if within:
         return replace(state, reason=" ".join(f"{words}." for words in beside))
-    verdict = verdict_of(result, snapshot)
+    verdict = verdict_sentence(result)
     if quality is not None:
-        limit = f"{LIMITS.quality:.0f}"
-        told = {"best": quality_words(snapshot.quality(result)), "limit": limit}
-        verdict = tr("Largest C here is {best}. The limit is {limit}.", **told)
+        verdict = paper_verdict(snapshot.quality(result))
     # What is out of reach by the paper's rule alone lacks nothing of the style.
     lacks = None if result.attainable else result.shortfall
     cause = reason_line(lacks) if result.grade is None else reason_sentence(lacks)

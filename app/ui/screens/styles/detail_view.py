@@ -80,24 +80,24 @@ class _Title(QWidget):
         super().__init__()
         self._text = Text("", 20, 600, elide=True)
         self._side = Text("", 14, role="dim", elide=True)
-        self._taken = Text("", 12, role="dim", elide=True)
+        self._close = Text("", 12, role="dim", elide=True)
         self._field = TextField(tr("Name of the style"), show_label=False)
         self._field.entered.connect(self.renamed)
         self._field.hide()
-        column(row((self._text, 1), self._taken, gap=8), self._side, self._field, into=self)
+        column(row((self._text, 1), self._close, gap=8), self._side, self._field, into=self)
 
-    def show_words(self, title: str, side: str, taken_for: str) -> None:
+    def show_words(self, title: str, side: str, close: str) -> None:
         if title != self._text.text():
             self.close_field()
         self._text.set_text(title)
         self._side.set_text(side)
-        self._taken.say(taken_for)
+        self._close.say(close)
 
     def ask(self, title: str) -> None:
         """Put the field in place of the words."""
         self._text.hide()
         self._side.hide()
-        self._taken.hide()
+        self._close.hide()
         self._field.set_text(title)
         self._field.set_error("")
         self._field.show()
@@ -114,7 +114,7 @@ class _Title(QWidget):
         self._field.hide()
         self._text.show()
         self._side.show()
-        self._taken.say(self._taken.text())
+        self._close.say(self._close.text())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc leaves the name as it was."""
@@ -324,7 +324,7 @@ class Detail(Surface):
         if state is before:
             return
         self.veil.cover(state.stale)
-        self._title.show_words(state.title, state.side, state.taken_for)
+        self._title.show_words(state.title, state.side, state.close)
         self.target.set_picture(state.target)
         self.target.set_tag(state.target_tag if state.target is not None else "")
         if state.lamps_note != self._note.text():

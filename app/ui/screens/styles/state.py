@@ -118,7 +118,7 @@ class DetailState:
         lamps_note: "Shown with its own lamps: at 2:1 it would not be seen."
         marks: The turns of median and least C, as in figure 4 of the paper; where C decides.
         curve: At 64 turns, 0 to 100; empty where no light was measured.
-        taken_for: "May be taken for Rembrandt".
+        close: "Close to Rembrandt".
         numbers, limit_words: "match 87", "Limit of reach: 45", as the card says them.
         arc: tuple of float or None. Tolerance arc, deg; None out of reach.
         best: float or None. Best turn, deg.
@@ -143,7 +143,7 @@ class DetailState:
     key: str = ""
     title: str = ""
     side: str = ""
-    taken_for: str = ""
+    close: str = ""
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
     marks: tuple[Mark, ...] = ()

@@ -1,0 +1,244 @@
+"""What a place can do for a style: verdict, likeness to others, doubts, and the card read aloud."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from app.core.solver.solve import Gain, StyleResult
+from app.core.solver.turn_choice import LIMITS
+from app.core.styles.lamps import Studio
+from app.core.styles.styles import Style
+from app.core.text import tr, tr_plural
+from app.core.text.directions import LENS_CHOICES, aside_words
+from app.core.text.quantities import contrast_words
+from app.core.text.turns import turn_words, whole
+from app.words.lamps import studio_words
+from app.words.reach import grade_words, nearly_sentence, out_of_reach_spoken
+from app.words.styles import side_words
+
+_UNLIKE: Final = 10  # of 100: a match under it is no likeness at all
+_SPOKEN_SIDES: Final = {
+    "left": tr("light from the sitter's left, camera right"),
+    "right": tr("light from the sitter's right, camera left"),
+}
+# What a card has room for beside its number: its side, and what its picture is close to.
+_LIKE: Final = {
+    "left": tr("sitter’s left; like {style}"),
+    "right": tr("sitter’s right; like {style}"),
+    "none": tr("like {style}"),
+}
+_LIKE_BRIEF: Final = {
+    "left": tr("left; like {style}"),
+    "right": tr("right; like {style}"),
+    "none": tr("like {style}"),
+}
+_OURS: Final = {
+    "left": tr("sitter’s left; ours: {grade}"),
+    "right": tr("sitter’s right; ours: {grade}"),
+}
+
+
+def whole_of(value: float) -> int:
+    """Round match or contrast down, so that a value under a limit never reads as the limit."""
+    return max(math.floor(value), 0)
+
+
+def quality_words(value: float) -> str:
+    """Write C, rounded down, so that a value under the limit never reads as the limit."""
+    return f"{math.floor(value)}".replace("-", "−")
+
+
+def numbers_words(match: float, quality: float | None) -> str:
+    """Write match, and C where that decides, as cards and plots say them."""
+    if quality is None:
+        return tr("match {match}", match=str(whole_of(match)))
+    return tr(
+        "C {quality}, match {match}",
+        match=str(whole_of(match)),
+        quality=quality_words(quality),
+    )
+
+
+def verdict_sentence(result: StyleResult) -> str:
+    """Write the best that a place can do for a style out of reach.
+
+    Returns:
+        "Best match here is 29 at 62° counter-clockwise. The limit is 45."
+    """
+    turn = result.turn_refined_deg
+    told = {"turn": turn_words(turn)}
+    if result.grade is not None:
+        told["best"] = str(whole_of(result.match))
+        if whole(turn) == 0:
+            return tr("Best match here is {best} without a turn.", **told)
+        return tr("Best match here is {best} at {turn}.", **told)
+    if result.match >= LIMITS.match:
+        told |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f} %"}
+        if whole(turn) == 0:
+            return tr("Best contrast here is {best} without a turn. The limit is {limit}.", **told)
+        return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **told)
+    match = whole_of(result.match)
+    told |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
+    if match < _UNLIKE:
+        return tr(
+            "No turn here comes close: the best match is {best}, and {limit} is needed.", **told
+        )
+    if whole(turn) == 0:
+        return tr("Best match here is {best} without a turn. The limit is {limit}.", **told)
+    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
+
+
+def paper_verdict(quality: float) -> str:
+    """Write the same by the paper's rule."""
+    return tr(
+        "Largest C here is {best}. The limit is {limit}.",
+        best=quality_words(quality),
+        limit=f"{LIMITS.quality:.0f}",
+    )
+
+
+def paper_quality(quality: float) -> str:
+    """Write the largest C beside its limit."""
+    return tr(
+        "Largest C {quality}, limit {limit:.0f}",
+        quality=quality_words(quality),
+        limit=LIMITS.quality,
+    )
+
+
+def ours_words(result: StyleResult) -> str:
+    """Write our grade beside the paper's rule."""
+    return tr("Ours: {grade}", grade=grade_words(result.grade, result.attainable))
+
+
+def ours_card(result: StyleResult, side: str) -> str:
+    """The same for a card, with the side."""
+    grade = grade_words(result.grade, result.attainable)
+    return _OURS.get(side, tr("Ours: {grade}")).format(grade=grade)
+
+
+def rules_words(disagreements: int, count: int) -> str:
+    """Write on how many styles the paper's rule and ours disagree."""
+    return tr(
+        "The paper’s rule and ours disagree on {count} of {all} styles.",
+        count=disagreements,
+        all=count,
+    )
+
+
+def close_to(title: str) -> str:
+    """Write which style a picture is close to."""
+    return tr("Close to {style}", style=title)
+
+
+def close_to_card(title: str, side: str) -> tuple[str, str]:
+    """The same for a card, with the side, and for a narrow card."""
+    return _LIKE[side].format(style=title), _LIKE_BRIEF[side].format(style=title)
+
+
+def near_words(
+    result: StyleResult, title: str, more_like: str = "", same: Sequence[str] = ()
+) -> list[str]:
+    """Write in what respect a style in reach comes only near.
+
+    Args:
+        title: Of the style.
+        more_like: Title of the style that its picture rather shows; empty where there is none.
+        same: Titles of styles that have the same picture.
+    """
+    lines = []
+    if more_like:
+        lines.append(tr("Reads as {other}, not {style}", other=more_like, style=title))
+    elif result.attainable and result.shortfall is not None:
+        lines.append(nearly_sentence(result.shortfall))
+    if same:
+        lines.append(same_picture(same))
+    return lines
+
+
+def reads_as(title: str) -> str:
+    """Write which style a picture rather shows, for the card of another one."""
+    return tr("Reads as {style}", style=title)
+
+
+def same_picture(titles: Sequence[str]) -> str:
+    """Write which styles have the same picture."""
+    return tr("The same picture as {styles}", styles=", ".join(titles))
+
+
+def gain_words(gain: Gain, match: float) -> str:
+    """Write what turning the face aside would gain over a match."""
+    return tr(
+        "{light}, {aside}: match {match} instead of {now}",
+        light=LENS_CHOICES[gain.lighting],
+        aside=aside_words(gain.yaw_deg),
+        match=whole_of(gain.match),
+        now=whole_of(match),
+    )
+
+
+def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
+    """Write why an answer is doubtful; empty where it is not."""
+    if clipped and unseen:
+        return tr("Doubtful: depends on clipped light and on parts that were not seen.")
+    if clipped:
+        return tr("Doubtful: depends on clipped light.")
+    if unseen:
+        return tr("Doubtful: depends on parts that were not seen.")
+    return tr("Rough: from one photo, whose clipped light is a guess.") if rough else ""
+
+
+def own_lamps_words(studio: Studio) -> str:
+    """Write that a style keeps its own lamps, since a studio's would not show it."""
+    return tr(
+        "Shown with its own lamps: at {lamps} it would not be seen.", lamps=studio_words(studio)
+    )
+
+
+def spoken_words(
+    style: Style,
+    result: StyleResult | None,
+    close: str = "",
+    quality: float | None = None,
+    *,
+    within: bool = False,
+) -> str:
+    """Write a whole card for a screen reader.
+
+    Args:
+        close: Title of the style that it is close to; empty where there is none.
+        quality: C where the paper's rule decides; None where ours does.
+        within: Whether it is in reach by the rule that decides.
+    """
+    light = _SPOKEN_SIDES.get(style.side) or (
+        tr("light {place}", place=side_words(style)) if style.place else tr("painted")
+    )
+    if result is None:
+        return tr("{title}, {light}, not measured yet", title=style.title, light=light)
+    turn = whole(result.turn_refined_deg)
+    way = tr("no turn needed")
+    if turn > 0:
+        way = tr_plural("turn {count} degree clockwise", "turn {count} degrees clockwise", turn)
+    elif turn < 0:
+        way = tr_plural(
+            "turn {count} degree counter-clockwise", "turn {count} degrees counter-clockwise", -turn
+        )
+    reach = tr("nearly in reach") if result.grade == "nearly" else tr("in reach")
+    if not result.attainable:
+        reach = out_of_reach_spoken(result.shortfall)
+    elif close:
+        reach = tr("{reach}. {close}", reach=reach, close=close_to(close))
+    if quality is not None:
+        rule = tr("in reach") if within else tr("out of reach")
+        grade = grade_words(result.grade, result.attainable)
+        reach = tr("{rule} by the paper’s rule, ours: {grade}", rule=rule, grade=grade)
+    return tr(
+        "{title}, {light}, {way}, {numbers}, {reach}",
+        title=style.title,
+        light=light,
+        way=way,
+        numbers=numbers_words(result.match, quality),
+        reach=reach,
+    )
