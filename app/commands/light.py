@@ -406,7 +406,7 @@ def _table(
     lines += ["", tr("Match of 100, in brackets where the style is out of reach.")]
     if len(found) == 1:
         lines.append(tr("Hold it {where}.", where=_words(found[0], added, shape)))
-    lines.append(tr("Rescued by the lamp: {rescued}.", rescued=rescued))
+    lines.append(tr("Now possible with the lamp: {rescued}.", rescued=rescued))
     return "\n".join(lines)
 
 

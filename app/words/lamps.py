@@ -32,7 +32,9 @@ _SIZES: Final = {
     "window@3": tr("Window at 3 m"),
 }
 SIZE_CHOICES: Final = {
-    key: f"{_SIZES[key]} ({parse_softness(key):.0f}°)" if key in _SIZES else tr("As in the paper")
+    key: f"{_SIZES[key]} ({parse_softness(key):.0f}°)"
+    if key in _SIZES
+    else tr("Standard studio lamps")
     for key in SIZE_KEYS
 }
 """Sizes of the studio's lamps that are offered, by key."""
@@ -113,11 +115,11 @@ def studio_words(studio: Studio) -> str:
 
     Examples:
         >>> studio_words(Studio(30.0, 4.0)), studio_words(Studio())
-        ('30°, 4:1', 'as in the paper')
+        ('30°, 4:1', 'standard')
     """
     size = "" if studio.softness_deg is None else f"{studio.softness_deg:.0f}°"
     ratio = "" if studio.ratio is None else f"{studio.ratio:g}:1"
-    return ", ".join(filter(None, (size, ratio))) or tr("as in the paper")
+    return ", ".join(filter(None, (size, ratio))) or tr("standard")
 
 
 def comparison_words(comparison: Comparison) -> str:

@@ -275,7 +275,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
     sided = ("left-", "right-")
     wanted = sum(name.startswith(sided) for name in NAMES)
     assert sum(line.startswith(sided) for line in lines) == wanted
-    assert lines[-1].startswith("Rescued by the lamp: ")
+    assert lines[-1].startswith("Now possible with the lamp: ")
     assert "below" in lines[-1]
     assert main([*words, "--style", "badger"]) == 0
     assert "Hold it " in capsys.readouterr().out

@@ -201,7 +201,7 @@ def test_the_photo_is_asked_for_and_told_of(
     shown.rig.model.update(place_folder=place)
     shown.turn_to(20.0)
     line = shown.screen.left.shots
-    assert line.opener.accessibleName() == "How was it? Open the photo"
+    assert line.opener.accessibleName() == "Check my shot"
     assert "drop" in line.words
     assert not line.lister.isVisible()
     turn = whole(shown.rig.goal) - 3

@@ -59,7 +59,7 @@ def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
     text.write_text("no picture")
     with opened(home) as (app, robot):
         open_light(app, robot)
-        assert foot(robot) == "The place is kept with its answers."
+        assert foot(robot) == "Place saved."
         app.desk.open_paths([text])
         robot.wait(lambda: not app.runner.running("open"), "the drop")
         assert foot(robot) == "Opening notes.txt failed."
@@ -78,7 +78,7 @@ def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
         assert app.window._toasts.shown == 1
         open_light(app, robot)
         assert app.window._toasts.shown == 0
-        assert foot(robot) == "The place is kept with its answers."
+        assert foot(robot) == "Place saved."
 
 
 def test_a_panorama_on_a_full_disk_is_shown_and_saved_elsewhere_with_one_button(

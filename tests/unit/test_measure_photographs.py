@@ -141,7 +141,7 @@ def test_too_few_and_damaged_files_are_refused(
     cafe: Taken, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = tmp_path / "place.exr"
-    assert "12 to 40" in refused(capsys, *cafe.files[:2], "-o", target)
+    assert "12–40" in refused(capsys, *cafe.files[:2], "-o", target)
     cut = tmp_path / "cut.jpg"
     cut.write_bytes(cafe.files[0].read_bytes()[:9000])
     assert "cut.jpg" in refused(capsys, cut, *cafe.files[1:], "-o", target)

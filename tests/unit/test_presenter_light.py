@@ -81,7 +81,7 @@ def test_a_measured_place_is_not_asked_about(rig: LightRig) -> None:
 
 def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
     rig.start()
-    assert keys(rig, "Rescued by this lamp") == ["badger", "below"]
+    assert keys(rig, "Now possible with this lamp") == ["badger", "below"]
     assert keys(rig, "Better with it") == ["left-split"]
     first = rig.state.sections[0]
     assert first.count == "2 of 2"
@@ -173,7 +173,7 @@ def test_while_another_lamp_is_tried_nobody_is_told_to_hold_the_old_one(rig: Lig
     rig.presenter.take_lamp("panel")
     hold = rig.state.hold
     assert hold.hold == "Trying the LED panel all around the head…"
-    assert hold.hold_line == "What is shown is still of the phone screen."
+    assert hold.hold_line == "Still showing the phone screen."
     assert not hold.turn_works
     rig.runner.release("light-lamp")
     assert rig.state.hold.hold.startswith("Hold the LED panel ")

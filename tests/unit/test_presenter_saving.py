@@ -81,7 +81,7 @@ def test_a_dropped_panorama_is_solved_and_shown_though_nothing_can_be_kept(
         table.told.buttons["Save elsewhere…"]()
     (kept,) = list_places(tmp_path / "elsewhere")
     assert model.place_folder == kept.folder
-    assert frame.resolve().status == "The place is kept with its answers."
+    assert frame.resolve().status == "Place saved."
     assert table.desk.keep_all()
     place = read_place(kept.folder)
     assert len(place.results) == len(NAMES)

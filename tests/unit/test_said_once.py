@@ -49,7 +49,7 @@ def test_sound_is_on_only_where_there_is_a_loudspeaker(monkeypatch: pytest.Monke
     assert rig.tick().tools.sounds
     deaf = replace(rig.services, sounds=Sounds())
     frame = FramePresenter(deaf)
-    assert frame.resolve().status == "No loudspeaker: the guidance is seen, not heard"
+    assert frame.resolve().status == "No sound output"
     assert frame.resolve().status_icon == "sound-off"
 
 

@@ -449,11 +449,11 @@ def restore_or_say(contact: Contact, session: Session) -> str:
 
 
 def untaken_words(refused: Sequence[str]) -> str:
-    """Return a sentence about the options that a camera did not take back, "" for none."""
+    """Say which camera settings could not be restored, "" for none."""
     if not refused:
         return ""
     return tr(
-        "The camera did not take back these settings of its own: {settings}.",
+        "These camera settings could not be restored: {settings}.",
         settings=", ".join(refused),
     )
 

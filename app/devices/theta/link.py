@@ -80,8 +80,8 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
             tr("Start it again."),
         ),
         BUSY: (tr("The camera is busy."), _WAIT),
-        "unexpected": (tr("The camera reports a fault of its own."), _RESTART),
-        "serverError": (tr("The camera reports a fault of its own."), _RESTART),
+        "unexpected": (tr("The camera has an internal error."), _RESTART),
+        "serverError": (tr("The camera has an internal error."), _RESTART),
         "notFound": (
             tr("This is not on the camera."),
             tr("The file may have been deleted; look at the camera's pictures."),

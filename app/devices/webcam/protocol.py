@@ -255,7 +255,7 @@ class Webcam(ABC):
             )
         if not manner.still and now - self._print_s > _FROZEN_S:
             return WebcamError(
-                tr("The {noun}’s picture stands still.", noun=manner.noun),
+                tr("The {noun} has frozen.", noun=manner.noun),
                 manner.revive,
                 "frozen",
             )

@@ -110,13 +110,13 @@ class ManualBody(QWidget):
 
 
 class MessagesBody(QWidget):
-    """What was told."""
+    """The messages so far."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
         lines = [self._line(message) for message in reversed(commands.messages())]
-        none = [] if lines else [Text(tr("Nothing was told yet."), 14, role="dim")]
+        none = [] if lines else [Text(tr("No messages yet."), 14, role="dim")]
         inside = QWidget()
         column(*lines, *none, ..., into=inside, gap=16, margins=_INSIDE)
         column(Scroll(inside), into=self, gap=None)

@@ -120,7 +120,7 @@ def _status(services: Services) -> tuple[str, str]:
     if model.computing:
         return COMPUTING, "clock"
     if model.step == Step.PROBE:
-        return tr("The place is kept with its answers."), "check"
+        return tr("Place saved."), "check"
     out = out_of_reach(model.results)
     solved = tr("All {number} styles solved for this place.", number=len(model.results))
     if model.settings.objective == "paper":

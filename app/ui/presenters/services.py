@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.undo import UndoStack
 
 
-NO_LOUDSPEAKER: Final = tr("No loudspeaker: the guidance is seen, not heard")
+NO_LOUDSPEAKER: Final = tr("No sound output")
 
 
 class Sounds:

@@ -272,7 +272,7 @@ def _circled(files: Sequence[Path], token: Token) -> bool:
 def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
     """Decode and describe the photographs."""
     if not _COUNTS[0] <= len(files) <= _COUNTS[1]:
-        few = tr("What is all around takes 12 to 40 photographs, not {count}.", count=len(files))
+        few = tr("A full panorama needs 12–40 photos (you chose {count}).", count=len(files))
         raise ProbeError(few, _OVER)
     photographs = []
     with ThreadPoolExecutor(2) as pool:

@@ -172,7 +172,7 @@ class LampColumn(Surface):
         self.distance.setToolTip(tr("How far the lamp is from the middle of the head"))
         self.distance.changed.connect(lambda stop: presenter.move_away(round(stop)))
         self.arm = Toggle(tr("Within arm’s reach only"), do=presenter.set_arm)
-        self.floor = Toggle(tr("Not through the floor"), do=presenter.set_floor)
+        self.floor = Toggle(tr("Stay above floor level"), do=presenter.set_floor)
         self.more = IconButton("more", tr("More about this lamp"), kind="quiet", do=self._open_menu)
         self._bright = Text("", 12, role="dim", wrap=True)
         self.correct = Button(tr("Correct…"), kind="quiet", size="small", do=presenter.scale.ask)

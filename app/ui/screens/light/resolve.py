@@ -296,7 +296,7 @@ def _sections(
     hopeless = (one for one in placed if not (one.before.attainable or one.attainable))
     lost = sorted(hopeless, key=lambda one: -one.match)
     parts = (
-        (tr("Rescued by this lamp"), tr("rescued by this lamp"), saved, out),
+        (tr("Now possible with this lamp"), tr("now possible with this lamp"), saved, out),
         (tr("Better with it"), tr("better with this lamp"), gained, len(placed) - out),
         (tr("Still out of reach"), tr("still out of reach"), lost, out),
     )
@@ -474,7 +474,7 @@ def note_of(
     if rescued(answers.placed) or busy:
         return "", ""
     if not answers.allowed.all():
-        return tr("Nothing is rescued from where you can hold it. Allow more places."), ""
+        return tr("No style becomes possible from where you can hold it. Allow more places."), ""
     weak = tr("This lamp is too weak at {distance}.", distance=metres(distance_m))
     if coming_closer:
         return weak, ""
@@ -486,8 +486,7 @@ def note_of(
     if nearer.one.attainable:
         brings = tr("At {near} it brings {style} to {match}.", **told)
         return f"{weak} {brings}", tr("Hold it at {near}", near=near)
-    comes = tr("Even at {near} {style} comes to {match} only.", **told)
-    return f"{weak} {comes}", ""
+    return f"{weak} {tr('{style} is out of reach even at {near}.', **told)}", ""
 
 
 def _kind(answers: Answers) -> str:

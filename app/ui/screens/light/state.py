@@ -137,7 +137,7 @@ class RowState:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of the list: "Rescued by this lamp", "2 of 3", and its styles."""
+    """A part of the list: "Now possible with this lamp", "2 of 3", and its styles."""
 
     title: str
     count: str

@@ -299,7 +299,7 @@ class Gallery(QWidget):
         self._unmark.clicked.connect(lambda: self.marked.emit(""))
         self._how = Text("", 12, role="dim", elide=True)
         self.hold = Button(tr("Hold S to swap"), "mirror", kind="quiet", size="small")
-        self.hold.set_tip(tr("Target and here change places while it is held, or S"))
+        self.hold.set_tip(tr("Hold S to swap target and result"))
         self.hold.pressed.connect(lambda: self.held.emit(True))
         self.hold.released.connect(lambda: self.held.emit(False))
         self.zoom.setFixedWidth(theme().px(164))

@@ -146,7 +146,7 @@ class StylesPresenter(Presenter[StylesView]):
             Action("compare-styles", tr("Compare the marked styles"), self.compare, "grid", "C",
                    lambda: len(self._marked) > 1 and not self._pictures.stale),
             Action("same-exposure", tr("Same exposure"), self.expose_alike, "exposure", "E"),
-            Action("lens", tr("Where the lens may stand"), self.ask_lens, "camera",
+            Action("lens", tr("Camera position"), self.ask_lens, "camera",
                    enabled=self.lens_works),
             Action("paint-new", tr("Paint a new style"), self.paint_new, "brush"),
             Action("recapture", tr("Capture the full range"), self.recapture, "camera", "",

@@ -209,7 +209,7 @@ class LampsState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LensState:
-    """Where the lens may stand.
+    """The camera position.
 
     Attributes:
         short, words: "Lens: short", "Lens: short light".

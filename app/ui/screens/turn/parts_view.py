@@ -43,8 +43,7 @@ from app.ui.widgets.paint import (
 )
 from app.ui.widgets.surfaces import PictureLine, Scroll
 
-_ASK: Final = tr("How was it? Open the photo")
-_ASK_SHORT: Final = tr("How was it?")
+_ASK: Final = tr("Check my shot")
 _ASK_AGAIN: Final = tr("Open")
 _ASK_MORE: Final = tr("Another photo")
 _HINT: Final = tr("After the shot, drop it here: how far off the light was it?")
@@ -110,7 +109,7 @@ class ShotsLine(QWidget):
         self._picture.set_picture(None if last is None else last.thumbnail)
         roomy = self.width() >= px(_ROOM)
         self._picture.setVisible(last is not None and last.pictured and roomy)
-        again = _ASK_AGAIN if state.rows else _ASK_SHORT
+        again = _ASK_AGAIN if state.rows else _ASK
         asked = _ASK if last is None else _ASK_MORE
         self.opener.set_text(asked if roomy else again)
         self.opener.setAccessibleName(_ASK)

@@ -131,7 +131,7 @@ class TurnPresenter(Presenter[TurnView]):
             return [Action("turn-fill", fill, self.fill, "", "Return; Enter"), *actions]
         return [
             *actions,
-            Action("turn-photo", tr("How was it? Open the photo you took…"), self.ask_photos,
+            Action("turn-photo", tr("Check my shot…"), self.ask_photos,
                    "camera", "P; Return; Enter"),
             Action("turn-watch", tr("Watch a folder for photos…"), self.ask_folder, "folder"),
             Action("turn-source", tr("Other camera, field of view…"), self.ask_source, "webcam"),
