@@ -104,7 +104,7 @@ def test_only_the_face_counts() -> None:
 
 def test_title_side_and_note() -> None:
     style = made(replace(KEY, fill_ratio=8.0))
-    assert (style.title, style.side, style.head) == ("Like Anna", "left", "Generic head")
+    assert (style.title, style.side, style.head) == ("Like Anna", "left", "generic")
     assert "50° to the sitter’s left (camera right), 20° up" in style.note
     assert style.note.endswith("frontal fill, 8:1.")
     assert photo_note(photo_lamps(KEY)).endswith("no fill.")
