@@ -267,7 +267,7 @@ class Walk:
 
     def _lamps(self, name: str) -> None:
         """Look at what lamps can be chosen."""
-        self._robot.click(tr("Standard studio lamps"))
+        self._robot.click(tr("Lamps: {lamps}", lamps=tr("standard")))
         self._linger()
         self._shoot(name)
         self._robot.press(Qt.Key.Key_Escape)
