@@ -14,7 +14,7 @@ from pathlib import Path
 
 MAKERS = {"tr", "tr_plural"}
 # Raise what they are given.
-RAISERS = {"os_errors_as", "first_bytes", "read_arrays"}
+RAISERS = {"os_errors_as", "first_bytes", "read_arrays", "read_sealed"}
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 
 
