@@ -486,7 +486,8 @@ def note_of(
     if nearer.one.attainable:
         brings = tr("At {near} it brings {style} to {match}.", **told)
         return f"{weak} {brings}", tr("Hold it at {near}", near=near)
-    return f"{weak} {tr('{style} is out of reach even at {near}.', **told)}", ""
+    beyond = tr("{style} is out of reach even at {near}.", **told)
+    return f"{weak} {beyond}", ""
 
 
 def _kind(answers: Answers) -> str:
