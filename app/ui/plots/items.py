@@ -126,6 +126,7 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
     """A sign of one size at a place of the data, no larger than `size` logical pixels."""
 
     def __init__(self, draw: Draw, size: float) -> None:
+        self.scale = size
         super().__init__(size=size, symbol="s", movable=False)
         self._draw = draw
 
@@ -133,6 +134,13 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
         """Show another sign."""
         self._draw = draw
         self.update()
+
+    def set_size(self, size: float) -> None:
+        """Take room for a sign of another size."""
+        if size != self.scale:
+            self.prepareGeometryChange()
+            self.scale = size
+            self.viewTransformChanged()
 
     def paint(self, painter: QPainter, *_args: object) -> None:
         """Paint the sign."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Final, Literal, Protocol, TypeAlias
 
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent, QWheelEvent
 
-from app.core.base.angles import wrap
+from app.core.base.angles import difference, wrap
 from app.core.text import tr
 from app.ui.plots.base import Plot, arrow_step, disc
 from app.ui.plots.geometry import Point
+from app.ui.plots.items import Mark
 from app.ui.plots.layers import PanoramaLayer
 from app.ui.plots.mapping import Viewport
 from app.ui.theme import px, theme
@@ -128,11 +130,19 @@ class MaskCanvas(Plot):
     def __init__(self) -> None:
         super().__init__(tr("Where the lamp is"))
         self._state: Drawn | None = None
-        self._layer: PanoramaLayer | None = None
+        self._layer = self.panel.add(PanoramaLayer())
+        self._ring = self.panel.add(Mark(self._draw_brush, 0.0))
+        self._ring.hide()
+        self.panel.setBackgroundBrush(theme().c.well)
+        self.panel.paint_changes_only()
+        # It lies on a sheet: what is behind need not be painted with every stroke.
+        for widget in (self, self.panel.viewport()):
+            widget.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
         self._kept: tuple[object, object] = (None, None)
         self._view = Viewport(720.0)
         self._brush: Point | None = None
+        self._reach = (0.0, 0.0)  # of the brush, across and up, logical pixels
         self._stroking = False
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
@@ -146,12 +156,6 @@ class MaskCanvas(Plot):
         if self._kept[0] is not state.picture:
             self._lamp_picture = _tinted(state.picture)
         if self._kept[0] is not state.picture or self._kept[1] is not state.alpha:
-            if self._layer is None:
-                self._layer = self.panel.add(PanoramaLayer())
-                self.panel.setBackgroundBrush(theme().c.well)
-                # It lies on a sheet: what is behind need not be painted with every stroke.
-                for widget in (self, self.panel.viewport()):
-                    widget.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
             self._layer.set_pixels(_drawn(state.picture, self._lamp_picture, state.alpha))
             self._kept = (state.picture, state.alpha)
         if first:
@@ -161,7 +165,7 @@ class MaskCanvas(Plot):
         if state.lit:
             words = tr("The brush, {radius:.1f}° around, adds to the lamp", radius=state.radius_deg)
         self.say(words)
-        self.update()
+        self._show_brush()
 
     # -- looking -------------------------------------------------------------------------------
 
@@ -197,9 +201,22 @@ class MaskCanvas(Plot):
 
     def _look(self, view: Viewport) -> None:
         self._view = view
-        if self._layer is not None:
-            self.panel.look(view)
-        self.update()
+        self.panel.look(view)
+        self._show_brush()
+
+    def _show_brush(self) -> None:
+        """Put the ring where the brush is; it is as wide as the panorama makes it there."""
+        self._ring.setVisible(self._brush is not None and self._state is not None)
+        if self._brush is None or self._state is None:
+            return
+        up = self._state.radius_deg * self._view.scale
+        # The panorama widens what is high or low.
+        across = min(up / max(math.cos(math.radians(self._brush[1])), 0.05), self.width())
+        self._reach = (across, up)
+        self._ring.set_size(2.0 * max(across, up, px(5)) + 8.0)
+        ahead = difference(self._brush[0], self._view.azimuth_deg)
+        self._ring.setPos(self._view.azimuth_deg + ahead, -self._brush[1])
+        self._ring.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Look where it looked."""
@@ -227,7 +244,7 @@ class MaskCanvas(Plot):
         self._brush = self.spot_at((here.x(), here.y()))
         if self._stroking:
             self.drawn.emit(*self._brush)
-        self.update()
+        self._show_brush()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the stroke."""
@@ -268,7 +285,7 @@ class MaskCanvas(Plot):
         x, y = self.place_of(*self._brush)
         if not self.rect().contains(QPointF(x, y).toPoint()):
             self._look(self._view.moved_to(*self._brush))
-        self.update()
+        self._show_brush()
 
     # -- painting ------------------------------------------------------------------------------
 
@@ -276,25 +293,15 @@ class MaskCanvas(Plot):
         """Paint the well around the panorama."""
         painter.fillRect(self.rect(), theme().c.well)
 
-    def draw_over(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the brush."""
-        if self._brush is not None:
-            self._draw_brush(painter)
-
-    def _draw_brush(self, painter: QPainter) -> None:
+    def _draw_brush(self, painter: QPainter, middle: Point) -> None:
         assert self._state is not None
-        assert self._brush is not None
-        t = theme()
-        x, y = self.place_of(*self._brush)
-        up = self._state.radius_deg * self._view.scale
-        # The panorama widens what is high or low.
-        across = min(up / max(float(np.cos(np.radians(self._brush[1]))), 0.05), self.width())
+        (x, y), (across, up), arm = middle, self._reach, float(px(5))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
+        inks = ((QColor(Qt.GlobalColor.black), 4.0), (theme().c.ontag, 2.0))
+        for colour, width in inks:
             painter.setPen(QPen(colour, width))
             painter.drawEllipse(QPointF(x, y), across, up)
-        arm = float(px(5))
-        for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
+        for colour, width in inks:
             painter.setPen(QPen(colour, width))
             painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))
             if self._state.lit:
