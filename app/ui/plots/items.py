@@ -6,19 +6,17 @@ A pen of pyqtgraph’s is counted in pixels of the screen: on a fine one its lin
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem
 
 from app.ui.plots.base import device_ratio, snap
 from app.ui.plots.geometry import Point
-
-_Item = TypeVar("_Item")
 
 Draw: TypeAlias = Callable[[QPainter, Point], object]
 """Paints a mark around its middle, logical pixels."""
@@ -149,16 +147,17 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
 
 
 class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
-    """What is painted between items, logical pixels."""
+    """What is painted between items, logical pixels: only the part that is exposed is needed."""
 
-    def __init__(self, draw: Callable[[QPainter], object]) -> None:
+    def __init__(self, draw: Callable[[QPainter, QRect], object]) -> None:
         super().__init__()
         self._draw = draw
+        self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
 
-    def paint(self, painter: QPainter, *_args: object) -> None:
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
         """Paint it."""
-        _to_pixels(painter)
-        self._draw(painter)
+        part = _to_pixels(painter).mapRect(option.exposedRect).toAlignedRect()
+        self._draw(painter, part)
 
 
 class Group(pg.ItemGroup):  # type: ignore[misc]
@@ -167,23 +166,32 @@ class Group(pg.ItemGroup):  # type: ignore[misc]
     def __init__(self, *items: Any) -> None:
         super().__init__()
         # Qt deletes an item that nobody holds.
-        self._items: list[Any] = []
+        self._items = items
         for item in items:
-            self.add(item)
+            self.addItem(item)
 
-    def add(self, item: _Item) -> _Item:
-        """Put an item on top of the others, and give it."""
-        self._items.append(item)
-        self.addItem(item)
-        return item
 
-    def clear(self) -> None:
-        """Take all items away."""
-        for item in self._items:
-            item.setParentItem(None)
-            if item.scene() is not None:
-                item.scene().removeItem(item)
-        self._items = []
+class Marks(pg.ItemGroup):  # type: ignore[misc]
+    """As many marks as are shown."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.marks: list[Mark] = []
+
+    def show_marks(self, signs: Sequence[tuple[Point, Draw, float]]) -> None:
+        """Show other signs: the place of each, what paints it, and its size."""
+        while len(self.marks) < len(signs):
+            self.marks.append(Mark(signs[0][1], 0.0))
+            self.addItem(self.marks[-1])
+        while len(self.marks) > len(signs):
+            mark = self.marks.pop()
+            mark.setParentItem(None)
+            if mark.scene() is not None:
+                mark.scene().removeItem(mark)
+        for mark, (place, draw, size) in zip(self.marks, signs, strict=True):
+            mark.set_draw(draw)
+            mark.set_size(size)
+            mark.setPos(*place)
 
 
 def around(*pens: QPen) -> Group:

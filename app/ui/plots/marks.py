@@ -166,12 +166,14 @@ class Marks:
     clipped: bool = True
 
 
-def draw_corners(painter: QPainter, area: QRect | QRectF, ground: QColor) -> None:
+def draw_corners(
+    painter: QPainter, area: QRect | QRectF, ground: QColor, radius: int | None = None
+) -> None:
     """Round the corners of a picture that lies on some ground: cheaper than to clip it."""
-    outer = QRectF(area)
+    outer, radius = QRectF(area), radius or px(_RADIUS)
     path = QPainterPath()
     path.addRect(outer)
-    path.addRoundedRect(outer, px(_RADIUS), px(_RADIUS))
+    path.addRoundedRect(outer, radius, radius)
     painter.fillPath(path, ground)
 
 

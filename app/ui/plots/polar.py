@@ -28,7 +28,7 @@ from app.ui.plots.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.items import Curve, Draw, Group, Mark, Pieces
+from app.ui.plots.items import Curve, Draw, Group, Mark, Marks, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 
@@ -91,8 +91,7 @@ class PolarPlot(TurnPlot):
         self._arc = add(Curve(fill=faint(t.c.amberfill, _ARC_FILL)))
         self._rim, self._ticks = add(Curve(thin)), add(Pieces(thin))
         self._curve = add(Curve(line))
-        self._signs = add(Group())
-        self._peaks: list[Mark] = []
+        self._peaks, self._marks = add(Marks()), add(Marks())
         self._ends = [add(Mark(partial(_draw_words, text), px(32))) for text in _ENDS]
         self._head = Curve(line, fill=t.c.raised)
         self._needle_line = Curve(pen(t.c.amber, 2.0 * t.line_width))
@@ -220,20 +219,18 @@ class PolarPlot(TurnPlot):
 
     def _lay_signs(self, dial: Dial) -> None:
         """Put peaks and marks on the curve, and a mark's name further out or within."""
-        self._signs.clear()
-        places = [(x - self.dial.centre[0], y - self.dial.centre[1]) for x, y in self.peak_places()]
-        self._peaks = [self._sign(place, partial(_draw_peak, hovered=False)) for place in places]
+        x, y = self.dial.centre
+        places = [(place[0] - x, place[1] - y) for place in self.peak_places()]
+        signs: list[tuple[Point, Draw, float]] = []
         for name, turn in self._data.marks:
             radius = dial.radius(value_at(self._data.curve, turn))
-            self._sign(at_turn(_O, radius, turn), _draw_dot)
+            signs.append((at_turn(_O, radius, turn), _draw_dot, px(16)))
             middle = _name_place(dial, radius, turn, name, places)
             if middle is not None:
-                self._sign(middle, partial(_draw_words, name), text_width(theme().font(12), name))
-
-    def _sign(self, place: Point, draw: Draw, size: float = 0.0) -> Mark:
-        sign = self._signs.add(Mark(draw, max(size, px(16))))
-        sign.setPos(*place)
-        return sign
+                wide = text_width(theme().font(12), name)
+                signs.append((middle, partial(_draw_words, name), wide))
+        self._peaks.show_marks([(place, _draw_peak, px(16)) for place in places])
+        self._marks.show_marks(signs)
 
     def _show_needle(self) -> None:
         """Turn head and needle; a number makes way for the dot."""
@@ -275,7 +272,7 @@ class PolarPlot(TurnPlot):
         point = (event.position().x(), event.position().y())
         hovered = hit(self.peak_places(), point, px(_GRAB))
         if hovered != self._hovered:
-            for index, peak in enumerate(self._peaks):
+            for index, peak in enumerate(self._peaks.marks):
                 peak.set_draw(partial(_draw_peak, hovered=index == hovered))
             self._hovered = hovered
             shape = Qt.CursorShape
@@ -343,7 +340,7 @@ def _draw_dot(painter: QPainter, place: Point) -> None:
     disc(painter, place, px(7) / 2.0, t.c.text, t.c.bg, t.line_width + 0.5)
 
 
-def _draw_peak(painter: QPainter, place: Point, *, hovered: bool) -> None:
+def _draw_peak(painter: QPainter, place: Point, *, hovered: bool = False) -> None:
     t = theme()
     radius = px(8) / 2.0 - 0.75
     fill = t.c.text if hovered else t.c.bg

@@ -83,11 +83,7 @@ class SkyMap(LampPlot):
         self._tones = add(pg.ImageItem(axisOrder="row-major"))
         self._hatching = add(Overlay(self._draw_closed))
         self._line = add(Pieces(pen(black, 4.0, ends="round"), pen(white, 1.75, ends="round")))
-        add(
-            Overlay(
-                lambda painter: draw_corners(painter, self.area, getattr(theme().c, self.ground))
-            )
-        )
+        add(Overlay(self._draw_corners))
         self._best = add(Mark(draw_best, px(_SIGN)))
         self._lamp = add(Mark(lambda *at: draw_lamp(*at, focused=self.hasFocus()), px(_SIGN)))
         self.panel.hide()
@@ -180,7 +176,7 @@ class SkyMap(LampPlot):
             box(painter, self.area, px(_RADIUS), theme().c.well)
         self._draw_names(painter)
 
-    def _draw_closed(self, painter: QPainter) -> None:
+    def _draw_closed(self, painter: QPainter, _part: QRect) -> None:
         """Hatch where the lamp may not be held."""
         if self._closed.isEmpty():
             return
@@ -193,6 +189,9 @@ class SkyMap(LampPlot):
         starts = range(int(-area.height()), int(area.width()), px(_HATCH))
         top, bottom = area.top(), area.bottom()
         painter.drawLines([QLineF(x, bottom, x + area.height(), top) for x in starts])
+
+    def _draw_corners(self, painter: QPainter, _part: QRect) -> None:
+        draw_corners(painter, self.area, getattr(theme().c, self.ground))
 
     def _draw_names(self, painter: QPainter) -> None:
         t, font = theme(), theme().font(12)

@@ -5,15 +5,13 @@ from __future__ import annotations
 import time
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal, SignalInstance
+from PySide6.QtCore import QEvent, QPointF, Qt, QTimer, Signal, SignalInstance
 from PySide6.QtGui import (
     QAccessible,
     QEnterEvent,
     QFocusEvent,
     QKeyEvent,
     QMouseEvent,
-    QPainter,
-    QPaintEvent,
     QPointingDevice,
     QResizeEvent,
     QTabletEvent,
@@ -25,7 +23,7 @@ from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.plots.base import Plot
-from app.ui.screens.paint.face_view import FacePainter
+from app.ui.screens.paint.face_view import FaceItems
 from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown, head_words
 from app.ui.screens.paint.tools_view import Viewing, ZoomBox, fitting
 from app.ui.theme import px
@@ -73,9 +71,8 @@ class PaintCanvas(Plot):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(px(160), px(160))
         self.setCursor(Qt.CursorShape.BlankCursor)
-        self._face = FacePainter()
+        self._face = FaceItems(self.panel)
         self.viewing = Viewing()
-        self._part = QRect()
         self._fits = True
         self._brush = Brush()
         self._ring: QPointF | None = None
@@ -109,13 +106,12 @@ class PaintCanvas(Plot):
             self._name_it(yaw)
             self.fit()
         if self._face.set_picture(state.picture):
-            self.update()
+            self._face.repaint()
         if self._face.set_words(state.notice, state.shown is Shown.WEIGHTS):
-            self.update()
+            self._face.repaint()
         if state.brush != self._brush:
-            before = self._ring_area()
             self._brush = state.brush
-            self.update(before.united(self._ring_area()))
+            self._show_ring()
             self._describe()
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
@@ -125,12 +121,10 @@ class PaintCanvas(Plot):
             self._face.set_canvas(canvas)
             if fresh and self._fits:
                 self.fit()
-            self.update()
+            self._face.repaint()
             return
         for region in regions:
             self._face.show_region(canvas, region)
-            if self._face.shows_weights:
-                self.update(self.rect() if self._face.turned else self._area(region))
 
     def fit(self) -> None:
         """Let the head fill the canvas."""
@@ -149,7 +143,9 @@ class PaintCanvas(Plot):
         self.viewing = view.held(self.width(), self.height(), self._face.size or 1)
         self._fits = False
         self._zoom.set_zoom(self.viewing.zoom)
-        self.update()
+        self._face.look(self.viewing)
+        self._face.repaint()
+        self._show_ring()
 
     def _zoom_step(self, way: int) -> None:
         middle = (self.width() / 2, self.height() / 2)
@@ -157,13 +153,13 @@ class PaintCanvas(Plot):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the head fitting, or the middle in the middle."""
+        super().resizeEvent(event)
         margin = px(_MARGIN)
         self._zoom.move(self.width() - self._zoom.width() - margin, margin)
         if self._fits:
             self.fit()
         else:
             self._look(self.viewing)
-        super().resizeEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom around the pointer."""
@@ -180,6 +176,7 @@ class PaintCanvas(Plot):
         left = event.button() == Qt.MouseButton.LeftButton
         if event.button() == Qt.MouseButton.MiddleButton or (left and self._space):
             self._panning = event.position()
+            self._show_ring()
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
         elif left and not self._stroking:
             self._down(event.position(), 1.0, eraser=False)
@@ -201,6 +198,7 @@ class PaintCanvas(Plot):
         """End stroke or pan."""
         if self._panning is not None:
             self._panning = None
+            self._show_ring()
             self.setCursor(Qt.CursorShape.BlankCursor)
         elif event.button() == Qt.MouseButton.LeftButton:
             self._up()
@@ -358,12 +356,11 @@ class PaintCanvas(Plot):
             self._look(self.viewing.moved(-out_x, -out_y))
         self._move_ring(self.at(x, y))
 
-    # -- painting ------------------------------------------------------------------------------
+    # -- the ring ------------------------------------------------------------------------------
 
     def _move_ring(self, there: QPointF | None) -> None:
-        before = self._ring_area()
         self._ring = there
-        self.update(before.united(self._ring_area()))
+        self._show_ring()
         if self._by_keys:
             self._describe()
 
@@ -385,40 +382,9 @@ class PaintCanvas(Plot):
             )
         )
 
-    def _ring_area(self) -> QRect:
-        if self._ring is None:
-            return QRect()
-        reach = round(self._brush.radius * self.viewing.zoom) + 16
-        here = self._ring.toPoint()
-        area = QRect(here.x() - reach, here.y() - reach, 2 * reach, 2 * reach)
-        if self._brush.mirror and not self._face.turned:
-            twin = self._twin(self._ring).toPoint()
-            area = area.united(area.translated(twin - here))
-        return area
-
-    def _twin(self, here: QPointF) -> QPointF:
-        x, y = self.viewing.to_canvas(here.x(), here.y())
-        return self.at(self._face.size - x, y)
-
-    def _area(self, region: Region) -> QRect:
-        left, top, width, height = self.viewing.area(region)
-        # Enlarging mixes neighbours, so a pixel more on every side has changed.
-        more = int(2 * self.viewing.zoom) + 2
-        return QRect(
-            int(left) - more, int(top) - more, int(width) + 2 * more + 1, int(height) + 2 * more + 1
-        )
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint no more than what has changed."""
-        self._part = event.rect()
-        super().paintEvent(event)
-
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint head, weights, tags and ring."""
-        self._face.draw(painter, self.rect(), self._part, self.viewing, ratio)
-        if self._ring is None or not self._face.size or self._panning is not None:
-            return
-        rings = [self._ring]
-        if self._brush.mirror and not self._face.turned:
-            rings.append(self._twin(self._ring))
-        self._face.draw_rings(painter, rings, self._brush, self.viewing.zoom)
+    def _show_ring(self) -> None:
+        """Show the brush, but not while the canvas is moved."""
+        here = None
+        if self._ring is not None and self._face.size and self._panning is None:
+            here = self.viewing.to_canvas(self._ring.x(), self._ring.y())
+        self._face.show_ring(here, self._brush)

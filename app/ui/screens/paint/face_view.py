@@ -1,23 +1,29 @@
-"""Painting the head with its weights: image, hatch, outline, tags and brush."""
+"""The head with its weights, as items of a ViewBox: image, hatch, outline, tags and brush."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final, TypeAlias
 
 import cv2
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen, QPixmap
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.plots.base import device_ratio
+from app.ui.plots.geometry import Point
+from app.ui.plots.items import Mark, Overlay
+from app.ui.plots.marks import draw_corners
 from app.ui.plots.mask_canvas import BrushSign, draw_brush_ring
+from app.ui.plots.panel import Panel
 from app.ui.screens.paint.state import HeadLook
 from app.ui.screens.paint.tools_view import Viewing
 from app.ui.theme import px, theme
@@ -185,10 +191,33 @@ _RIGHT: Final = tr("Sitter’s right (camera left)")
 _LEFT: Final = tr("Sitter’s left (camera right)")
 
 
-class FacePainter:
-    """Holds what the canvas shows, and paints it."""
+class _Head(pg.ImageItem):  # type: ignore[misc]
+    """An image of pixels that change in place: only a part of it is painted again."""
 
     def __init__(self) -> None:
+        super().__init__(axisOrder="row-major")
+        self._pixels = QImage()
+
+    def set_pixels(self, pixels: Pixels) -> None:
+        """Show another array from now on, (S, S) 0xffRRGGBB."""
+        self.prepareGeometryChange()
+        size = len(pixels)
+        self._pixels = QImage(pixels.data, size, size, 4 * size, QImage.Format.Format_RGB32)
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        """Return the canvas, in its pixels."""
+        return QRectF(self._pixels.rect())
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint it."""
+        painter.drawImage(self.boundingRect(), self._pixels)
+
+
+class FaceItems:
+    """Holds what the canvas shows, and the items that show it, from the ground up."""
+
+    def __init__(self, panel: Panel) -> None:
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._colours = CanvasColours(plus, minus)
@@ -196,11 +225,18 @@ class FacePainter:
         self._places: Float32 | None = None
         self._canvas: Canvas | None = None
         self._picture: Bytes | None = None
-        self._image: QImage | None = None
         self._notice = ""
         self._weights = True
         self._kept: dict[str, tuple[object, QPixmap]] = {}
-        self._corners: tuple[QSize, QPainterPath] | None = None
+        self._view, self._brush = Viewing(), Brush()
+        self._panel = panel
+        panel.setBackgroundBrush(c.well)
+        panel.paint_changes_only()
+        self._image = panel.add(_Head())
+        self._image.hide()
+        panel.add(Overlay(self._draw_over))
+        self._twin = panel.add(Mark(partial(self._draw_ring_at, 0.45), 0.0))
+        self._ring = panel.add(Mark(partial(self._draw_ring_at, 1.0), 0.0))
 
     @property
     def size(self) -> int:
@@ -211,11 +247,6 @@ class FacePainter:
     def turned(self) -> bool:
         """Whether the head is seen from aside."""
         return self._head is not None and self._head.places is not None
-
-    @property
-    def shows_weights(self) -> bool:
-        """Whether weights are shown, and no picture."""
-        return self._picture is None
 
     def set_head(self, head: HeadLook | None) -> bool:
         """Take another head; returns whether it is one."""
@@ -235,7 +266,8 @@ class FacePainter:
         colours = self._colours
         colours.set_head(self._head.grey, canvas.size)
         size = canvas.size
-        self._image = QImage(colours.pixels.data, size, size, 4 * size, QImage.Format.Format_RGB32)
+        self._image.set_pixels(colours.pixels)
+        self._image.show()
         places = self._head.places
         self._places = None if places is None else _finer(places, size)
         if self._picture is None:
@@ -270,6 +302,11 @@ class FacePainter:
         self._canvas = canvas
         if self._picture is None:
             self._colours.show_weights(self._laid_on(canvas), None if self.turned else region)
+            whole = self._image.boundingRect()
+            # Enlarging mixes neighbours, so pixels around it have changed, too.
+            wide, high = region.right - region.left + 4, region.bottom - region.top + 4
+            part = QRectF(region.left - 2, region.top - 2, wide, high)
+            self._image.update(whole if self.turned else part)
 
     def set_picture(self, picture: Bytes | None) -> bool:
         """Show a picture in place of the weights, or the weights; returns whether that is new."""
@@ -288,21 +325,35 @@ class FacePainter:
         self._notice, self._weights = notice, weights
         return new
 
-    def draw(
-        self, painter: QPainter, area: QRect, part: QRect, view: Viewing, ratio: float
-    ) -> None:
-        """Paint all but the ring.
+    def look(self, view: Viewing) -> None:
+        """Show a part of the canvas."""
+        self._view = view
+        wide, high = self._panel.width() / view.zoom, self._panel.height() / view.zoom
+        self._panel.look_at(QRectF(-view.left / view.zoom, -view.top / view.zoom, wide, high))
 
-        Args:
-            painter: In logical pixels of the widget.
-            ratio: Device pixels per logical one.
-        """
-        t = theme()
-        painter.fillRect(part, t.c.well)
-        if self._image is not None and self.size:
-            target = QRectF(view.left, view.top, self.size * view.zoom, self.size * view.zoom)
-            painter.drawImage(target, self._image)
+    def repaint(self) -> None:
+        """Paint everything again."""
+        self._panel.viewport().update()
+
+    def show_ring(self, place: tuple[float, float] | None, brush: Brush) -> None:
+        """Show the brush at a canvas pixel, and its mirror image paler; None shows neither."""
+        fresh, self._brush = brush != self._brush, brush
+        mirrored = brush.mirror and not self.turned
+        for ring, shown in ((self._ring, True), (self._twin, mirrored)):
+            ring.setVisible(shown and place is not None)
+            if place is not None:
+                ring.set_size(2.0 * (int(max(brush.radius * self._view.zoom, _SIGN)) + 4))
+                ring.setPos(place[0] if ring is self._ring else self.size - place[0], place[1])
+            if fresh:
+                ring.update()
+
+    def _draw_over(self, painter: QPainter, part: QRect) -> None:
+        """Paint what lies over the head: hatch, outline, tags and corners."""
+        t, area, view = theme(), self._panel.rect(), self._view
+        ratio = device_ratio(painter)
+        if self.size:
             if self._picture is None and self._colours.any_ignored:
+                target = QRectF(view.left, view.top, self.size * view.zoom, self.size * view.zoom)
                 self._draw_hatch(painter, target, part, ratio)
             wide, high = round(area.width() * ratio), round(area.height() * ratio)
             veil = self._once(
@@ -318,25 +369,19 @@ class FacePainter:
         if part.bottom() >= low - px(24):
             draw_tag(painter, inset, low, _RIGHT, "bl")
             draw_tag(painter, area.width() - inset, low, _LEFT, "br")
-        self._round_off(painter, area, part)
+        radius = px(_RADIUS)
+        if not area.adjusted(radius, radius, -radius, -radius).contains(part):
+            draw_corners(painter, area, t.c.bg, radius)
 
-    def draw_rings(
-        self, painter: QPainter, places: Sequence[QPointF], brush: Brush, zoom: float
-    ) -> None:
-        """Paint the brush where it is, and its mirror image paler.
-
-        `zoom`: logical pixels per canvas pixel.
-        """
-        ratio = device_ratio(painter)
+    def _draw_ring_at(self, opacity: float, painter: QPainter, place: Point) -> None:
+        brush, zoom, ratio = self._brush, self._view.zoom, device_ratio(painter)
         key = (brush.radius, brush.full_radius, brush.tool, zoom, ratio)
         ring = self._once("ring", key, lambda: self._draw_ring(brush, zoom, ratio))
         half = ring.width() / ratio / 2
-        for number, place in enumerate(places):
-            painter.setOpacity(0.45 if number else 1.0)
-            # On whole device pixels, or it would be smeared.
-            x, y = (round((value - half) * ratio) / ratio for value in (place.x(), place.y()))
-            painter.drawPixmap(QPointF(x, y), ring)
-        painter.setOpacity(1.0)
+        painter.setOpacity(opacity)
+        # On whole device pixels, or it would be smeared.
+        x, y = (round((value - half) * ratio) / ratio for value in place)
+        painter.drawPixmap(QPointF(x, y), ring)
 
     def _once(self, what: str, key: object, make: Callable[[], QPixmap]) -> QPixmap:
         """Draw something once for each key: antialiased circles are slow."""
@@ -385,19 +430,6 @@ class FacePainter:
         on_layer.drawImage(target, QImage(mask.data, size, size, size, QImage.Format.Format_Alpha8))
         on_layer.end()
         painter.drawImage(part.topLeft(), layer)
-
-    def _round_off(self, painter: QPainter, area: QRect, part: QRect) -> None:
-        """Cover the corners, so that the well is rounded."""
-        t = theme()
-        radius = px(_RADIUS)
-        if area.adjusted(radius, radius, -radius, -radius).contains(part):
-            return
-        if self._corners is None or self._corners[0] != area.size():
-            corners, inside = QPainterPath(), QPainterPath()
-            corners.addRect(QRectF(area))
-            inside.addRoundedRect(QRectF(area), radius, radius)
-            self._corners = (area.size(), corners.subtracted(inside))
-        painter.fillPath(self._corners[1], t.c.bg)
 
 
 def _pixmap(side: int, ratio: float, fill: QColor | Qt.GlobalColor = _CLEAR) -> QPixmap:

@@ -13,7 +13,6 @@ from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
-from app.core.painting.canvas import Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.screens.paint.screen import PaintPresenter
@@ -289,12 +288,6 @@ class Viewing:
     def to_widget(self, x: float, y: float) -> tuple[float, float]:
         """Point of the widget where a canvas pixel lies."""
         return self.left + x * self.zoom, self.top + y * self.zoom
-
-    def area(self, region: Region) -> tuple[float, float, float, float]:
-        """Left, top, width and height of a part of the canvas, logical pixels of the widget."""
-        left, top = self.to_widget(region.left, region.top)
-        width, height = region.right - region.left, region.bottom - region.top
-        return left, top, width * self.zoom, height * self.zoom
 
     def moved(self, dx: float, dy: float) -> Viewing:
         """Return it shifted by logical pixels."""
