@@ -1,1 +1,1 @@
-"""Panoramas with marks, turns around a circle, drawings of a lamp, and the guidance’s signs."""
+"""Panoramas, turns around a circle, the lamp and the plan, on pyqtgraph where it fits."""

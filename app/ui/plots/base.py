@@ -27,7 +27,7 @@ from app.core.base.visible import visible
 from app.ui.plots.geometry import Point, smooth
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import give_role
-from app.ui.widgets.paint import Paints, box, draw_tag, pen, tag_size
+from app.ui.widgets.paint import Paints, box, draw_tag, tag_size
 
 if TYPE_CHECKING:
     from app.ui.plots.panel import Panel
@@ -70,17 +70,6 @@ def closed_path(points: Sequence[Point]) -> QPainterPath:
         path.cubicTo(QPointF(*first), QPointF(*second), QPointF(*stop))
     path.closeSubpath()
     return path
-
-
-def outlined_line(
-    painter: QPainter, start: Point, stop: Point, colour: QColor, outline: QColor, width: float
-) -> None:
-    """Draw a line that holds on any picture: with an edge of half its width on both sides."""
-    ends = (QPointF(*start), QPointF(*stop))
-    edge = max(width / 2.0, 1.0)
-    for one in (pen(outline, width + 2.0 * edge), pen(colour, width)):
-        painter.setPen(one)
-        painter.drawLine(*ends)
 
 
 def draw_text(
@@ -148,7 +137,10 @@ def disc(
 
 
 class Plot(Paints, QWidget):
-    """A painted widget that can have the focus and says in words what it shows."""
+    """A widget that can have the focus and says in words what it shows.
+
+    What has a place in its data is an item of its panel; `draw` paints the ground under it.
+    """
 
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 

@@ -1,4 +1,4 @@
-"""What to do now, readable from three metres: the curved arrow and the degrees to go."""
+"""The degrees to go and the arrow, painted: a number that fills its widget is no plot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The lamp around the head: from above with the camera below, and from the lamp's side.
+"""The lamp around the head, painted: words and arrows make way for each other, in pixels.
+
+One drawing is from above with the camera below, one from the lamp's side.
 
 Both drawings have one scale and the head's own outlines. Their frame is the head's, metres from
 its middle: x toward the sitter's left, y up, z out of the face. From above the face looks down the

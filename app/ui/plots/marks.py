@@ -1,4 +1,4 @@
-"""Marks over a panorama, its scale, and the grip of the photographer’s marker."""
+"""The scale under a panorama, painted: pyqtgraph cuts labels at its ends. And the marker’s grip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The walk from above, painted by hand: the sitter, the ring around them, and what lights them."""
+"""The walk from above, painted: its words look for room between arrows, in pixels."""
 
 from __future__ import annotations
 

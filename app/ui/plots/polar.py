@@ -9,6 +9,7 @@ from functools import partial
 from typing import Final
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent
@@ -28,7 +29,7 @@ from app.ui.plots.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.items import Curve, Draw, Group, Mark, Marks, Pieces
+from app.ui.plots.items import Curve, Draw, Mark, Marks, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 
@@ -96,7 +97,9 @@ class PolarPlot(TurnPlot):
         self._head = Curve(line, fill=t.c.raised)
         self._needle_line = Curve(pen(t.c.amber, 2.0 * t.line_width))
         self._dot = Mark(_draw_needle_dot, px(24))
-        self._turned = add(Group(self._head, self._needle_line, self._dot))
+        self._turned = add(pg.ItemGroup())
+        for item in (self._head, self._needle_line, self._dot):
+            self._turned.addItem(item)
 
     def sizeHint(self) -> QSize:
         """Return the square that it would like to have."""
