@@ -36,7 +36,6 @@ class Habits:
     * `forgets`: it loses its settings with its Wi-Fi.
     * `ends_preview`: it ends its preview at any time.
     * `hangs_at_thumbnails`: it never answers a list with thumbnails.
-    * `wrong_metadata`: the metadata of files state a constant exposure, and no size.
     * `rest_s`: seconds after a picture in which another one breaks the connection.
     * `preview_rest_s`: seconds after a picture in which the preview is refused.
     """
@@ -44,7 +43,6 @@ class Habits:
     forgets: bool = False
     ends_preview: bool = False
     hangs_at_thumbnails: bool = False
-    wrong_metadata: bool = False
     rest_s: float = _NONE
     preview_rest_s: float = _NONE
 
@@ -55,7 +53,6 @@ HABITS: Final = {
         forgets=True,
         ends_preview=True,
         hangs_at_thumbnails=True,
-        wrong_metadata=True,
         rest_s=1.5,
     ),
 }
@@ -109,7 +106,6 @@ class OddCamera(OldApiCamera):
         self._changes = {
             "camera.listFiles": self._list_files,
             "camera.getLivePreview": self._open_preview,
-            "camera._getMetadata": self._metadata,
         }
         if self.habits.ends_preview:
             self.preview = FitfulPreview(scene, self.personality, clock, self.store.values)
@@ -148,18 +144,3 @@ class OddCamera(OldApiCamera):
         if self._rests(self.habits.preview_rest_s):
             raise CommandRefused("disabledCommand")
         return act(camera, parameters)
-
-    def _metadata(
-        self, act: Action, camera: CameraBody, parameters: Parameters
-    ) -> Parameters | Reply:
-        answer = act(camera, parameters)
-        if not self.habits.wrong_metadata:
-            return answer
-        assert isinstance(answer, dict)
-        results = answer["results"]
-        assert isinstance(results, dict)
-        exif = results["exif"]
-        assert isinstance(exif, dict)
-        exif |= {"ExposureTime": 0.004, "PhotographicSensitivity": 0}
-        del exif["ImageWidth"], exif["ImageLength"]
-        return answer

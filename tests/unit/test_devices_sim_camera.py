@@ -171,7 +171,7 @@ def test_deleting_says_what_could_not_be_deleted() -> None:
 
 
 def test_options_that_other_clients_read_first() -> None:
-    names = ("dateTimeZone", "_language", "offDelay", "_shutterVolume", "sleepDelay")
+    names = ("dateTimeZone", "offDelay", "_shutterVolume", "sleepDelay")
     for model in ("V", "Z1", "X"):
         assert set(_talker(model).options(*names)) == set(names)
     assert _talker("Z1").options("_shootingMethodSupport") == {"_shootingMethodSupport": []}
@@ -434,18 +434,6 @@ def test_the_transfer_rate_holds() -> None:
     assert max(len(piece) for piece in pieces if isinstance(piece, bytes)) <= 65536
 
 
-def test_metadata_without_the_picture() -> None:
-    for name, told in (("Z1", True), ("X", True), ("SC2", False)):
-        talker = _talker(name)
-        url = talker.finish(talker.good("takePicture"))["results"]["fileUrl"]
-        exif = talker.good("_getMetadata", fileUrl=url)["results"]["exif"]
-        take = stored(talker.camera)[0].take
-        assert take is not None
-        assert (exif["PhotographicSensitivity"] == take.exposure.iso) == told
-        assert ("ImageWidth" in exif) == (name == "Z1")
-    assert _talker("S").code("_getMetadata", fileUrl="http://x/y") == "unknownCommand"
-
-
 @pytest.mark.parametrize("person", ALL)
 def test_wrong_words_are_refused_as_documented(person: Personality) -> None:
     talker = _talker(person)
@@ -601,8 +589,6 @@ def test_movies_are_started_and_stopped() -> None:
         ("delete", {}, "missingParameter"),
         ("delete", {"fileUrls": "all"}, "invalidParameterValue"),
         ("delete", {"fileUrls": [7]}, "invalidParameterValue"),
-        ("_getMetadata", {}, "missingParameter"),
-        ("_getMetadata", {"fileUrl": "http://x/files/no.JPG"}, "invalidParameterValue"),
         ("startCapture", {"_mode": "composite"}, "invalidParameterValue"),
         ("stopCapture", {}, "disabledCommand"),
         ("_stopSelfTimer", {}, "disabledCommand"),

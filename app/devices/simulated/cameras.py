@@ -12,7 +12,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from app.core.base.paths import resources
 from app.core.measure.plan.camera_table import CAMERAS, CameraFacts, camera_facts, tuples
@@ -167,7 +167,6 @@ class Personality:
     ranges: bool = False
     snaps: bool = True
     lens_stops: float = 0.0
-    metadata: Literal["full", "no-size", "none"] = "full"
     header: str = ""
     address: str = "192.168.1.1"
     thumb: tuple[int, int] = (160, 320)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
-from app.core.measure.read.frame import Exposure
 from app.devices.simulated.body import CameraBody
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import (
@@ -17,7 +15,7 @@ from app.devices.simulated.exchange import (
     json_reply,
     refusal,
 )
-from app.devices.simulated.shooting import Job, JobKind, StoredFile
+from app.devices.simulated.shooting import Job, JobKind
 
 _ENDLESS: Final = 200
 _HDR_STEPS: Final = (0.0, -2.0, 2.0)
@@ -29,57 +27,6 @@ _BYTES_PER_PICTURE: Final = 5_000_000
 _FILES: Final = frozenset(
     {"fileType", "entryCount", "startPosition", "maxThumbSize", "_detail", "_sort", "_storage"}
 )
-
-
-def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
-    """Describe a file.
-
-    Raises `CommandRefused`: invalidParameterValue for a file that the camera did not take.
-    """
-    take = file.take
-    if take is None:
-        raise CommandRefused("invalidParameterValue")
-    rows, columns = file.shape
-    no_size = person.metadata == "no-size"
-    exif: dict[str, JsonValue] = {
-        "ExifVersion": "0231",
-        "DateTime": take.taken,
-        "Make": person.camera.make.strip(),
-        "Model": person.camera.model.strip(),
-        "Software": person.camera.software.strip(),
-        "ExposureProgram": take.program,
-        "ExposureTime": take.exposure.shutter_s,
-        "PhotographicSensitivity": int(take.exposure.iso),
-        "FNumber": take.exposure.aperture,
-        "ExposureBiasValue": 0.0,
-        # The X has the words and no values for them.
-        "ApertureValue": 0 if no_size else round(2.0 * math.log2(take.exposure.aperture), 2),
-        "BrightnessValue": 0 if no_size else _brightness(take.exposure),
-        "Flash": 32,
-        "Compression": 6,
-        "ColorSpace": 1,
-        "Orientation": 1,
-        "WhiteBalance": int(take.fixed_balance),
-    }
-    if person.metadata == "full":
-        exif |= {"ImageWidth": columns, "ImageLength": rows}
-    xmp: dict[str, JsonValue] = {
-        "ProjectionType": "equirectangular",
-        "UsePanoramaViewer": True,
-        "CroppedAreaImageHeightPixels": rows,
-        "CroppedAreaImageWidthPixels": columns,
-        "CroppedAreaLeftPixels": 0,
-        "CroppedAreaTopPixels": 0,
-        "FullPanoHeightPixels": rows,
-        "FullPanoWidthPixels": columns,
-    }
-    return {"exif": exif, "xmp": xmp}
-
-
-def _brightness(exposure: Exposure) -> float:
-    """APEX: Av + Tv - Sv, as if the frame were rightly exposed."""
-    speed = math.log2(exposure.iso / 3.125)
-    return round(2.0 * math.log2(exposure.aperture) - math.log2(exposure.shutter_s) - speed, 2)
 
 
 def begin_picture(camera: CameraBody) -> Reply:
@@ -342,14 +289,6 @@ def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
     return {} if camera.personality.ricoh else {"results": {"fileUrls": []}}
 
 
-def _get_metadata(camera: CameraBody, parameters: Parameters) -> Parameters:
-    path = "/" + str(_given(parameters, "fileUrl")).partition("://")[2].partition("/")[2]
-    file = camera.storage.find(path)
-    if file is None:
-        raise CommandRefused("invalidParameterValue")
-    return {"results": metadata_of(camera.personality, file)}
-
-
 def _live_preview(camera: CameraBody, _parameters: Parameters) -> Reply:
     if camera.shooter.busy or camera.preview.body is not None:
         raise CommandRefused("disabledCommand")
@@ -373,9 +312,6 @@ COMMANDS: Final = {
     "camera._stopSelfTimer": Command(_stop_self_timer, there=lambda person: person.ricoh),
     "camera.listFiles": Command(_list_files, _FILES | {"_startFileUrl"}),
     "camera.delete": Command(_delete, frozenset({"fileUrls"})),
-    "camera._getMetadata": Command(
-        _get_metadata, frozenset({"fileUrl"}), lambda person: person.metadata != "none"
-    ),
     "camera.getLivePreview": Command(_live_preview),
     "camera.reset": Command(_reset),
 }

@@ -32,18 +32,6 @@ _X_MENUS: Final[dict[str, tuple[JsonValue, ...]]] = {
     "sleepDelay": (180, 300, 420, 600, 65535),
     "offDelay": (0, 3600, 7200, 14400, 28800, 43200, 64800, 86400, 172800),
 }
-_FURTHER: Final[dict[str, tuple[JsonValue, ...]]] = {
-    "_language": ("en-US", "en-GB", "ja", "fr", "de", "zh-TW", "zh-CN", "it", "ko"),
-    "_gain": ("normal", "megavolume"),
-    "_maxRecordableTime": (300, 1500),
-    "_latestEnabledExposureDelayTime": (5, *range(1, 5), *range(6, 11)),
-    "_bluetoothPower": ("OFF", "ON"),
-    "_bitrate": ("Auto", "Fine"),
-    "_microphone": ("AUTO", "Internal", "External"),
-    "_wlanFrequency": (2.4, 5),
-    "videoStitching": ("none", "ondevice"),
-}
-"""What other people's clients ask the newer models for; the first is the default."""
 _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
@@ -308,7 +296,6 @@ def _ricoh_defaults(person: Personality) -> dict[str, JsonValue]:
         values["_topBottomCorrection"] = "ApplyAuto"
     if person.digest:
         values.update({"_networkType": "AP", "_username": "", "_password": ""})
-        values.update({name: choices[0] for name, choices in _FURTHER.items()})
     return values
 
 
@@ -340,7 +327,6 @@ def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
         "_shootingMethod": tuple(methods),
         "_function": tuple(functions),
         "_networkType": ("AP", "CL"),
-        **_FURTHER,
     }
 
 
