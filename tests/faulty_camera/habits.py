@@ -123,7 +123,7 @@ class OddCamera(OldApiCamera):
         return replace(command, act=partial(change, command.act))
 
     def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> Job:
-        if kind in {"single", "hdr"} and self._rests(self.habits.rest_s):
+        if kind == "single" and self._rests(self.habits.rest_s):
             raise Instead(Reply(0, delay_s=LATENCY_S))
         return super().shoot(name, kind, shots)
 

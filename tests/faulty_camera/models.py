@@ -1,4 +1,4 @@
-"""The models of the program's simulated camera, and models with an old firmware."""
+"""The models of the program's simulated camera, models with an old firmware, and an Insta360."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from app.devices.simulated import cameras
 from app.devices.simulated.cameras import Personality, read_personalities
 
 _FILE: Final = Path(__file__).with_name("firmwares.toml")
-_OLD: Final = read_personalities(_FILE, {each.name: each for each in cameras.PERSONALITIES})
+_OTHERS: Final = read_personalities(_FILE, {each.name: each for each in cameras.PERSONALITIES})
+_OLD: Final = tuple(each for each in _OTHERS.values() if each.name.endswith("-old"))
 
-PERSONALITIES: Final = tuple(
-    person
-    for model in cameras.PERSONALITIES
-    for person in (model, *(old for old in _OLD.values() if old.model == model.model))
+PERSONALITIES: Final = (
+    *(
+        person
+        for model in cameras.PERSONALITIES
+        for person in (model, *(old for old in _OLD if old.model == model.model))
+    ),
+    _OTHERS["insta360"],
 )
 """All of them; an old firmware follows the current one."""
 

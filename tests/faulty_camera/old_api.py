@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from app.devices.clock import Clock
 from app.devices.simulated.body import CameraBody
-from app.devices.simulated.camera import SimulatedCamera, capture_status
+from app.devices.simulated.camera import capture_status
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.commands import (
     Action,
@@ -22,12 +22,13 @@ from app.devices.simulated.commands import (
 )
 from app.devices.simulated.exchange import CommandRefused, JsonValue, Reply
 from app.devices.simulated.scene import Scene
+from tests.faulty_camera.insta import InstaCamera
 
 _SESSION_S: Final = 180
 _SESSION: Final = frozenset({"sessionId"})
 
 
-class OldApiCamera(SimulatedCamera):
+class OldApiCamera(InstaCamera):
     """A camera whose Web API is v2.0 until a client switches it, where the model has that version.
 
     * `api_version`: 1 for v2.0, 2 for v2.1.

@@ -76,4 +76,5 @@ def test_old_firmwares_follow_their_models() -> None:
     names = [person.name for person in models.PERSONALITIES]
     assert names[names.index("V") + 1] == "V-old"
     assert names[names.index("X") + 1] == "X-old"
-    assert [name for name in names if not name.endswith("-old")] == [p.name for p in PERSONALITIES]
+    shared = [name for name in names if not name.endswith("-old") and name != "insta360"]
+    assert shared == [person.name for person in PERSONALITIES]

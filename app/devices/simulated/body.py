@@ -7,6 +7,7 @@ The camera is a good one. Wherever real cameras are known to misbehave, `CameraB
 * What is permitted: `check_settable`, `check_ready`, `check_preview_closed`, `check_settled`.
 * What is reported: `status`, `errors`, `free_bytes`, `stated_url`, `listing`, `has_ended`.
 * Taking pictures: `shoot`; `preview`, a `PreviewGate`, may be replaced.
+* What it accepts: `make_store`.
 """
 
 from __future__ import annotations
@@ -50,13 +51,17 @@ class CameraBody:
         self.temperature_c = _WARM_C
         self.started = clock.now()
         self.date = date or CameraDate(self.started)
-        self.store = OptionStore(person)
+        self.store = self.make_store(person)
         self.storage = Storage(person)
         self.shooter = Shooter(scene, person, clock, self.date, self.storage, shape)
         self.preview = PreviewGate(scene.environment, person, clock, self.store.values)
         self.options_set_at = float("-inf")
         self.log: list[Request] = []
         self.host = person.address
+
+    def make_store(self, person: Personality) -> OptionStore:
+        """Make the options of a camera."""
+        return OptionStore(person)
 
     @property
     def options(self) -> dict[str, JsonValue]:

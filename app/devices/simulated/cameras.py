@@ -153,7 +153,6 @@ class Personality:
     api_levels: tuple[int, ...] = (2,)
     programs: tuple[int, ...] = _PROGRAMS
     ricoh: bool = True
-    insta: bool = False
     folder: str = "100RICOH"
     stem: str = "R001"
     previews: tuple[tuple[int, int, int], ...] = ((1024, 512, 30),)
@@ -167,7 +166,6 @@ class Personality:
     ranges: bool = False
     snaps: bool = True
     lens_stops: float = 0.0
-    header: str = ""
     address: str = "192.168.1.1"
     thumb: tuple[int, int] = (160, 320)
 
@@ -271,7 +269,7 @@ PERSONALITIES: Final = tuple((_OWN | _TABLE | _OWN).values())
 def personality_named(
     name: str, personalities: Iterable[Personality] = PERSONALITIES
 ) -> Personality:
-    """Find a camera by name, in any case: "S", "SC", "Z1", "generic", "insta360" ...
+    """Find a camera by name, in any case: "S", "SC", "Z1", "generic" ...
 
     Raises `ValueError` when there is none of that name.
 

@@ -18,7 +18,6 @@ from app.devices.simulated.exchange import (
 from app.devices.simulated.shooting import Job, JobKind
 
 _ENDLESS: Final = 200
-_HDR_STEPS: Final = (0.0, -2.0, 2.0)
 _OF_ONE_SHOT: Final = (
     "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
     "isoAutoHighLimit", "whiteBalance",
@@ -36,11 +35,7 @@ def begin_picture(camera: CameraBody) -> Reply:
     """
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
-    settings = _settings(camera)
-    if camera.options.get("hdr") == "hdr" and camera.options.get("photoStitching") == "none":
-        shots = [settings | {"exposureCompensation": step} for step in _HDR_STEPS]
-        return _begin(camera, "camera.takePicture", "hdr", shots)
-    return _begin(camera, "camera.takePicture", "single", [settings])
+    return _begin(camera, "camera.takePicture", "single", [_settings(camera)])
 
 
 def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
@@ -87,9 +82,7 @@ def finished(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
     """
     urls: list[JsonValue] = [camera.stated_url(file) for file in job.written]
     results: dict[str, JsonValue]
-    if job.kind == "hdr":
-        results = {"fileUrl": urls[0], "_fileGroup": urls}
-    elif job.kind == "single":
+    if job.kind == "single":
         results = {"fileUrl": urls[0] if urls else ""}
     else:
         results = {} if job.kind == "bracket" and job.stopped else {"fileUrls": urls}
@@ -229,7 +222,7 @@ def _start_capture(camera: CameraBody, parameters: Parameters) -> Parameters | R
 
 def _stop_capture(camera: CameraBody, _parameters: Parameters) -> Parameters:
     job = camera.shooter.job
-    if job is None or not camera.shooter.busy or job.kind in {"single", "hdr"}:
+    if job is None or not camera.shooter.busy or job.kind == "single":
         raise CommandRefused("disabledCommand")
     camera.shooter.stop()
     camera.shooter.settle()

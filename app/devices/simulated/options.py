@@ -254,9 +254,7 @@ def _defaults(person: Personality) -> dict[str, JsonValue]:
         values.update(_ricoh_defaults(person))
     else:
         values["hdr"] = "off"
-        values["photoStitching" if person.insta else "exposureBracket"] = (
-            "ondevice" if person.insta else {"shots": 1, "increment": 0}
-        )
+        values["exposureBracket"] = {"shots": 1, "increment": 0}
     return values
 
 
@@ -320,7 +318,6 @@ def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
         "previewFormat": tuple(_preview(*each) for each in person.previews),
         "isoAutoHighLimit": tuple(iso for iso in person.isos if iso >= 100),
         "hdr": ("off", "hdr"),
-        "photoStitching": ("none", "ondevice"),
         "_filter": person.filters,
         "_imageStitching": person.stitching,
         "_topBottomCorrection": person.levelling,

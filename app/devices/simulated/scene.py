@@ -9,23 +9,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import FloatImage
 from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import CameraModel, Personality
 from app.devices.simulated.exchange import JsonValue
-from app.devices.simulated.exif import with_segments
+from app.devices.simulated.exif import Tags, with_segments
 from app.devices.simulated.exposure_maker import PLAIN, Shot, develop, jpeg, segments_of, tags_of
 from app.devices.simulated.optics import meter
-
-_ALPHA, _BETA = 0.6692, 0.7515
-_FIELD_DEG = 198.0
-_FILL = 0.98  # of the height: the circles' diameter
-_FALLOFF = 0.15  # of the light, at the rim
-_STRAY = 0.001
 
 _KEPT_BYTES: Final = 384_000_000
 _FLOATING: Final = 0.03
@@ -33,44 +25,6 @@ _THUMB_QUALITY: Final = 80
 _HAND_S: Final = 1.0 / 30.0
 _LONGEST_AUTO_S: Final = 8.0
 _CLOSING_S: Final = 1.0 / 400.0
-
-
-def circles(environment: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
-    """Look at a panorama through two fisheyes of an Insta360 X3, as it stores them.
-
-    The lens curve is the enhanced unified model that a user has calibrated
-    (hilti-trimble-slam-challenge-2026, issue 29), r = f sin t / (a sqrt(b sin^2 t + cos^2 t) + (1 -
-    a) cos t), up to 99 degrees from the axis.
-    The back lens's circle is on the left and turned counter-clockwise by 90 degrees, the front
-    lens's on the right and turned clockwise.
-
-    `environment`, (H, 2 H, 3) float32: linear light. Returns (rows, 2 * rows, 3) float32: with
-    stray light around the circles.
-    """
-    height, width = environment.shape[:2]
-    down, right = np.mgrid[:rows, :rows].astype(np.float32) - np.float32((rows - 1) / 2)
-    radius = np.hypot(right, down) / np.float32(_FILL * rows / 2)
-    angles = np.radians(np.linspace(0.0, 110.0, 2201))
-    sine, cosine = np.sin(angles), np.cos(angles)
-    radii = sine / (_ALPHA * np.sqrt(_BETA * sine**2 + cosine**2) + (1.0 - _ALPHA) * cosine)
-    rim = np.interp(np.radians(_FIELD_DEG / 2), angles, radii)
-    angle = np.interp(radius * rim, radii, angles)
-    level = np.sin(angle) / np.maximum(np.hypot(right, down), np.float32(1e-6))
-    gain = np.where(radius <= 1.0, 1.0 - np.float32(_FALLOFF) * radius**3, 0.0)[..., None]
-    wide = cv2.copyMakeBorder(environment, 1, 1, 1, 1, cv2.BORDER_WRAP)
-    wide[0], wide[-1] = wide[1], wide[-2]
-    halves = []
-    for facing in (-1.0, 1.0):
-        # What is up in the scene lies to the right in front, to the left in the back.
-        up, side = facing * right * level, facing * down * level
-        azimuth = np.arctan2(facing * side, facing * np.cos(angle))
-        elevation = np.arcsin(np.clip(up, -1.0, 1.0))
-        x = (azimuth / (2.0 * np.pi) + 0.5) * width + 0.5
-        y = (0.5 - elevation / np.pi) * height + 0.5
-        maps = x.astype(np.float32), y.astype(np.float32)
-        halves.append(cv2.remap(wide, *maps, cv2.INTER_LINEAR) * gain)
-    around = np.where(radius <= 1.0, 0.0, _STRAY * float(environment.mean()))[..., None]
-    return np.concatenate([half + around for half in halves], axis=1).astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +43,6 @@ class Take:
     lens_gain: tuple[float, float] = (1.0, 1.0)
     fixed_balance: bool = True
     hdr: bool = False
-    unstitched: bool = False
 
 
 class Scene:
@@ -103,18 +56,17 @@ class Scene:
 
     def __init__(self, environment: FloatImage, shot: Shot = PLAIN, *, seed: int = 0) -> None:
         self.environment = np.asarray(environment, dtype=np.float32)
-        self._shot = shot
-        self._seed = seed
+        self.shot = shot
+        self.seed = seed
         self._lock = threading.Lock()
         self._frames: OrderedDict[tuple[str, Take], bytes] = OrderedDict()
         self._kept = 0
         self._metered: dict[str, Exposure] = {}
-        self._circles: dict[int, FloatImage] = {}
 
     @property
     def scale(self) -> float:
         """Luminance of one unit in cd/m2."""
-        return self._shot.scale
+        return self.shot.scale
 
     def metered(self, camera: CameraModel) -> Exposure:
         """Meter the place at the camera's lowest ISO and widest aperture."""
@@ -138,42 +90,34 @@ class Scene:
         key = (camera.name, replace(take, taken="", program=1, hdr=False))
         data = self._cached(key)
         if data is None:
-            seed = int(np.random.SeedSequence([self._seed, take.number]).generate_state(1)[0])
-            picture = develop(self._seen(take), camera, take.exposure, shot, seed=seed)
+            seed = int(np.random.SeedSequence([self.seed, take.number]).generate_state(1)[0])
+            picture = develop(self.light(take.shape), camera, take.exposure, shot, seed=seed)
             data = self._keep(key, jpeg(picture))
-        tags = tags_of(camera, take.exposure, shot, take.shape)
-        tags = replace(tags, program=take.program, hdr_rendering=take.hdr)
-        if take.unstitched:
-            tags = replace(tags, panorama=False, pose=None)
-        return with_segments(data, segments_of(tags))
+        return with_segments(data, segments_of(self.tags(camera, take)))
+
+    def tags(self, camera: CameraModel, take: Take) -> Tags:
+        """Say what the camera writes into a frame's file."""
+        tags = tags_of(camera, take.exposure, self._shot_of(take), take.shape)
+        return replace(tags, program=take.program, hdr_rendering=take.hdr)
 
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
         """Make a frame's small picture, which carries no metadata. `shape`: rows and columns."""
         take = replace(take, shape=shape)
         shot = replace(self._shot_of(take), noise=False)
-        picture = develop(self._seen(take), camera, take.exposure, shot)
+        picture = develop(self.light(take.shape), camera, take.exposure, shot)
         return jpeg(picture, _THUMB_QUALITY)
 
-    def _seen(self, take: Take) -> FloatImage:
-        """Return the light that falls on the picture, as it is stored."""
-        if not take.unstitched:
-            return self.environment
-        rows = take.shape[0]
-        with self._lock:
-            known = self._circles.get(rows)
-        if known is None:
-            known = circles(self.environment, rows)
-            with self._lock:
-                self._circles[rows] = known
-        return known
+    def light(self, _shape: tuple[int, int]) -> FloatImage:
+        """Return the light that falls on a picture of so many rows and columns."""
+        return self.environment
 
     def _shot_of(self, take: Take) -> Shot:
         balance = (1.0, 1.0, 1.0)
         if not take.fixed_balance:
-            drawn = np.random.default_rng([self._seed, take.number]).uniform(-1.0, 1.0, 2)
+            drawn = np.random.default_rng([self.seed, take.number]).uniform(-1.0, 1.0, 2)
             balance = (1.0 + _FLOATING * float(drawn[0]), 1.0, 1.0 + _FLOATING * float(drawn[1]))
         return replace(
-            self._shot,
+            self.shot,
             shape=take.shape,
             lens_gain=take.lens_gain,
             white_balance=balance,

@@ -33,7 +33,6 @@ _WORDS: dict[JobKind, str] = {
     "bracket": "bracket shooting",
     "interval": "interval shooting",
     "video": "shooting",
-    "hdr": "shooting",
 }
 
 
@@ -191,7 +190,7 @@ class Storage:
         return entry
 
 
-JobKind: TypeAlias = Literal["single", "bracket", "interval", "video", "hdr"]
+JobKind: TypeAlias = Literal["single", "bracket", "interval", "video"]
 
 
 @dataclass(slots=True)
@@ -377,9 +376,6 @@ class Shooter:
             lens_gain=self.manual_gains if program == 1 else gains,
             fixed_balance=settings.get("whiteBalance") != "auto",
             hdr=options.get("_filter", "off") in {"hdr", "Hh hdr", "DR Comp"},
-            # Insta360's stitch nothing but what their HDR mode makes.
-            unstitched=self._person.insta
-            and (options.get("hdr"), options.get("photoStitching")) != ("hdr", "ondevice"),
         )
 
     def _write(self, frame: PlannedFrame, job: Job | None) -> StoredFile:
