@@ -3,34 +3,99 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.files import atomic_write_bytes
 from app.core.environment.environment import energy
+from app.core.measure.bracket.align import tilt_rotation
+from app.core.measure.read.frame import Exposure, Pose
 from app.devices.simulated import exposure_maker
+from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, with_segments
-from app.devices.simulated.exposure_maker import Shot, jpeg, segments_of, tags_of
-from app.devices.simulated.optics import view_of
+from app.devices.simulated.exposure_maker import segments_of
+from benchmarks.light.camera_curves import SRGB, Curve
+from benchmarks.light.views import view_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import TypeAlias
 
-    from numpy.typing import NDArray
-
     from app.core.base.colour import FloatImage
-    from app.core.measure.read.frame import Exposure
-    from app.devices.simulated.cameras import CameraModel
 
     TagEdit: TypeAlias = Callable[[Tags], Tags | None]
     """Changes what a file says of itself; None makes it say nothing."""
 
+SUBSAMPLINGS: Final = {
+    "4:2:0": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
+    "4:2:2": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422,
+    "4:4:4": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+}
+"""Colour subsampling of JPEG files by name."""
+
 _STAMP: Final = "%Y:%m:%d %H:%M:%S"
 _SECONDS_APART: Final = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Shot(exposure_maker.Shot):
+    """How a frame is taken, besides its exposure.
+
+    Attributes:
+        smooth: Whether texels are joined by straight lines.
+        tilt: What the camera states of its pose.
+        levels: Whether it corrects the zenith; None for what the model does.
+        shift: (3, 3) float64 or None. A further small rotation that no file mentions: direction d
+            of the frame shows what lies at shift @ d; `sphere.remap_frame` by it undoes it.
+    """
+
+    smooth: bool = False
+    curve: Curve | tuple[Curve, Curve, Curve] = SRGB
+    tilt: Pose | None = None
+    levels: bool | None = None
+    shift: NDArray[np.float64] | None = None
+
+    def rotation(self, camera: CameraModel) -> NDArray[np.float64] | None:
+        """From directions in the frame to directions in the environment; None for no rotation."""
+        tilt = None
+        if self.tilt is not None and not self.corrects(camera):
+            # Thetas state what their accelerometer says of either axis, others follow GPano.
+            tilt = tilt_rotation(self.tilt, gravity="THETA" in camera.model.upper())
+        if self.shift is None:
+            return tilt
+        shift = np.asarray(self.shift, dtype=np.float64)
+        return shift if tilt is None else tilt @ shift
+
+    def corrects(self, camera: CameraModel) -> bool:
+        """Whether the zenith is corrected."""
+        return camera.levels_itself if self.levels is None else self.levels
+
+    def tags(self, camera: CameraModel, exposure: Exposure, shape: tuple[int, int]) -> Tags:
+        """Say truthfully what a camera would write for a frame of so many rows and columns."""
+        levels, pose = self.corrects(camera), self.tilt
+        if levels or (pose is None and camera.maker_note):
+            pose = Pose(0.0, 0.0, pose.heading_deg if pose else None)
+        tags = exposure_maker.tags_of(camera, exposure, self, shape)
+        return replace(tags, pose=pose, zenith_corrected=levels)
+
+
+def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:0") -> bytes:
+    """Encode a picture as JPEG, without any metadata but JFIF.
+
+    Raises:
+        ValueError: When quality or subsampling are invalid.
+    """
+    if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
+        raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")
+    how = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    how += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SUBSAMPLINGS[subsampling]]
+    return cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), how)[1].tobytes()
 
 
 def enlarged(
@@ -103,13 +168,18 @@ def develop(
         environment: As in `shoot`.
         bloom: Share of the light that the lens spreads, 0 to 1; `bloom_deg` is its standard
             deviation.
-        **options: The attributes of `exposure_maker.Shot`.
+        **options: The attributes of `Shot`.
 
     Returns:
         NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
     """
     light = bloomed(environment, bloom, bloom_deg) if bloom else environment
-    return exposure_maker.develop(light, camera, exposure, Shot(**options), seed=seed)
+    shot = Shot(**options)
+    shape = shot.shape or (light.shape[0], light.shape[1])
+    view = view_of(light, shape, smooth=shot.smooth, rotation=shot.rotation(camera))
+    curves = shot.curve if isinstance(shot.curve, tuple) else (shot.curve,) * 3
+    tables = tuple(curve.table() for curve in curves)
+    return exposure_maker.expose(view, camera, exposure, shot, tables, seed=seed)
 
 
 def shoot(
@@ -141,7 +211,7 @@ def shoot(
     )
     data = jpeg(picture, quality, subsampling)
     shape = (picture.shape[0], picture.shape[1])
-    truth = tags_of(camera, exposure, shot, shape)
+    truth = shot.tags(camera, exposure, shape)
     tags = truth if edit_tags is None else edit_tags(truth)
     return data if tags is None else with_segments(data, segments_of(tags))
 

@@ -5,12 +5,10 @@ Every curve is strictly increasing, takes 0 to 0 and 1 to 1, and can be undone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-
-from app.devices.simulated import exposure_maker
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,9 +16,41 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
+_STEPS: Final = 65536
+
+
 @dataclass(frozen=True, slots=True)
-class Curve(exposure_maker.Curve):
-    """A camera curve that can be undone."""
+class Curve:
+    """A camera curve that can be undone.
+
+    Attributes:
+        forward: From linear light in 0..1 (float64 array) to coded values in 0..1.
+    """
+
+    name: str
+    forward: Callable[[NDArray[np.float64]], NDArray[np.float64]] = field(repr=False)
+
+    def encode(self, linear: ArrayLike) -> NDArray[np.float64]:
+        """Code linear light.
+
+        Args:
+            linear: array_like, any shape. Linear light, 1 = saturation; what lies outside 0..1 is
+                clipped.
+
+        Returns:
+            NDArray[np.float64], same shape. Coded values in 0..1.
+        """
+        return self.forward(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
+
+    def table(self) -> NDArray[np.uint8]:
+        """Return the bytes for equal steps of the square root of linear light.
+
+        Returns:
+            NDArray[np.uint8], (65536,). Entry i is the byte of linear light (i / 65535)**2, rounded
+            to nearest.
+        """
+        roots = np.arange(_STEPS) / (_STEPS - 1)
+        return np.asarray(np.rint(self.encode(roots**2) * 255.0), dtype=np.uint8)
 
     def decode(self, coded: ArrayLike) -> NDArray[np.float64]:
         """Undo `encode`, by bisection: no formula of its own that could disagree with it.
@@ -48,6 +78,12 @@ class Curve(exposure_maker.Curve):
         return self.decode(np.arange(256) / 255.0)
 
 
+def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """IEC 61966-2-1."""
+    power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, 12.92 * linear, power)
+
+
 def _rec709(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     """ITU-R BT.709-6, item 1.2, with its exact constants, so that it is continuous."""
     power = 1.09929682680944 * np.power(linear, 0.45) - 0.09929682680944
@@ -56,14 +92,14 @@ def _rec709(linear: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _filmic(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sRGB, then 45 % of the way to 3 t^2 - 2 t^3: darker shadows, brighter highlights."""
-    t = exposure_maker.SRGB.forward(linear)
+    t = _srgb(linear)
     return t + 0.45 * (t * t * (3.0 - 2.0 * t) - t)
 
 
 def _shoulder(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sRGB of a lifted, rolled-off picture: mid-tones +0.8 stops, highlights flat."""
     rolled = np.expm1(-1.6 * linear) / np.expm1(-1.6)
-    return exposure_maker.SRGB.forward(rolled)
+    return _srgb(rolled)
 
 
 def _log(linear: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -77,7 +113,7 @@ def _gamma(power: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]
     return forward
 
 
-SRGB: Final = Curve("srgb", exposure_maker.SRGB.forward)
+SRGB: Final = Curve("srgb", _srgb)
 REC_709: Final = Curve("rec709", _rec709)
 GAMMA_18: Final = Curve("gamma-1.8", _gamma(1.8))
 GAMMA_22: Final = Curve("gamma-2.2", _gamma(2.2))

@@ -17,9 +17,10 @@ from app.core.base.colour import luminance
 from app.core.environment.environment import reduce_radiance
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import read_header
-from app.devices.simulated.exposure_maker import Shot
+from app.devices.simulated.exposure_maker import Sight
 from app.devices.simulated.scene import Scene
 from benchmarks.light.brackets import enlarged
+from benchmarks.light.views import view_of
 from tests.acceptance.test_probe import light
 from tests.faulty_camera.models import PERSONALITIES
 from tests.helpers.cameras import Rig
@@ -32,10 +33,17 @@ SCENE = "courtyard"
 SHAPE = (2688, 5376)
 
 
+class SmoothScene(Scene):
+    """A place that looks like a photograph: its texels are joined by straight lines."""
+
+    def view(self, shape: tuple[int, int]) -> Sight:
+        return view_of(self.environment, shape, smooth=True)
+
+
 @cache
 def place() -> Scene:
     """One scene for all cameras keeps what it rendered for the next."""
-    return Scene(light(SCENE), Shot(smooth=True))
+    return SmoothScene(light(SCENE))
 
 
 @cache

@@ -2,8 +2,8 @@
 
 The chain, each step of which can be left out:
 
-1. The environment in cd/m2 is seen at the frame's size, tilted and shifted (`view`), and weighed
-   by each lens's gain.
+1. The environment in cd/m2 is seen at the frame's size (`optics.View`), and weighed by each lens's
+   gain.
 2. It is divided by the luminance that saturates the exposure, 78 N^2 / (0.65 t S) cd/m2
    (ISO 12232:2019, saturation-based speed, q = 0.65), per channel.
 3. The sensor turns it into electrons, with shot noise and read noise, and clips each channel.
@@ -15,17 +15,16 @@ environment is `scale` cd/m2.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import Final
+from dataclasses import dataclass
+from functools import cache
+from typing import Final, Protocol, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from app.core.base.colour import FloatImage
-from app.core.measure.bracket.align import tilt_rotation
 from app.core.measure.read.frame import Exposure, LensExposure, Pose
 from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
@@ -36,60 +35,33 @@ from app.devices.simulated.optics import (
     view_of,
 )
 
-SUBSAMPLINGS: Final = {
-    "4:2:0": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
-    "4:2:2": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422,
-    "4:4:4": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
-}
-"""Colour subsampling of JPEG files by name."""
-
 _BAND_ROWS: Final = 16
 _STEPS: Final = 65536
 
 
-@dataclass(frozen=True, slots=True)
-class Curve:
-    """A camera curve.
+class Sight(Protocol):
+    """What a frame sees; see `optics.View`."""
 
-    Attributes:
-        forward: From linear light in 0..1 (float64 array) to coded values in 0..1.
-    """
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the frame."""
 
-    name: str
-    forward: Callable[[NDArray[np.float64]], NDArray[np.float64]] = field(repr=False)
-
-    def encode(self, linear: ArrayLike) -> NDArray[np.float64]:
-        """Code linear light.
-
-        Args:
-            linear: array_like, any shape. Linear light, 1 = saturation; what lies outside 0..1 is
-                clipped.
-
-        Returns:
-            NDArray[np.float64], same shape. Coded values in 0..1.
-        """
-        return self.forward(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
-
-    def table(self) -> NDArray[np.uint8]:
-        """Return the bytes for equal steps of the square root of linear light.
-
-        The square root keeps the steps fine enough near black, where some curves are steep.
-
-        Returns:
-            NDArray[np.uint8], (65536,). Entry i is the byte of linear light (i / 65535)**2, rounded
-            to nearest.
-        """
-        roots = np.arange(_STEPS) / (_STEPS - 1)
-        return np.asarray(np.rint(self.encode(roots**2) * 255.0), dtype=np.uint8)
+    def band(self, start: int, stop: int) -> FloatImage:
+        """Sample rows `start` to `stop`, (stop - start, W, 3) radiance, a new array."""
 
 
-def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """IEC 61966-2-1."""
+Tables: TypeAlias = tuple[NDArray[np.uint8], ...]
+"""The camera curve of red, green and blue, each (65536,): entry i is the byte of linear light
+(i / 65535)**2. The square root keeps the steps fine enough near black, where curves are steep."""
+
+
+@cache
+def srgb_tables() -> Tables:
+    """Make the tables of IEC 61966-2-1."""
+    linear = (np.arange(_STEPS) / (_STEPS - 1)) ** 2
     power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
-    return np.where(linear <= 0.0031308, 12.92 * linear, power)
-
-
-SRGB: Final = Curve("srgb", _srgb)
+    coded = np.where(linear <= 0.0031308, 12.92 * linear, power)
+    return (np.asarray(np.rint(coded * 255.0), dtype=np.uint8),) * 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,21 +72,13 @@ class Shot:
         shape: tuple[int, int] or None. Rows and columns; None for the environment's own.
             `CameraModel.shape` for a full frame.
         scale: Luminance in cd/m2 of one unit of the environment.
-        levels: Whether it corrects the zenith; None for what the model does.
-        shift: (3, 3) float64 or None. A further small rotation that no file mentions: direction d
-            of the frame shows what lies at shift @ d; `sphere.remap_frame` by it undoes it.
         lens_gain: Sensitivity of the front lens (centre half of the columns) and the back lens;
             also stated per lens in the maker note. They blend over 10 degrees at the seam.
     """
 
     shape: tuple[int, int] | None = None
-    smooth: bool = False
     scale: float = 1.0
-    curve: Curve | tuple[Curve, Curve, Curve] = SRGB
     noise: bool = True
-    tilt: Pose | None = None
-    levels: bool | None = None
-    shift: NDArray[np.float64] | None = None
     lens_gain: tuple[float, float] = (1.0, 1.0)
     white_balance: tuple[float, float, float] = (1.0, 1.0, 1.0)
     taken: str = "2026:06:21 12:00:00"
@@ -139,12 +103,17 @@ def develop(
 
     Raises `ValueError` when sizes do not fit (`optics.view_of`), or gains are invalid.
     """
+    shape = shot.shape or (environment.shape[0], environment.shape[1])
+    return expose(view_of(environment, shape), camera, exposure, shot, srgb_tables(), seed=seed)
+
+
+def expose(
+    view: Sight, camera: CameraModel, exposure: Exposure, shot: Shot, tables: Tables, *, seed: int
+) -> NDArray[np.uint8]:
+    """Take what a view shows, coded by `tables`; as `develop`."""
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
-    shape = shot.shape or (environment.shape[0], environment.shape[1])
-    view = view_of(environment, shape, smooth=shot.smooth, rotation=_rotation(camera, shot))
-    curves = shot.curve if isinstance(shot.curve, tuple) else (shot.curve,) * 3
-    tables = tuple(curve.table() for curve in curves)
+    shape = view.shape
     channels = np.asarray(shot.white_balance) * (shot.scale / saturation_cd_m2(exposure))
     gains = np.outer(column_gains(shape[1], shot.lens_gain), channels).astype(np.float32)
     picture = np.empty((*shape, 3), dtype=np.uint8)
@@ -164,18 +133,15 @@ def develop(
     return picture
 
 
-def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:0") -> bytes:
-    """Encode a picture as JPEG, without any metadata but JFIF.
+def jpeg(picture: NDArray[np.uint8], quality: int = 95) -> bytes:
+    """Encode a picture, (H, W, 3) red, green and blue, as JPEG without any metadata but JFIF.
 
-    Args:
-        picture: NDArray[np.uint8], (H, W, 3). Red, green and blue.
-
-    Raises `ValueError` when quality or subsampling are invalid, or the picture cannot be encoded.
+    Raises `ValueError` when the quality is invalid, or the picture cannot be encoded.
     """
-    if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
-        raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")
+    if not 1 <= quality <= 100:
+        raise ValueError(f"no JPEG has quality {quality}")
     how = [cv2.IMWRITE_JPEG_QUALITY, quality]
-    how += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SUBSAMPLINGS[subsampling]]
+    how += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420]
     done, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), how)
     if not done:
         raise ValueError(f"a picture of {picture.shape} cannot be stored as JPEG")
@@ -189,10 +155,7 @@ def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[in
         exposure: Its exposure; ISO and aperture are left out where they are not known.
         shape: Rows and columns of the frame.
     """
-    levels = _levels(camera, shot)
-    pose = shot.tilt
-    if levels or (pose is None and camera.maker_note):
-        pose = Pose(0.0, 0.0, pose.heading_deg if pose else None)
+    level = camera.levels_itself or camera.maker_note
     lenses = tuple(LensExposure(exposure.shutter_s, exposure.iso * g) for g in shot.lens_gain)
     return Tags(
         make=camera.make,
@@ -203,10 +166,10 @@ def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[in
         aperture=exposure.aperture if exposure.known else None,
         iso=exposure.iso if exposure.known else None,
         shape=shape,
-        pose=pose,
+        pose=Pose(0.0, 0.0, None) if level else None,
         panorama=shape[1] == 2 * shape[0],
         maker_note=camera.maker_note,
-        zenith_corrected=levels,
+        zenith_corrected=camera.levels_itself,
         lenses=lenses if camera.maker_note else (),
         lens_words=camera.lens_words,
     )
@@ -218,25 +181,7 @@ def segments_of(tags: Tags) -> list[bytes]:
     return [*segments, pose_segment(tags)] if tags.panorama else segments
 
 
-def _levels(camera: CameraModel, shot: Shot) -> bool:
-    return camera.levels_itself if shot.levels is None else shot.levels
-
-
-def _rotation(camera: CameraModel, shot: Shot) -> NDArray[np.float64] | None:
-    """From directions in the frame to directions in the environment; None for neither tilt."""
-    tilted = shot.tilt is not None and not _levels(camera, shot)
-    # Thetas state what their accelerometer says of either axis, others follow GPano.
-    gravity = "THETA" in camera.model.upper()
-    tilt = tilt_rotation(shot.tilt, gravity=gravity) if tilted and shot.tilt is not None else None
-    if shot.shift is None:
-        return tilt
-    shift = np.asarray(shot.shift, dtype=np.float64)
-    return shift if tilt is None else tilt @ shift
-
-
-def _code(
-    share: FloatImage, tables: tuple[NDArray[np.uint8], ...], into: NDArray[np.uint8]
-) -> None:
+def _code(share: FloatImage, tables: Tables, into: NDArray[np.uint8]) -> None:
     """Apply the camera curve and round; `share` is used up."""
     top = np.float32(tables[0].size - 1)
     np.clip(share, 0.0, 1.0, out=share)

@@ -1,4 +1,4 @@
-"""The lenses of a simulated camera: what a frame of any size and tilt sees, and weighed."""
+"""The lenses of a simulated camera: what a frame of any size sees, and how it is metered."""
 
 from __future__ import annotations
 
@@ -8,12 +8,9 @@ from functools import lru_cache
 from statistics import NormalDist
 from typing import Final, TypeAlias
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base import sphere
-from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage, srgb_encode
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.read.frame import Exposure
@@ -137,7 +134,7 @@ def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float
     return lens_gain[1] + (lens_gain[0] - lens_gain[1]) * front
 
 
-_Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
+Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 """First of two neighbouring texels, and the share of the second; one of each per pixel."""
 
 
@@ -147,23 +144,17 @@ class View:
 
     Attributes:
         shape: Rows and columns of the frame.
-        texels: NDArray[np.float32]. The environment with one more texel at each side, over the edge
-            and the poles; for frames that are not rotated, columns are enlarged already.
+        texels: (H, columns, 3) float32. The environment with one more row at each pole, its
+            columns brought to those of the frame.
         rows: Which two of these rows each row of the frame mixes, and in what shares.
-        rotation: (3, 3) float64 or None. From directions in the frame to directions in the
-            environment.
     """
 
     shape: tuple[int, int]
     texels: FloatImage
-    rows: _Taps
-    rotation: Float64 | None = None
-    smooth: bool = False
+    rows: Taps
 
     def band(self, start: int, stop: int) -> FloatImage:
         """Sample rows `start` to `stop`: (stop - start, W, 3) float32 radiance, a new array."""
-        if self.rotation is not None:
-            return self._rotated(start, stop)
         first, share = self.rows[0][start:stop], self.rows[1][start:stop, None, None]
         if not share.any():
             return self.texels[first]
@@ -172,63 +163,51 @@ class View:
         mixed += self.texels[first] * (1.0 - share)
         return mixed
 
-    def _rotated(self, start: int, stop: int) -> FloatImage:
-        height, width = self.shape
-        azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
-        elevation = np.pi * (0.5 - (np.arange(start, stop) + 0.5) / height)
-        level = np.stack([-np.sin(azimuth), np.zeros(width), np.cos(azimuth)], axis=1)
-        across = (level @ np.asarray(self.rotation).T).astype(np.float32)
-        upward = np.asarray(self.rotation)[:, 1].astype(np.float32)
-        vectors = np.cos(elevation).astype(np.float32)[:, None, None] * across
-        vectors += np.sin(elevation).astype(np.float32)[:, None, None] * upward
-        texels = (self.texels.shape[0] - 2, self.texels.shape[1] - 2)
-        columns, rows = sphere.positions(vectors, texels)
-        how = cv2.INTER_LINEAR if self.smooth else cv2.INTER_NEAREST
-        one = np.float32(1.0)
-        sampled = cv2.remap(self.texels, columns + one, rows + one, how)
-        return np.asarray(sampled, dtype=np.float32)
 
-
-def view_of(
-    environment: FloatImage,
-    shape: tuple[int, int],
-    *,
-    smooth: bool = False,
-    rotation: Float64 | None = None,
-) -> View:
-    """Prepare an environment for sampling.
+def view_of(environment: FloatImage, shape: tuple[int, int]) -> View:
+    """Prepare an environment for sampling: every texel is constant over its area.
 
     Args:
-        environment: (H, W, 3) float32. Linear radiance, any scale.
-        rotation: (3, 3) float64. From directions in the frame to directions in the environment;
-            None for no rotation.
+        environment: (H, 2 H, 3) float32. Linear radiance, any scale.
 
     Raises `ValueError` when the environment has no three channels, or sizes differ and one of them
     is not 2:1.
+    """
+    padded, (height, width) = padded_texels(environment, shape)
+    return View(
+        shape,
+        mix_columns(padded, area_taps(width, shape[1])),
+        area_taps(height, shape[0], spherical=True),
+    )
+
+
+def padded_texels(
+    environment: FloatImage, shape: tuple[int, int]
+) -> tuple[FloatImage, tuple[int, int]]:
+    """Add a texel at each side, over the edge and the poles; reduce to `shape` where it is smaller.
+
+    Returns the texels, (H + 2, W + 2, 3) float32, and H and W. Raises as `view_of`.
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
     given = (environment.shape[0], environment.shape[1])
     panoramas = given[1] == 2 * given[0] and shape[1] == 2 * shape[0]
-    if not panoramas and (given != shape or rotation is not None):
-        raise ValueError(f"only 2:1 panoramas can be resized or rotated, not {given} to {shape}")
+    if not panoramas and given != shape:
+        raise ValueError(f"only 2:1 panoramas can be resized, not {given} to {shape}")
     texels = np.asarray(environment, dtype=np.float32)
     if shape[0] < given[0]:
         texels = reduce_radiance(texels, shape)
     height, width = texels.shape[:2]
-    smooth_at = smooth or shape == (height, width)
     around = np.concatenate([texels[:, -1:], texels, texels[:, :1]], axis=1)
     half = width // 2
     poles = [np.roll(texels[row : row + 1], half, axis=1) for row in (0, height - 1)]
     over = [np.concatenate([pole[:, -1:], pole, pole[:, :1]], axis=1) for pole in poles]
     padded = np.ascontiguousarray(np.concatenate([over[0], around, over[1]]))
-    if rotation is None:
-        padded = _mix_columns(padded, _taps(width, shape[1], smooth=smooth))
-    rows = _taps(height, shape[0], smooth=smooth, spherical=True)
-    return View(shape, padded, rows, rotation, smooth_at)
+    return padded, (height, width)
 
 
-def _mix_columns(padded: FloatImage, taps: _Taps) -> FloatImage:
+def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
+    """Bring columns to those of a frame."""
     first, share = taps
     if not share.any():
         return np.ascontiguousarray(padded[:, first])
@@ -236,19 +215,14 @@ def _mix_columns(padded: FloatImage, taps: _Taps) -> FloatImage:
     return np.ascontiguousarray(padded[:, first] * (1.0 - weights) + padded[:, first + 1] * weights)
 
 
-def _taps(given: int, wanted: int, *, smooth: bool, spherical: bool = False) -> _Taps:
-    """Find the two texels, counted in the padded environment, that each pixel mixes."""
+def area_taps(given: int, wanted: int, *, spherical: bool = False) -> Taps:
+    """Find the two texels, counted in the padded environment, whose area each pixel covers."""
     edges = np.arange(wanted + 1) * (given / wanted)
-    if smooth or given == wanted:
-        middle = 0.5 * (edges[:-1] + edges[1:]) - 0.5
-        first = np.floor(middle + 1e-9)
-        share = np.maximum(middle - first, 0.0)
-    else:
-        first = np.floor(edges[:-1] + 1e-9)
-        cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])
-        top, cut, bottom = (
-            -np.cos(np.pi * at / given) if spherical else at for at in (edges[:-1], cut, edges[1:])
-        )
-        share = (bottom - cut) / (bottom - top)
+    first = np.floor(edges[:-1] + 1e-9)
+    cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])
+    top, cut, bottom = (
+        -np.cos(np.pi * at / given) if spherical else at for at in (edges[:-1], cut, edges[1:])
+    )
+    share = (bottom - cut) / (bottom - top)
     share[share < 1e-9] = 0.0
     return (first + 1).astype(np.intp), share.astype(np.float32)

@@ -11,13 +11,23 @@ from typing import Final
 
 import numpy as np
 
+from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import CameraModel, Personality
 from app.devices.simulated.exchange import JsonValue
 from app.devices.simulated.exif import Tags, with_segments
-from app.devices.simulated.exposure_maker import PLAIN, Shot, develop, jpeg, segments_of, tags_of
-from app.devices.simulated.optics import meter
+from app.devices.simulated.exposure_maker import (
+    PLAIN,
+    Shot,
+    Sight,
+    expose,
+    jpeg,
+    segments_of,
+    srgb_tables,
+    tags_of,
+)
+from app.devices.simulated.optics import meter, view_of
 
 _KEPT_BYTES: Final = 384_000_000
 _FLOATING: Final = 0.03
@@ -91,7 +101,7 @@ class Scene:
         data = self._cached(key)
         if data is None:
             seed = int(np.random.SeedSequence([self.seed, take.number]).generate_state(1)[0])
-            picture = develop(self.light(take.shape), camera, take.exposure, shot, seed=seed)
+            picture = self._expose(camera, take, shot, seed)
             data = self._keep(key, jpeg(picture))
         return with_segments(data, segments_of(self.tags(camera, take)))
 
@@ -104,12 +114,15 @@ class Scene:
         """Make a frame's small picture, which carries no metadata. `shape`: rows and columns."""
         take = replace(take, shape=shape)
         shot = replace(self._shot_of(take), noise=False)
-        picture = develop(self.light(take.shape), camera, take.exposure, shot)
-        return jpeg(picture, _THUMB_QUALITY)
+        return jpeg(self._expose(camera, take, shot, 0), _THUMB_QUALITY)
 
-    def light(self, _shape: tuple[int, int]) -> FloatImage:
-        """Return the light that falls on a picture of so many rows and columns."""
-        return self.environment
+    def view(self, shape: tuple[int, int]) -> Sight:
+        """Return what a picture of so many rows and columns shows."""
+        return view_of(self.environment, shape)
+
+    def _expose(self, camera: CameraModel, take: Take, shot: Shot, seed: int) -> Bytes:
+        view = self.view(take.shape)
+        return expose(view, camera, take.exposure, shot, srgb_tables(), seed=seed)
 
     def _shot_of(self, take: Take) -> Shot:
         balance = (1.0, 1.0, 1.0)
