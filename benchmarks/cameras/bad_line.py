@@ -40,8 +40,8 @@ from app.devices.simulated.server import CameraServer  # noqa: E402
 from app.devices.theta.client import OscClient  # noqa: E402
 from app.devices.theta.endpoint import Endpoint  # noqa: E402
 from app.devices.theta.link import Link  # noqa: E402
+from tests.faulty_camera.bad_line import KINDS, BadLine  # noqa: E402
 from tests.faulty_camera.camera import FaultyCamera  # noqa: E402
-from tests.helpers.bad_line import KINDS, BadLine  # noqa: E402
 from tests.helpers.cameras import Rig, lit_room, pack  # noqa: E402
 from tests.helpers.captures import (  # noqa: E402
     Killed,

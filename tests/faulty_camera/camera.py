@@ -12,9 +12,9 @@ from datetime import datetime
 from typing import Final
 
 from app.devices.clock import Clock
+from app.devices.simulated.body import CameraBody
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import (
-    NO_ANSWER,
     CommandRefused,
     JsonValue,
     Reply,
@@ -22,11 +22,12 @@ from app.devices.simulated.exchange import (
     text_reply,
 )
 from app.devices.simulated.scene import Scene
-from app.devices.simulated.shooting import CameraDate, Job, JobKind, StoredFile
+from app.devices.simulated.shooting import CameraDate, Job, JobKind, PlannedFrame, StoredFile
 from tests.faulty_camera.digest import Guard
 from tests.faulty_camera.faults import Faults, WireFaults
 from tests.faulty_camera.habits import OddCamera
 from tests.faulty_camera.models import personality_named, user_name
+from tests.faulty_camera.silence import NO_ANSWER
 
 HOSTILE_NAMES: Final = (
     "../../../../tmp/turnlight-was-here.JPG",
@@ -65,6 +66,15 @@ class UnsetDate(CameraDate):
     def set(self, text: str, now: float) -> None:
         super().set(text, now)
         self.unset = False
+
+
+def store_older(camera: CameraBody, count: int) -> None:
+    """Put pictures onto a camera's storage as if they had been taken before."""
+    shooter, options = camera.shooter, camera.options
+    for index in range(count):
+        at = camera.clock.now() - 60.0 * (count - index)
+        take = shooter.plan({**options, "exposureProgram": 2}, options, at)
+        shooter.write(PlannedFrame(at, at, replace(take, shape=(64, 128))), None)
 
 
 class FaultyCamera(OddCamera):
@@ -118,9 +128,9 @@ class FaultyCamera(OddCamera):
             clock,
             rate_mbit=rate_mbit,
             shape=shape,
-            older_files=older_files,
             date=self._first_date(clock.now()),
         )
+        store_older(self, older_files)
         self._older = len(self.storage.files)
         if self.faults.spend("battery-low"):
             self.battery = _EMPTY

@@ -14,7 +14,6 @@ from app.devices.simulated.cameras import Personality
 from app.devices.simulated.commands import Action, Command, Parameters
 from app.devices.simulated.exchange import (
     LATENCY_S,
-    NO_ANSWER,
     CommandRefused,
     JsonValue,
     Piece,
@@ -25,6 +24,7 @@ from app.devices.simulated.preview import PreviewBody, PreviewGate
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.shooting import Job, JobKind
 from tests.faulty_camera.old_api import OldApiCamera
+from tests.faulty_camera.silence import NO_ANSWER
 
 _NONE: Final = float("-inf")
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from app.devices.simulated.exchange import Reply, Request, json_reply
-from tests.helpers.bad_line import KINDS, BadLine
+from tests.faulty_camera.bad_line import KINDS, BadLine
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import (
     Weather,

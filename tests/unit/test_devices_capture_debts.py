@@ -10,7 +10,8 @@ import pytest
 
 from app.devices.capture.session import FILE, Debts, Session
 from app.devices.errors import DeviceError
-from app.devices.simulated.exchange import NO_ANSWER, Reply, Request
+from app.devices.simulated.exchange import Reply, Request
+from tests.faulty_camera.silence import NO_ANSWER
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import (
     Weather,

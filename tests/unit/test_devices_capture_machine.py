@@ -329,7 +329,7 @@ def test_equal_exposures_are_refused(
     made = rig(tmp_path, model)
     shooter = made.camera.shooter
     first: list[dict[str, Any]] = []
-    take = shooter._take
+    take = shooter.plan
 
     def same(settings: Any, *rest: Any) -> Any:
         if settings.get("exposureProgram") == 1:
@@ -337,7 +337,7 @@ def test_equal_exposures_are_refused(
             settings = first[0]
         return take(settings, *rest)
 
-    monkeypatch.setattr(shooter, "_take", same)
+    monkeypatch.setattr(shooter, "plan", same)
     before = copy.deepcopy(made.camera.options)
     with pytest.raises(CaptureFailed, match="three equal exposures") as caught:
         made.shoot()

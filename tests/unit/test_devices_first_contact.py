@@ -19,7 +19,7 @@ from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import discover, look_at
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import BROKEN, NOBODY, Link
-from tests.helpers.bad_line import BadLine
+from tests.faulty_camera.bad_line import BadLine
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import TINY, without_merging, without_waiting_for_the_disk
 

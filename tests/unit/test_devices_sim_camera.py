@@ -14,8 +14,9 @@ from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.read.makernote import read_ricoh_note
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import Personality
-from app.devices.simulated.exchange import NO_ANSWER_S, Pause, Request
+from app.devices.simulated.exchange import Pause, Request
 from tests.faulty_camera.models import PERSONALITIES, personality_named
+from tests.faulty_camera.silence import NO_ANSWER_S
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.simulated import JSON, QUICK, Talker, bracket, content, path_of, room, stored
 

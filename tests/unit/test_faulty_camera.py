@@ -12,7 +12,7 @@ from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import PERSONALITIES, Personality
 from app.devices.simulated.exchange import Pause, Request
 from tests.faulty_camera import models
-from tests.faulty_camera.camera import FaultyCamera
+from tests.faulty_camera.camera import FaultyCamera, store_older
 from tests.helpers.simulated import JSON, QUICK, bracket, path_of, room
 
 _TIMES = (0.01666666, 0.06666666, 0.004)
@@ -64,7 +64,8 @@ def conversation(camera: SimulatedCamera) -> list[Any]:
 
 @pytest.mark.parametrize("person", PERSONALITIES, ids=lambda person: person.name)
 def test_faulty_camera_without_faults_answers_as_the_good_one(person: Personality) -> None:
-    good = SimulatedCamera(room(), person, VirtualClock(), shape=QUICK, older_files=1)
+    good = SimulatedCamera(room(), person, VirtualClock(), shape=QUICK)
+    store_older(good, 1)
     faulty = FaultyCamera(room(), person, VirtualClock(), shape=QUICK, older_files=1)
     faulty.api_version = 2
     answers = conversation(good)

@@ -108,7 +108,6 @@ class SimulatedCamera(CameraBody):
       otherwise in a thread from the start of the shooting on (`close` ends it).
     * `rate_mbit`: transfer rate of files in megabits per second; no limit unless given.
     * `shape`: rows and columns of all frames, for quick trials; else what the camera is set to.
-    * `older_files`: how many pictures are on its storage already.
     * `date`: its clock; a summer's noon unless given.
 
     Raises `ValueError` for a personality that does not exist.
@@ -122,7 +121,6 @@ class SimulatedCamera(CameraBody):
         *,
         rate_mbit: float | None = None,
         shape: tuple[int, int] | None = None,
-        older_files: int = 0,
         date: CameraDate | None = None,
     ) -> None:
         person = personality_named(personality) if isinstance(personality, str) else personality
@@ -131,7 +129,6 @@ class SimulatedCamera(CameraBody):
         self._lock = threading.RLock()
         self._fingerprint = 0
         self._last_state = ""
-        self.shooter.store_older(older_files, self.store.values)
 
     def close(self) -> None:
         """End the rendering in the background."""

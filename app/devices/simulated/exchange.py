@@ -19,9 +19,6 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 LATENCY_S: Final = 0.012
 """Time that every answer takes; it also keeps virtual time going."""
 
-NO_ANSWER_S: Final = 600.0
-"""A delay that outlasts any client's patience."""
-
 _FORBIDDEN: Final = (
     "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
     "invalidFileFormat", "invalidSessionId", "canceledShooting",
@@ -78,10 +75,6 @@ class Reply:
     headers: tuple[tuple[str, str], ...] = ()
     pieces: Iterable[Piece] = ()
     delay_s: float = 0.0
-
-
-NO_ANSWER: Final = Reply(0, delay_s=NO_ANSWER_S)
-"""Nothing is there: not even the connection is taken."""
 
 
 def head_of(status: int, headers: Iterable[tuple[str, str]]) -> bytes:

@@ -12,7 +12,7 @@ import base64
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from functools import partial
 from typing import Final, Literal, TypeAlias
@@ -311,7 +311,7 @@ class Shooter:
         frames: list[PlannedFrame] = []
         at = begins
         for settings in shots:
-            take = self._take(settings, options, at)
+            take = self.plan(settings, options, at)
             end = at + take.exposure.shutter_s + self._person.overhead_s
             frames.append(PlannedFrame(at, end, take))
             at = max(end, at + interval_s)
@@ -332,7 +332,7 @@ class Shooter:
         for frame in job.frames[len(job.written) :]:
             if frame.end > now or (frame.picture is not None and not frame.picture.done()):
                 break
-            job.written.append(self._write(frame, job))
+            job.written.append(self.write(frame, job))
 
     def stop(self) -> None:
         """Stop after the frame that is being taken; nothing more than that during the timer."""
@@ -348,22 +348,16 @@ class Shooter:
         job.stopped = True
         job.open_end = False
 
-    def store_older(self, count: int, options: Mapping[str, JsonValue]) -> None:
-        """Put pictures onto the storage as if they had been taken before."""
-        for index in range(count):
-            at = self._clock.now() - 60.0 * (count - index)
-            take = self._take({**options, "exposureProgram": 2}, options, at)
-            self._write(PlannedFrame(at, at, replace(take, shape=(64, 128))), None)
-
     def close(self) -> None:
         """End the rendering."""
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
 
-    def _take(
+    def plan(
         self, settings: Mapping[str, JsonValue], options: Mapping[str, JsonValue], at: float
     ) -> Take:
+        """Plan a frame that is exposed at a time of the clock."""
         exposure, gains = automatic(self._scene, self._person, settings)
         program = int(number_in(settings, "exposureProgram", 2.0))
         self._taken += 1
@@ -378,7 +372,8 @@ class Shooter:
             hdr=options.get("_filter", "off") in {"hdr", "Hh hdr", "DR Comp"},
         )
 
-    def _write(self, frame: PlannedFrame, job: Job | None) -> StoredFile:
+    def write(self, frame: PlannedFrame, job: Job | None) -> StoredFile:
+        """Put a frame onto the storage; `job` is None for one of an earlier day."""
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
         whole = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)

@@ -8,8 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.devices.simulated.exchange import (
-    NO_ANSWER,
-    NO_ANSWER_S,
     Drop,
     Pause,
     Reply,
@@ -17,6 +15,7 @@ from app.devices.simulated.exchange import (
     head_of,
     text_reply,
 )
+from tests.faulty_camera.silence import NO_ANSWER, NO_ANSWER_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
