@@ -139,8 +139,7 @@ class CameraBody:
 
         `name`: of the command. `shots`: settings of each frame, see `Shooter.begin`.
         """
-        interval = self.options["captureInterval"] if kind == "interval" else 0.0
-        job = self.shooter.begin(name, kind, shots, self.options, interval_s=float(str(interval)))
+        job = self.shooter.begin(name, kind, shots, self.options)
         rules = self.personality.bracket
         job.watched = kind == "bracket" and rules is not None and rules.watched
         return job

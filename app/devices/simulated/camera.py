@@ -27,7 +27,7 @@ from app.devices.simulated.exchange import (
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.shooting import STORAGE_ID, CameraDate, StoredFile
 
-_PATHS = ("info", "state", "checkForUpdates", "commands/execute", "commands/status")
+_PATHS = ("info", "state", "commands/execute", "commands/status")
 _KEPT_REQUESTS: Final = 5000
 _MOST_BODY: Final = 1_000_000
 
@@ -172,20 +172,18 @@ class SimulatedCamera(CameraBody):
     def route(self, request: Request) -> Reply:
         """Answer a request by its path."""
         path = request.target.partition("?")[0]
-        gets = {"/osc/info": lambda: json_reply(info_of(self)), "/log/eventLog": self._event_log}
         posts = {
             "/osc/state": lambda _: json_reply(self.state()),
-            "/osc/checkForUpdates": self._updates,
             "/osc/commands/execute": self._execute,
             "/osc/commands/status": lambda body: command_status(self, body),
         }
         if path.startswith("/files/") and request.method == "GET":
             return self._file(request)
-        if path in gets and request.method == "GET":
-            return gets[path]()
+        if path == "/osc/info" and request.method == "GET":
+            return json_reply(info_of(self))
         if path in posts and request.method == "POST":
             return self._posted(request, posts[path])
-        if path in gets or path in posts:
+        if path in {"/osc/info", *posts}:
             return refusal("", "unknownCommand", status=405)
         return refusal("", "notFound")
 
@@ -199,11 +197,6 @@ class SimulatedCamera(CameraBody):
         except CommandRefused as refused:
             return refusal(name, refused.code, refused.message)
         return reply
-
-    def _updates(self, body: dict[str, JsonValue]) -> Reply:
-        if not isinstance(body.get("stateFingerprint"), str):
-            raise CommandRefused("missingParameter")
-        return json_reply({"stateFingerprint": self.state()["fingerprint"]})
 
     def _execute(self, body: dict[str, JsonValue]) -> Reply:
         name, parameters = body.get("name"), body.get("parameters", {})
@@ -242,12 +235,6 @@ class SimulatedCamera(CameraBody):
     def file_data(self, file: StoredFile) -> bytes:
         """Bytes of a file that is fetched."""
         return file.data
-
-    def _event_log(self) -> Reply:
-        if self.personality.name not in {"X", "Z1", "A1"}:
-            return refusal("", "notFound")
-        lines = "".join(f"{request.method} {request.target}\n" for request in self.log[-100:])
-        return text_reply(lines.encode(), "text/plain")
 
 
 def _json_of(request: Request) -> dict[str, JsonValue]:

@@ -17,14 +17,13 @@ from app.devices.simulated.exchange import (
 )
 from app.devices.simulated.shooting import Job, JobKind
 
-_ENDLESS: Final = 200
 _OF_ONE_SHOT: Final = (
     "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
     "isoAutoHighLimit", "whiteBalance",
 )  # fmt: skip
 _BYTES_PER_PICTURE: Final = 5_000_000
 _FILES: Final = frozenset(
-    {"fileType", "entryCount", "startPosition", "maxThumbSize", "_detail", "_sort", "_storage"}
+    {"fileType", "entryCount", "startPosition", "maxThumbSize", "_detail", "_storage"}
 )
 
 
@@ -39,26 +38,17 @@ def begin_picture(camera: CameraBody) -> Reply:
 
 
 def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
-    """Begin a series.
+    """Begin a bracket.
 
-    `mode`: `_mode`, None where it was not given. inProgress with an id, or done where the series
-    has no end. Raises `CommandRefused`: invalidParameterValue for a mode that the model does not
-    have.
+    `mode`: `_mode`, None where it was not given. inProgress with an id. Raises `CommandRefused`:
+    invalidParameterValue for any but a bracket, or where the model has none.
     """
-    options, person = camera.options, camera.personality
-    if options["captureMode"] == "video":
-        if mode is not None:
-            raise CommandRefused("invalidParameterName")
-        return _begin(camera, "camera.startCapture", "video", [])
-    rules = person.bracket
-    by_method = "_shootingMethod" in options
-    if by_method and mode is None:
-        mode = camera.store.method
-    if mode in {None, "interval"} and not by_method:
-        shots = [_settings(camera)] * _ENDLESS
-        return _begin(camera, "camera.startCapture", "interval", shots)
+    rules = camera.personality.bracket
+    mode = camera.store.method if mode is None else mode
+    if mode == "normal" or camera.options["captureMode"] == "video":
+        raise CommandRefused("disabledCommand")
     if mode != "bracket" or rules is None:
-        raise CommandRefused("disabledCommand" if mode == "normal" else "invalidParameterValue")
+        raise CommandRefused("invalidParameterValue")
     shots = _bracket(camera)
     if rules.method and camera.store.method != "bracket":
         # The X takes as many pictures as asked for, but all of them as it would take one.
@@ -85,7 +75,7 @@ def finished(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
     if job.kind == "single":
         results = {"fileUrl": urls[0] if urls else ""}
     else:
-        results = {} if job.kind == "bracket" and job.stopped else {"fileUrls": urls}
+        results = {} if job.stopped else {"fileUrls": urls}
     return {"name": job.name, "state": "done", "results": results}
 
 
@@ -115,8 +105,6 @@ def _begin(
     camera: CameraBody, name: str, kind: JobKind, shots: list[dict[str, JsonValue]]
 ) -> Reply:
     job = camera.shoot(name, kind, shots)
-    if job.open_end:
-        return json_reply({"name": name, "state": "done"})
     return json_reply(started(camera, job))
 
 
@@ -246,26 +234,13 @@ def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters:
     if not counting(count) or not counting(start):
         raise CommandRefused("invalidParameterValue")
     files = [] if kind == "video" else camera.storage.files[::-1]
-    if parameters.get("_sort") == "oldest":
-        files.reverse()
     total = len(files)
-    files = files[_position(camera, parameters, int(str(start))) :][: int(str(count))]
+    files = files[int(str(start)) :][: int(str(count))]
     # Only one thumbnail is given at a time.
     size = 640 if thumb and len(files) == 1 else 0
     detail = parameters.get("_detail", True) is not False
     entries = camera.listing(files, detail=detail, thumb_size=size)
     return {"results": {"entries": entries, "totalEntries": total}}
-
-
-def _position(camera: CameraBody, parameters: Parameters, start: int) -> int:
-    first = parameters.get("_startFileUrl")
-    if first is None:
-        return start
-    files = camera.storage.files[::-1]
-    found = [index for index, file in enumerate(files) if camera.url(file) == first]
-    if not found:
-        raise CommandRefused("invalidParameterValue")
-    return found[0]
 
 
 def counting(value: JsonValue) -> bool:
@@ -291,11 +266,6 @@ def _live_preview(camera: CameraBody, _parameters: Parameters) -> Reply:
     return camera.preview.open()
 
 
-def _reset(camera: CameraBody, _parameters: Parameters) -> Parameters:
-    camera.store.reset()
-    return {}
-
-
 COMMANDS: Final = {
     "camera.getOptions": Command(get_options, frozenset({"optionNames"})),
     "camera.setOptions": Command(set_options, frozenset({"options"})),
@@ -303,9 +273,8 @@ COMMANDS: Final = {
     "camera.startCapture": Command(_start_capture, frozenset({"_mode", "mode"})),
     "camera.stopCapture": Command(_stop_capture),
     "camera._stopSelfTimer": Command(_stop_self_timer, there=lambda person: person.ricoh),
-    "camera.listFiles": Command(_list_files, _FILES | {"_startFileUrl"}),
+    "camera.listFiles": Command(_list_files, _FILES),
     "camera.delete": Command(_delete, frozenset({"fileUrls"})),
     "camera.getLivePreview": Command(_live_preview),
-    "camera.reset": Command(_reset),
 }
 """Web API v2.1."""

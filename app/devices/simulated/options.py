@@ -248,7 +248,6 @@ def _defaults(person: Personality) -> dict[str, JsonValue]:
         "totalSpace": 0,
         "remainingVideoSeconds": 0,
         "gpsInfo": {"lat": 65535, "lng": 65535},
-        "captureInterval": 8,
     }
     if person.ricoh:
         values.update(_ricoh_defaults(person))

@@ -31,8 +31,6 @@ _MOST_DELETED: Final = 128
 _WORDS: dict[JobKind, str] = {
     "single": "shooting",
     "bracket": "bracket shooting",
-    "interval": "interval shooting",
-    "video": "shooting",
 }
 
 
@@ -190,7 +188,7 @@ class Storage:
         return entry
 
 
-JobKind: TypeAlias = Literal["single", "bracket", "interval", "video"]
+JobKind: TypeAlias = Literal["single", "bracket"]
 
 
 @dataclass(slots=True)
@@ -209,7 +207,6 @@ class Job:
 
     * `begun`, `begins`: when it was asked for, and when the self-timer has run down, in seconds of
       the clock.
-    * `open_end`: whether it runs until somebody stops it.
     """
 
     number: int
@@ -220,7 +217,6 @@ class Job:
     frames: list[PlannedFrame]
     group: str = ""
     written: list[StoredFile] = field(default_factory=list)
-    open_end: bool = False
     stopped: bool = False
     cancelled: bool = False
     watched: bool = False
@@ -230,7 +226,7 @@ class Job:
         """Whether nothing more will come of it."""
         if self.cancelled:
             return True
-        return len(self.written) >= len(self.frames) and not self.open_end
+        return len(self.written) >= len(self.frames)
 
     @property
     def ended(self) -> float:
@@ -299,8 +295,6 @@ class Shooter:
         kind: JobKind,
         shots: Sequence[Mapping[str, JsonValue]],
         options: Mapping[str, JsonValue],
-        *,
-        interval_s: float = 0.0,
     ) -> Job:
         """Begin to take pictures.
 
@@ -314,11 +308,10 @@ class Shooter:
             take = self.plan(settings, options, at)
             end = at + take.exposure.shutter_s + self._person.overhead_s
             frames.append(PlannedFrame(at, end, take))
-            at = max(end, at + interval_s)
+            at = end
         number = 41 + len(self.jobs)
         group = f"B0FB64CF29AE{number:04X}" if kind == "bracket" else ""
         job = Job(number, name, kind, now, begins, frames, group)
-        job.open_end = kind in {"interval", "video"}
         self.jobs.append(job)
         self._render_ahead(job)
         return job
@@ -346,7 +339,6 @@ class Shooter:
             keep = sum(frame.start <= now for frame in job.frames)
             job.frames[max(keep, len(job.written)) :] = []
         job.stopped = True
-        job.open_end = False
 
     def close(self) -> None:
         """End the rendering."""
@@ -392,7 +384,7 @@ class Shooter:
         return file
 
     def _render_ahead(self, job: Job) -> None:
-        if self._lazy or job.open_end:
+        if self._lazy:
             return
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, "simulated camera")
