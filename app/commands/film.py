@@ -27,11 +27,11 @@ from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
-from app.core.text.directions import SHORT_SIDES
-from app.core.text.turns import turn_words
+from app.words.directions import SHORT_SIDES
 from app.words.film import beside_words, mirror_words
 from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
+from app.words.turns import turn_words
 
 _EVERY_S: Final = 5.0  # of the film
 

@@ -32,7 +32,7 @@ from app.commands.printing import (
     say,
     short,
 )
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
@@ -69,10 +69,9 @@ from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.core.text.directions import aside_words, placement_words
-from app.core.text.quantities import metres
-from app.core.text.turns import whole
+from app.words.directions import aside_words, placement_words
 from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
+from app.words.quantities import metres
 from app.words.reach import reason_sentence
 from app.words.remarks import sentences
 

@@ -26,11 +26,11 @@ from app.core.solver.solve import proposal, solve_all
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import Style, select
 from app.core.text import tr
-from app.core.text.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
-from app.core.text.quantities import stops_words
-from app.core.text.turns import turn_words
+from app.words.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.words.face_reading import UNREAD
+from app.words.quantities import stops_words
 from app.words.reach import grade_words
+from app.words.turns import turn_words
 
 FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, add --mirrored."

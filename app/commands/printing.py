@@ -10,8 +10,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.core.text import tr
-from app.core.text.quantities import about_words
 from app.words.progress import progress_words
+from app.words.quantities import about_words
 from app.words.reach import reason_sentence
 
 if TYPE_CHECKING:

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.printing import fields
+from app.core.base.phrases import percent, shutter_words
 from app.core.measure.finish.lights import Light
 from app.core.measure.finish.tripod_detection import Clutter
 from app.core.measure.measurement import Measurement
 from app.core.measure.read.frame import Exposure, Frame
 from app.core.places.saved_remarks import facts_of
 from app.core.text import tr
-from app.core.text.quantities import percent, shutter_words
 from app.words.masks import clutter_name, clutter_reason
 from app.words.remarks import sentences
 

@@ -31,7 +31,7 @@ from app.commands.printing import (
     say,
     short,
 )
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
 from app.core.base.images import write_png
@@ -56,12 +56,12 @@ from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.core.text.directions import LIGHTINGS, SHORT_SIDES, aside_words
-from app.core.text.turns import direction_words, size_words, whole
+from app.words.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.words.doubts import doubt_words
 from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
 from app.words.styles import caution_words
+from app.words.turns import direction_words, size_words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

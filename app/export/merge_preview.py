@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
+from app.core.base.phrases import percent, small_percent
 from app.core.environment.environment import solid_angles
 from app.core.measure.finish.display import (
     MASK_COLOUR,
@@ -23,11 +24,11 @@ from app.core.measure.finish.tripod_detection import Clutter
 from app.core.measure.read.frame import Merged
 from app.core.portrait.pictures import WELL
 from app.core.text import tr
-from app.core.text.quantities import percent, small_percent, stops_words, upper_first
-from app.core.text.turns import signed
 from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
 from app.words.masks import clutter_name
+from app.words.quantities import stops_words, upper_first
+from app.words.turns import signed
 
 _MARGIN: Final = 24.0
 _SCALE_ROOM: Final = 28.0

@@ -11,15 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from app.core.base.angles import at_turn
+from app.core.base.angles import at_turn, direction_of
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.portrait import pictures
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
-from app.core.text.directions import place_words
-from app.core.text.quantities import contrast_words
-from app.core.text.turns import arc_words, direction_of, direction_words, size_words
 from app.export.canvas import (
     Canvas,
     Colour,
@@ -31,7 +28,10 @@ from app.export.canvas import (
     wrap_text,
 )
 from app.export.theme import Dark, draw_meter
+from app.words.directions import place_words
+from app.words.quantities import contrast_words
 from app.words.reach import reason_sentence
+from app.words.turns import arc_words, direction_words, size_words
 
 WIDTH: Final = 256.0
 _PAD: Final = 12.0

@@ -13,27 +13,27 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.angles import direction_of
 from app.core.base.arrays import Bytes
 from app.core.environment.environment import Environment
+from app.core.guidance.mode import Mode
 from app.core.portrait import pictures
 from app.core.solver.solve import StyleResult
 from app.core.styles.styles import RARE, load_styles
 from app.core.text import tr
-from app.core.text.directions import BARE_SIDES
-from app.core.text.turns import (
-    Mode,
+from app.export import result_card as card
+from app.export.canvas import Canvas, Point, shorten, text_width, wrap_text
+from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
+from app.words.directions import BARE_SIDES
+from app.words.heads import head_words
+from app.words.turns import (
     arc_words,
-    direction_of,
     direction_words,
     signed,
     size_words,
     turn_words,
     walking_words,
 )
-from app.export import result_card as card
-from app.export.canvas import Canvas, Point, shorten, text_width, wrap_text
-from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
-from app.words.heads import head_words
 
 _COLUMNS: Final = 6
 _GAP: Final = 12.0

@@ -16,25 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import images
-from app.core.base.angles import wrap
+from app.core.base.angles import direction_of, ends_of, whole, wrap
 from app.core.base.colour import FloatImage
 from app.core.base.files import atomic_write_bytes
+from app.core.guidance.mode import Mode
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
 from app.core.text import tr
-from app.core.text.directions import lens_words, light_words, sitter_words
-from app.core.text.quantities import contrast_words, upper_first
-from app.core.text.turns import (
-    Mode,
-    arc_words,
-    clock_words,
-    direction_of,
-    direction_words,
-    ends_of,
-    size_words,
-    turn_words,
-    walking_words,
-    whole,
-)
 from app.export.canvas import (
     PIXELS_PER_INCH,
     Box,
@@ -51,7 +38,17 @@ from app.export.set_plan import WIDTH as PLAN_WIDTH
 from app.export.set_plan import draw_curved_arrow, draw_lamp, draw_plan, draw_warning, overlap
 from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print, draw_degrees, draw_logo, draw_meter, draw_tag
+from app.words.directions import lens_words, light_words, sitter_words
 from app.words.face_light import catchlight_words, flow_words, glare_sentence, ratio_sentence
+from app.words.quantities import contrast_words, upper_first
+from app.words.turns import (
+    arc_words,
+    clock_words,
+    direction_words,
+    size_words,
+    turn_words,
+    walking_words,
+)
 
 STRIP_WIDTH: Final = 706.0
 TOP_DEG: Final = 62.0

@@ -10,14 +10,13 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from app.core.base.angles import at_turn, difference, wrap
+from app.core.base.angles import at_turn, difference, direction_of, whole, wrap
 from app.core.text import tr
-from app.core.text.directions import elevation_words
-from app.core.text.lights import share_words
-from app.core.text.turns import direction_of, whole
 from app.export.canvas import Box, Canvas, Colour, Point, circle_points, sector, text_width
 from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print
+from app.words.directions import elevation_words
+from app.words.lights import share_words
 
 WIDTH: Final = 340.0
 HEIGHT: Final = 348.0

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from app.core.base.angles import difference
+from app.core.base.angles import difference, whole
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.measure.finish.display import display_panorama
@@ -27,7 +27,6 @@ from app.core.portrait.face_light import (
 from app.core.portrait.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
-from app.core.text.turns import whole
 from app.words.reach import reason_sentence
 
 _LEAST_SHARE: Final = 0.03

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Final
 
 from app.core.base.angles import at_turn
-from app.core.text.turns import signed
 from app.export.canvas import Anchor, Box, Canvas, Colour, Point, text_width
+from app.words.turns import signed
 
 
 class Dark:

@@ -6,7 +6,7 @@ from typing import Final
 
 from app.core.portrait.age import DAY_MINUTES, Age
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import ago_words, span_words
+from app.words.quantities import ago_words, span_words
 
 # By what lights the place: while it soon has to be captured again.
 _CHANGES: Final = {

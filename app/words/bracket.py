@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from app.core.base.phrases import listed
 from app.core.measure.bracket.remarks import (
     Copies,
     CurveDoubtful,
@@ -39,7 +40,7 @@ from app.core.measure.bracket.remarks import (
 )
 from app.core.measure.read.remarks import FrameUnread, PhoneRendered, TwoApertures, TwoTimes
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import listed, upper_first
+from app.words.quantities import upper_first
 from app.words.sentences import Sentences
 
 _FOREIGN: Final = {

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from app.core.base.phrases import percent, small_percent
 from app.core.environment.environment import Environment
 from app.core.measure.finish.doubt import Doubt
 from app.core.text import tr
-from app.core.text.quantities import percent, small_percent
 
 
 def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -> tuple[str, ...]:

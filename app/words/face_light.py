@@ -8,9 +8,9 @@ from typing import Final
 from app.core.portrait.catchlights import EYES, Catchlight
 from app.core.portrait.face_light import DEEPEST_STOPS, Flow, Glare, Hardness, LightingRatio
 from app.core.text import tr, tr_plural
-from app.core.text.directions import face_direction_words
-from app.core.text.lights import MIRRORED
-from app.core.text.quantities import tenths
+from app.words.directions import face_direction_words
+from app.words.lights import MIRRORED
+from app.words.quantities import tenths
 
 CONVENTION: Final = tr("key plus fill : fill")
 """What the two numbers of a ratio stand for, to be shown beside them."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
+from app.core.base.angles import Direction, whole
 from app.core.guidance.guide import NOSE_DEG, Guide, Phase
-from app.core.text import tr, turns
-from app.core.text.directions import lens_words, nose_words, sitter_words
-from app.core.text.turns import Direction, Mode
+from app.core.guidance.mode import Mode
+from app.core.text import tr
+from app.words import turns
+from app.words.directions import lens_words, nose_words, sitter_words
 
 # There; nearly; and before it. One number at a time: how far it is stands in large type already.
 _IN_LIGHT: Final = (
@@ -133,7 +135,7 @@ def _turning(guidance: Guide, mode: Mode) -> GuideWords:
 
 def _by_eye(guidance: Guide, mode: Mode, missing: str) -> GuideWords:
     """Write the whole turn at once."""
-    to_go = turns.whole(guidance.goal - guidance.start)
+    to_go = whole(guidance.goal - guidance.start)
     walk, company = turns.walking_words(guidance.direction, mode)
     goal = turns.goal_words(to_go, guidance.start)
     sentence = tr("{missing}. {goal}", missing=missing, goal=goal)

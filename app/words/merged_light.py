@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+from app.core.base.phrases import percent
 from app.core.measure.finish.remarks import (
     BlindMatters,
     ClippingMatters,
@@ -26,9 +27,8 @@ from app.core.measure.finish.remarks import (
     SunRestored,
 )
 from app.core.text import tr, tr_plural
-from app.core.text.directions import direction_words
-from app.core.text.lights import CLIPPED
-from app.core.text.quantities import percent
+from app.words.directions import direction_words
+from app.words.lights import CLIPPED
 from app.words.sentences import Sentences
 
 _SHOOT: Final = (

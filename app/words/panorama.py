@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from app.core.base.phrases import small_percent
 from app.core.environment.remarks import (
     ClippedFile,
     FromOnePhoto,
@@ -12,7 +13,6 @@ from app.core.environment.remarks import (
     Repaired,
 )
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import small_percent
 from app.words.sentences import Sentences
 
 

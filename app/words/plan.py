@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.core.base.angles import wrap
+from app.core.guidance.mode import Mode
 from app.core.guidance.plan import Mark, Plan
 from app.core.text import tr
-from app.core.text.directions import direction_words, lens_words
-from app.core.text.turns import Mode
+from app.words.directions import direction_words, lens_words
 
 
 @dataclass(frozen=True, slots=True)

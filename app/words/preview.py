@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from app.core.measure.single.preview import RoughAnswer
 from app.core.text import tr
-from app.core.text.directions import place_words
-from app.core.text.turns import turn_words
+from app.words.directions import place_words
+from app.words.turns import turn_words
 
 
 def rough_words(answers: Sequence[RoughAnswer] | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from app.core.base.phrases import listed, percent
 from app.core.measure.ball.remarks import (
     BallBlind,
     BallColoured,
@@ -29,7 +30,6 @@ from app.core.measure.plan.remarks import (
     WiderSteps,
 )
 from app.core.text import tr
-from app.core.text.quantities import listed, percent
 from app.words.sentences import Sentences
 
 _SIDES: Final[dict[float | str, str]] = {

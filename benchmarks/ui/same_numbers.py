@@ -19,15 +19,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.commands.solve import add_arguments
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.environment.environment import read_environment
 from app.core.places.solve import solve_place
 from app.core.portrait.head import Head, load_head
 from app.core.solver.place_light import Facing, PlaceLight, prepare
 from app.core.storage.settings import Settings
-from app.core.text.lights import share_words
-from app.core.text.quantities import contrast_words
-from app.core.text.turns import arc_words, direction_words, size_words, whole
 from app.export.set_sheet import SetSheet, assemble
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.screens.probe.notices import lamp_rows
@@ -36,7 +33,10 @@ from app.ui.screens.styles.detail import Detail
 from app.ui.screens.styles.gallery import Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
 from app.words.face_light import glare_sentence, stops_words
+from app.words.lights import share_words
+from app.words.quantities import contrast_words
 from app.words.reach import grade_words
+from app.words.turns import arc_words, direction_words, size_words
 
 Values = Mapping[str, object]
 _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))

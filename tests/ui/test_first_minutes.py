@@ -11,8 +11,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton
 from pytestqt.qtbot import QtBot
 
+from app.core.base.angles import whole
 from app.core.styles.styles import RARE
-from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.shell.start import App

@@ -24,7 +24,6 @@ from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portraits import framing
 from app.core.storage.library import Damaged
 from app.core.styles.lamps import Studio
-from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.cards_view import CompareSheet, DamagedCard, StyleCard, card_size
 from app.ui.screens.styles.detail_view import picture_sizes
@@ -37,6 +36,7 @@ from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text
 from app.ui.widgets.surfaces import Menu
+from app.words.explanations import EXPLANATIONS
 from tests.helpers.styles_screen import Table, head, scene_light
 
 KEY = Qt.Key

@@ -15,10 +15,9 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QSlide
 from pytestqt.qtbot import QtBot
 from shiboken6 import isValid
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.localization.photo_check import Taken
-from app.core.text.turns import whole
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import photos as shots

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, 
 from app.core.base.paths import resources
 from app.core.places.library import delete_place, list_trash
 from app.core.places.store import create_place
-from app.core.text.explanations import EXPLANATIONS
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
 from app.ui.overlays.help import ManualBody
@@ -29,6 +28,7 @@ from app.ui.theme import theme
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
+from app.words.explanations import EXPLANATIONS
 from benchmarks.ui.screenshots.command import Lost, Robot
 
 if TYPE_CHECKING:

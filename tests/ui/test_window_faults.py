@@ -26,7 +26,6 @@ from app.core.places.library import list_places
 from app.core.places.store import read_place
 from app.core.storage.settings_file import FILE, read_settings
 from app.core.styles.styles import NAMES
-from app.core.text.quantities import place_name
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
 from app.ui.plots.guidance import BigDegrees
@@ -37,6 +36,7 @@ from app.ui.screens.turn.parts_view import Well
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
+from app.words.quantities import place_name
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.cameras import Rig
 from tests.helpers.fragile_webcam import FragileWebcam

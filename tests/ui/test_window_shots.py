@@ -13,10 +13,9 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.places.shots import is_frame, read_shots
-from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.parts_view import ShotsLine, ShotsSheet
 from app.ui.shell.frame import DropVeil

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from app.core.base import sphere
 from app.core.base.angles import difference
+from app.core.guidance.mode import Mode
 from app.core.localization.heading_conversion import (
     Looks,
     background_azimuth,
@@ -19,7 +20,6 @@ from app.core.localization.heading_conversion import (
     turn_of_heading,
     widened_fov,
 )
-from app.core.text.turns import Mode
 
 ANGLE = st.floats(-180.0, 180.0)
 

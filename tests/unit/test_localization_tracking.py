@@ -16,6 +16,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.guidance.guide import FRESH, Goal, Phase, Reading, guide
+from app.core.guidance.mode import Mode
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import Heading
 from app.core.localization.heading_conversion import Looks, offset_angle
@@ -23,7 +24,6 @@ from app.core.localization.sitter import Sitter
 from app.core.localization.temporal_filters import Company, Width, kept, read
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.views import Lens, look
-from app.core.text.turns import Mode
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.lens_matrix import lens_matrix
 

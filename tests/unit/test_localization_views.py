@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.base import sphere
 from app.core.base.paths import resources
+from app.core.guidance.mode import Mode
 from app.core.localization.heading_conversion import (
     BACKGROUND_M,
     Looks,
@@ -20,7 +21,6 @@ from app.core.localization.heading_conversion import (
     widened_fov,
 )
 from app.core.localization.views import Lens, background_view, bearings, goal_lens, goal_view, look
-from app.core.text.turns import Mode
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"

@@ -13,6 +13,7 @@ from app.core.base.archive import write_sealed
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
 from app.core.measure.finish.findings import Findings, find
+from app.core.measure.finish.lights import Source
 from app.core.portrait.catchlights import catchlights
 from app.core.portrait.light import lamps_light, portrait_light
 from app.core.portrait.picture import portrait_picture
@@ -28,7 +29,6 @@ from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import StyleLamp
-from app.core.text.lights import Source
 from app.words.face_light import catchlight_words
 from scenes.portraits.files import save_head
 from tests.helpers.quick import quick_first

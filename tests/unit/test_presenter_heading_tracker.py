@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
 from app.core.faces.finder import Face
@@ -26,7 +26,6 @@ from app.core.localization.homography import UNSURE, Alignment, corners_of, move
 from app.core.localization.sitter import Sitter
 from app.core.portrait.head import Head
 from app.core.solver.signature import Grade
-from app.core.text.turns import whole
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
 from app.ui.screens.turn import heading_tracker

@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import difference, whole, wrap
 from app.core.base.colour import luminance
 from app.core.base.progress import Token, silent
 from app.core.guidance.guide import Phase
 from app.core.second_light.added import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
-from app.core.text.turns import whole
 from app.ui.presenters.model import LampPlan, Step
 from app.ui.screens.light import jobs
 from app.ui.screens.light.jobs import take_in_hand

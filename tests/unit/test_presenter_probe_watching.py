@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from app.core.measure.finish.findings import Findings, Lamp
-from app.core.text.lights import Source, share_words
+from app.core.measure.finish.lights import Source
 from app.devices.errors import DownloadFailed, Unreachable
 from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, trouble_notice
+from app.words.lights import share_words
 from tests.helpers.probe_screen import Bench
 
 

@@ -10,7 +10,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import difference, whole, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.places.place import Location, Place
@@ -23,7 +23,6 @@ from app.core.solver.shortfall import AreaShortfall, Aspect
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
 from app.core.styles.styles import NAMES, RARE, load_styles
-from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView

@@ -13,10 +13,10 @@ from app.core.painting.canvas import from_style
 from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
 from app.core.places.place import CaptureFacts, Place
-from app.core.text.quantities import contrast_words
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
 from app.words.face_light import ratio_sentence
+from app.words.quantities import contrast_words
 from tests.helpers.styles_screen import Table, head, scene_light
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import difference, whole, wrap
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
 from app.core.guidance.guide import Phase
@@ -20,7 +20,6 @@ from app.core.portrait.head import Head
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import Limits
-from app.core.text.turns import whole
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
 from app.ui.presenters.model import Step

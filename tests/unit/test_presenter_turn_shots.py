@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face
 from app.core.faces.light_reading import FaceLight
@@ -21,7 +21,6 @@ from app.core.faces.style_check import Check
 from app.core.localization.photo_check import Taken
 from app.core.places.shots import read_shots
 from app.core.portrait.head import Head
-from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.registry import screen

@@ -10,10 +10,9 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.base.angles import wrap
+from app.core.base.angles import direction_of, whole, wrap
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure
-from app.core.text.turns import direction_of, whole
 from app.devices.capture import shooting
 from app.devices.capture.status import Stage, Status
 from app.devices.profiles import PROFILES, ModelProfile, profile_for

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.base import sphere
-from app.core.base.angles import wrap
+from app.core.base.angles import Direction, direction_of, whole, wrap
+from app.core.guidance.mode import Mode
 from app.core.solver.solve import solve_all
-from app.core.text import turns
-from app.core.text.directions import light_words
-from app.core.text.turns import Direction, Mode
+from app.words import turns
+from app.words.directions import light_words
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 
 TURNS = st.floats(-179.4, 179.4)
@@ -22,16 +22,16 @@ TURNS = st.floats(-179.4, 179.4)
 
 @given(st.floats(-720.0, 720.0))
 def test_whole_degrees_are_near_and_in_range(turn: float) -> None:
-    number = turns.whole(turn)
+    number = whole(turn)
     assert -180 < number <= 180
     assert abs(wrap(turn - number)) <= 0.5 + 1e-9
 
 
 @given(TURNS)
 def test_left_and_right_are_mirrors(turn: float) -> None:
-    assert turns.whole(-turn) == -turns.whole(turn)
+    assert whole(-turn) == -whole(turn)
     there, back = turns.turn_words(turn), turns.turn_words(-turn)
-    if turns.whole(turn):
+    if whole(turn):
         assert {there.partition(" ")[2], back.partition(" ")[2]} == {
             "clockwise",
             "counter-clockwise",
@@ -115,9 +115,9 @@ def test_a_known_lamp_from_solve_to_words() -> None:
     assert sphere.direction(30.0, 0.0) @ left > 0.99
     assert light_words(style.side) == "Light from the sitter’s left (camera right)"
     assert turns.direction_words(turn) == "clockwise"
-    assert turns.walking_words(turns.direction_of(turn), Mode.WALK)[0] == "Walk to your left"
-    assert turns.walking_words(turns.direction_of(turn), Mode.SELFIE)[0] == "Turn to your right"
+    assert turns.walking_words(direction_of(turn), Mode.WALK)[0] == "Walk to your left"
+    assert turns.walking_words(direction_of(turn), Mode.SELFIE)[0] == "Turn to your right"
     assert turns.clock_words(turn) == "toward 4 o’clock"
     mirrored = found["right-split"].turn_refined_deg
     assert turns.turn_words(mirrored) == f"{turns.size_words(mirrored)} counter-clockwise"
-    assert turns.walking_words(turns.direction_of(mirrored), Mode.WALK)[0] == "Walk to your right"
+    assert turns.walking_words(direction_of(mirrored), Mode.WALK)[0] == "Walk to your right"

@@ -7,12 +7,16 @@ All angles are degrees. A turn is how far the sitter rotates, positive clockwise
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 TURNS: Final = 64
 """Number of turns of the search grid: one per column of a 64 x 32 environment, 5.625 deg apart."""
 
 _NO_TURN_DEG = 0.05  # what a table with one decimal shows as 0.0
+
+
+Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
+"""Of a turn, seen from above."""
 
 
 def wrap(angle_deg: float) -> float:
@@ -116,3 +120,53 @@ def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
     if stop - start >= 360.0:
         return True
     return (angle_deg - start) % 360.0 <= (stop - start) % 360.0
+
+
+def whole(turn_deg: float) -> int:
+    """Return a turn in the whole degrees that are shown.
+
+    Args:
+        turn_deg: Any finite turn, deg, positive clockwise.
+
+    Returns:
+        In (-180, 180]; `whole` of the mirrored turn is the mirrored number, away from 180.
+
+    Examples:
+        >>> whole(96.2), whole(-179.7), whole(-0.3), whole(200.0)
+        (96, 180, 0, -160)
+    """
+    return int(wrap(round(wrap(turn_deg))))
+
+
+def direction_of(turn_deg: float) -> Direction:
+    """Name the direction of a turn from its whole degrees.
+
+    Args:
+        turn_deg: Deg, positive clockwise.
+
+    Returns:
+        ``clockwise``, ``counter-clockwise``, or ``none`` where 0° is shown. 180° is clockwise.
+
+    Examples:
+        >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)
+        ('clockwise', 'counter-clockwise', 'none', 'clockwise')
+    """
+    number = whole(turn_deg)
+    if number == 0:
+        return "none"
+    return "clockwise" if number > 0 else "counter-clockwise"
+
+
+def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
+    """Return the ends of an arc in whole degrees.
+
+    Args:
+        arc_deg: (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+
+    Returns:
+        tuple of int or None. Both in (-180, 180]; None for the whole circle.
+    """
+    start, stop = arc_deg
+    if stop - start >= 360.0:
+        return None
+    return whole(start), whole(stop)

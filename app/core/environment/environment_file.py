@@ -35,10 +35,10 @@ from app.core.base.image_input import (
     stated_primaries,
     upright,
 )
+from app.core.base.phrases import percent
 from app.core.environment.layers import Layer, choose_layer, layers_of
 from app.core.environment.remarks import Repaired
 from app.core.text import tr
-from app.core.text.quantities import percent
 
 if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec

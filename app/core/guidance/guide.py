@@ -17,9 +17,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
-from app.core.base.angles import wrap
-from app.core.text import turns
-from app.core.text.turns import Direction
+from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 
 HOLD_DEG: Final = 2
 """So near to the goal there is nothing to correct."""
@@ -265,10 +263,10 @@ def guide(goal: Goal, reading: Reading, memory: Memory = FRESH) -> tuple[Guide, 
 
 
 def _target(goal: Goal) -> _Target:
-    middle, aside = turns.whole(goal.turn_deg), (goal.lamp, round(goal.yaw_deg))
+    middle, aside = whole(goal.turn_deg), (goal.lamp, round(goal.yaw_deg))
     if goal.arc_deg is None:
         return _Target(middle, HOLD_DEG, HOLD_DEG, False, *aside)
-    ends = turns.ends_of(goal.arc_deg)
+    ends = ends_of(goal.arc_deg)
     if ends is None:
         return _Target(middle, 180, 180, True, *aside)
     before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
@@ -282,7 +280,7 @@ def _settled(turn_deg: float, shown: int | None) -> int:
     """Round, but do not flicker between two numbers when the heading lies between them."""
     if shown is not None and abs(wrap(turn_deg - shown)) <= _SETTLE_DEG:
         return shown
-    return turns.whole(turn_deg)
+    return whole(turn_deg)
 
 
 def _looked_at(target: _Target, reading: Reading, memory: Memory) -> Memory:
@@ -366,7 +364,7 @@ def _turning(target: _Target, memory: Memory, now: int) -> tuple[Guide, Memory]:
         now=now,
         to_go=way * left,
         number=left,
-        direction=turns.direction_of(way),
+        direction=direction_of(way),
         has_arc=target.has_arc,
         inside=inside,
         hold=phase is Phase.HOLD,
@@ -390,7 +388,7 @@ def _aside(shown: Guide, off: int) -> Guide:
         phase=Phase.NOSE,
         number=abs(off),
         # Toward one's left is counter-clockwise.
-        direction=turns.direction_of(-off),
+        direction=direction_of(-off),
         inside=False,
         hold=False,
     )
@@ -420,13 +418,13 @@ def _without(target: _Target, reading: Reading) -> Guide:
     """Without a heading the whole turn stands at once, to be made by eye."""
     if reading.source is Source.AWAY:
         return _silent(target, Phase.AWAY)
-    start = turns.whole(reading.from_deg)
-    to_go = turns.whole(target.goal - start)
+    start = whole(reading.from_deg)
+    to_go = whole(target.goal - start)
     starting = reading.source is Source.STARTING
     return replace(
         _silent(target, Phase.STARTING if starting else Phase.NO_WEBCAM),
         number=abs(to_go),
-        direction=turns.direction_of(to_go),
+        direction=direction_of(to_go),
         yaw=target.yaw,
         start=start,
     )

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.guidance.guide import Goal, Guide
-from app.core.text.turns import Mode, whole
+from app.core.guidance.mode import Mode
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
 """What a mark is; the first three lie on the ring that is walked on."""

@@ -28,7 +28,7 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Float64
-from app.core.text.turns import Mode
+from app.core.guidance.mode import Mode
 
 ASSUMED_DEG: Final = 60.0
 """Field of view along the longer side of a picture, where it is not known."""

@@ -14,7 +14,7 @@ from typing import Final, Literal
 
 import cv2
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import difference, whole, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Progress, Report, Task, Token, silent
@@ -28,7 +28,6 @@ from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.portrait.portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
-from app.core.text.turns import whole
 
 Photo = PictureFile
 """A photograph, upright and small enough to work on."""

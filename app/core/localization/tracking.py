@@ -23,6 +23,7 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
+from app.core.guidance.mode import Mode
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading, find_heading
 from app.core.localization.heading_conversion import (
@@ -44,7 +45,6 @@ from app.core.localization.temporal_filters import (
     steadied,
     watch,
 )
-from app.core.text.turns import Mode
 
 Status: TypeAlias = Literal["lost", "searching", "tracking"]
 

@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32, Float64
+from app.core.guidance.mode import Mode
 from app.core.localization.heading_conversion import (
     BACKGROUND_M,
     CAMERA_M,
@@ -26,7 +27,6 @@ from app.core.localization.heading_conversion import (
     sees_sitter,
     widened_fov,
 )
-from app.core.text.turns import Mode
 
 Picture = TypeVar("Picture", Bytes, Float32)
 

@@ -12,10 +12,10 @@ import numpy as np
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
 from app.core.measure.finish.findings import Findings, Lamp
+from app.core.measure.finish.lights import Source
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
 from app.core.portrait.portrait_head import PortraitHead
-from app.core.text.lights import Source
 
 _IRIS, _ROWS = 14, 640
 """Radius of the iris, pixels in a picture of so many rows."""

@@ -49,8 +49,8 @@ from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import bounded, direction, directions
 from app.core.environment.environment import solid_angles
 from app.core.measure.finish.findings import Findings
+from app.core.measure.finish.lights import Source
 from app.core.solver.transport import Transport
-from app.core.text.lights import Source
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""

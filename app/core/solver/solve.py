@@ -19,6 +19,7 @@ from app.core.base.angles import (
     direction,
     lies_on_arc,
     turn_of_index,
+    whole,
     wrap,
 )
 from app.core.base.arrays import Bools, Float64, Floats, Indices
@@ -60,7 +61,6 @@ from app.core.solver.turn_choice import (
 from app.core.solver.weights import PaintedWeights
 from app.core.styles.style_pack import StylePack
 from app.core.styles.styles import RARE, Style
-from app.core.text.turns import whole
 
 _EVEN = 0.7  # of the target's contrast
 _SAME_DEG = 2.0  # turns nearer than this give the same picture

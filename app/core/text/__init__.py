@@ -1,4 +1,4 @@
-"""Every word that a user reads: whole sentences with placeholders, ready for a second language."""
+"""Translation: whole sentences with placeholders, in the language that the program speaks."""
 
 from typing import Final
 

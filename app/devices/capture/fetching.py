@@ -19,12 +19,12 @@ from typing import Final, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import atomic_write_bytes, file_opener, flush_folder
+from app.core.base.phrases import listed
 from app.core.base.progress import Token
 from app.core.measure.bracket.bracket import EQUAL_STOPS
 from app.core.measure.read.metadata import read_header
 from app.core.places.journal import SessionFrame
 from app.core.text import tr
-from app.core.text.quantities import listed
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_file, whole_picture
 from app.devices.capture.preparation import Job
 from app.devices.capture.status import FrameProgress, Stage

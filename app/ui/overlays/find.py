@@ -17,7 +17,6 @@ from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import LampEntry, list_lamps
 from app.core.storage.settings import TABLE
 from app.core.text import tr
-from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
@@ -31,6 +30,7 @@ from app.ui.widgets.layouts import column, stacked
 from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 from app.words.lamps import lamp_title
+from app.words.quantities import time_words
 from app.words.settings import SECTIONS, title
 from app.words.styles import full_title
 

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.base.paths import resources
 from app.core.text import tr
-from app.core.text.explanations import EXPLANATIONS
 from app.ui.presenters.actions import Action
 from app.ui.shell.commands import STEPS, Commands
 from app.ui.shell.notify import Message
@@ -28,6 +27,7 @@ from app.ui.widgets.labels import Icon, KeyHint, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.messages import KINDS
 from app.ui.widgets.surfaces import Scroll
+from app.words.explanations import EXPLANATIONS
 
 _LINKS: Final = re.compile(r"!\[[^]]*\]\([^)]*\)|\[([^]]*)\]\([^)]*\)")
 _BLOCKS: Final = re.compile(r"\n(?=\n|[*|]|\d\.)")

@@ -16,16 +16,15 @@ from typing import Final
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QFont, QPainter, QPen
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.text import tr
-from app.core.text.quantities import metres
-from app.core.text.turns import whole
 from app.ui.plots.base import closed_path, draw_text, snap
 from app.ui.plots.geometry import Point
 from app.ui.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
+from app.words.quantities import metres
 
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.core.base.angles import arc_width, difference, wrap
-from app.core.text.turns import signed
+from app.words.turns import signed
 
 ZOOMS: Final = (1.0, 8.0)
 """Least and greatest zoom: 1 shows the whole panorama."""

@@ -20,13 +20,13 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.base.angles import difference
 from app.core.text import tr
-from app.core.text.turns import signed
 from app.ui.plots.base import arrow_step, draw_text, polygon, snap
 from app.ui.plots.mapping import Viewport, label_step
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.paint import Painted, box, pen
+from app.words.turns import signed
 
 _HEIGHT: Final = 36
 _ICON: Final = 16

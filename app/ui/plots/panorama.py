@@ -17,10 +17,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import difference, whole, wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
-from app.core.text.turns import turn_words, whole
 from app.ui.plots.base import Plot, arrow_step
 from app.ui.plots.mapping import Viewport
 from app.ui.plots.marks import (
@@ -31,6 +30,7 @@ from app.ui.plots.marks import (
     draw_scale,
 )
 from app.ui.theme import px, theme
+from app.words.turns import turn_words
 
 if TYPE_CHECKING:
     from app.ui.plots.panorama_items import PanoramaDrawing

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
-from app.core.text.turns import arc_words, turn_words
 from app.ui.plots.base import TurnPlot, disc, draw_text
 from app.ui.plots.geometry import (
     Dial,
@@ -32,6 +31,7 @@ from app.ui.plots.geometry import (
 from app.ui.plots.items import Curve, Draw, Mark, Marks, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
+from app.words.turns import arc_words, turn_words
 
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
 _CORE: Final = 26.0  # radius of the value 0: the head stands inside it

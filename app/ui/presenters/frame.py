@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from app.core.base.phrases import percent
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import percent, time_words
 from app.ui.presenters.model import COMPUTING, CameraSeen, Step, out_of_reach
 from app.ui.presenters.services import Presenter, Services, View, sound_words
+from app.words.quantities import time_words
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000

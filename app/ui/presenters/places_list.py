@@ -25,11 +25,11 @@ from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes,
 from app.core.places.resume import UnfinishedPlace, find_unfinished
 from app.core.places.store import PlaceSummary, change_place
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import day_words, time_words
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
 from app.words.places import trouble_words
+from app.words.quantities import day_words, time_words
 
 T = TypeVar("T")
 

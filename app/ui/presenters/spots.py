@@ -12,6 +12,7 @@ from typing import Final
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
+from app.core.base.phrases import listed
 from app.core.painting.user_style import UserStyle
 from app.core.places.load import load_place
 from app.core.places.place import Place
@@ -23,12 +24,12 @@ from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.solve import StyleResult, proposal
 from app.core.storage.settings import Settings
 from app.core.text import tr
-from app.core.text.quantities import listed, time_words
-from app.core.text.turns import leeway_words, turn_words
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
+from app.words.quantities import time_words
 from app.words.reach import reason_sentence
 from app.words.styles import full_title
+from app.words.turns import leeway_words, turn_words
 
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second

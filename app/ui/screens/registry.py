@@ -8,11 +8,11 @@ from importlib import import_module
 from typing import Any, Final, Protocol
 
 from app.core.text import tr
-from app.core.text.turns import size_words, turn_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.words.turns import size_words, turn_words
 
 
 class ScreenPresenter(Protocol):

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QSizePolicy, QWidget
 
 from app.core.base.native import path_from_library, path_in_url, url_of
 from app.core.text import tr
-from app.core.text.explanations import EXPLANATIONS
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button, IconButton, Pressable
@@ -23,6 +22,7 @@ from app.ui.widgets.labels import Role, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import Painted, faint, pen, put_text, text_width
 from app.ui.widgets.surfaces import Frame
+from app.words.explanations import EXPLANATIONS
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
 # it down in the middle of its own event loop.

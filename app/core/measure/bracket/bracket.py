@@ -16,6 +16,7 @@ from typing import Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file, os_errors_as
+from app.core.base.phrases import listed
 from app.core.base.remarks import Remark
 from app.core.measure.bracket.remarks import (
     Copies,
@@ -37,7 +38,6 @@ from app.core.measure.fisheye.dual_fisheye import may_be_circles
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.measure.read.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import listed
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
 """Two statements of one exposure contradict each other when further apart; half of a third."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from app.core.base.arrays import Float32
 from app.core.base.errors import ProbeError
+from app.core.base.phrases import small_percent
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.sphere import rotate_light
 from app.core.environment.environment import energy
@@ -37,7 +38,6 @@ from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.read.decoding import Opener, open_frame, transparent
 from app.core.measure.read.frame import Bracket, Exposure
 from app.core.text import tr
-from app.core.text.quantities import small_percent
 
 _BLACK: Final = 0.0024  # linear: code 8, as compression leaves of black
 _HALF: Final = 0.5  # of a texel

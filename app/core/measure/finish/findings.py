@@ -25,11 +25,10 @@ from app.core.base.errors import ProbeError
 from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded
 from app.core.measure.bracket.merge import reference_exposure
-from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid
+from app.core.measure.finish.lights import Light, LightGrid, Source, find_lights, light_grid
 from app.core.measure.finish.remarks import LampClipped, MaybeSun, MoreLampsClipped, Remedy
 from app.core.measure.finish.sun import find_sun
 from app.core.measure.read.frame import Merged
-from app.core.text.lights import Source
 
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -36,6 +36,10 @@ _LEAST_SHARE: Final = 0.003  # of the light, for a lamp that is measured
 # A clipped one is only known from below; the sun's own disc, clipped by 13 stops, holds 1e-4.
 _LEAST_CLIPPED_SHARE: Final = 2e-5
 _HIDDEN: Final = 64.0  # six stops that a clipped lamp may be brighter than it is known to be
+
+
+Source: TypeAlias = Literal["sun", "lamp", "window", "wall", "ground", "sky", "above", "area"]
+"""What a light is: "above" is sky or ceiling, "area" anything that no direction tells."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ import numpy as np
 from app.core.base.angles import turn_of_index
 from app.core.base.arrays import Float32, Float64
 from app.core.base.errors import ProbeError
+from app.core.base.phrases import percent
 from app.core.environment.environment import energy, reduce_light, solid_angles
 from app.core.measure.finish.audit import Audit, StyleChange, WhatIf, choices, given_up
 from app.core.measure.finish.findings import advise
@@ -36,7 +37,6 @@ from app.core.measure.read.frame import Merged
 from app.core.solver.turn_choice import Choice
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
-from app.core.text.quantities import percent
 
 STOPS: Final = 4.0
 """Stops by which white is thought brighter than it looks."""

@@ -24,9 +24,9 @@ import numpy as np
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.base.colour import srgb_decode, srgb_encode
 from app.core.base.errors import EnvironmentFileError, ProbeError
+from app.core.base.phrases import listed
 from app.core.measure.bracket.contradiction import worst
 from app.core.text import tr, tr_plural
-from app.core.text.quantities import listed
 
 
 @dataclass(frozen=True, slots=True)

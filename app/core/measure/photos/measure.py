@@ -24,6 +24,7 @@ import numpy as np
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import srgb_light
 from app.core.base.errors import ProbeError
+from app.core.base.phrases import listed, percent
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.remarks import Remark
 from app.core.base.sphere import angles_of, directions
@@ -54,7 +55,6 @@ from app.core.measure.photos.remarks import CameraMoved, GapsFilled, OneExposure
 from app.core.measure.read.frame import Bracket, Frame, Merged
 from app.core.measure.read.metadata import read_header
 from app.core.text import tr
-from app.core.text.quantities import listed, percent
 
 _KEPT, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness
 _PANORAMA, _WIDE, _ENDS = 6144, 2.2, 1.5  # pixels; times as wide as high; steps between columns

@@ -9,7 +9,6 @@ from PySide6.QtGui import QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from app.core.text import tr
-from app.core.text.quantities import metres
 from app.ui.plots.head_views import AboveView, SideView
 from app.ui.plots.lamps import LampPlot
 from app.ui.plots.sky_map import SkyMap
@@ -34,6 +33,7 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.paint import MIDDLE, RIGHT, STALE, Painted, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame, Menu, Scroll, Surface
+from app.words.quantities import metres
 
 HEIGHT: Final = 76
 """Of a row, logical pixels at scale 1."""

@@ -29,7 +29,6 @@ from app.core.second_light.library import (
 from app.core.second_light.scale import read_lux
 from app.core.storage.library import Trashed
 from app.core.text import tr
-from app.core.text.quantities import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange, delete_with_undo, told_beside
 from app.ui.presenters.place_controller import PlaceController
@@ -38,6 +37,7 @@ from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
 from app.words.lamps import GUIDE, lamp_title, mask_warnings
+from app.words.quantities import metres, read_metres
 from app.words.remarks import sentences
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {

@@ -15,10 +15,10 @@ from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, centroid, find_mask, make_lamp, stroke
 from app.core.second_light.library import update_lamp
 from app.core.text import tr
-from app.core.text.quantities import lux_words
 from app.ui.presenters.file_changes import FileChange
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.words.quantities import lux_words
 
 Point: TypeAlias = tuple[float, float]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.core.base.angles import wrap
+from app.core.base.angles import direction_of, whole, wrap
 from app.core.base.arrays import Bytes
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.lamp_presets import (
@@ -20,9 +20,6 @@ from app.core.solver.shortfall import Cause, LensShortfall, LightShortfall
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.styles import Style
 from app.core.text import tr
-from app.core.text.directions import lens_words, light_words, lit_aside_words, placement_words
-from app.core.text.quantities import contrast_words, metres, upper_first
-from app.core.text.turns import direction_of, signed, turn_words, whole
 from app.ui.screens.light.pictures import (
     Answers,
     Held,
@@ -44,8 +41,11 @@ from app.ui.screens.light.state import (
 )
 from app.ui.screens.styles.cards import side_line
 from app.ui.screens.styles.gallery import Kept
+from app.words.directions import lens_words, light_words, lit_aside_words, placement_words
 from app.words.lamps import lamp_title, power_share, power_words, stops_down
+from app.words.quantities import contrast_words, metres, upper_first
 from app.words.reach import reason_line, reason_sentence, too_soft_words
+from app.words.turns import signed, turn_words
 from app.words.verdict import whole_of
 
 GAIN: Final = 10

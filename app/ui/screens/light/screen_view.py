@@ -14,7 +14,6 @@ from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.core.text.quantities import lux_words
 from app.ui.plots.mask_canvas import MaskCanvas
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.light.columns_view import (
@@ -45,6 +44,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, column, grid, row, stacked
 from app.ui.widgets.messages import Empty, StaleVeil
 from app.ui.widgets.surfaces import Room
+from app.words.quantities import lux_words
 
 _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")
 

@@ -18,9 +18,9 @@ from app.core.second_light.scale import check_lux, illuminance, read_lux
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
-from app.core.text.quantities import lux_words
 from app.ui.presenters.services import Services
 from app.ui.screens.light.mask import MaskEdit
+from app.words.quantities import lux_words
 
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base import colour
-from app.core.base.angles import wrap
+from app.core.base.angles import direction_of, wrap
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, StyleError
@@ -42,7 +42,6 @@ from app.core.storage.data_lock import writing
 from app.core.storage.settings import Settings
 from app.core.styles.styles import Style
 from app.core.text import tr
-from app.core.text.turns import arc_words, direction_lines, direction_of, signed, size_words
 from app.devices.clock import wait
 from app.ui.presenters.model import Model
 from app.ui.presenters.saving import disk_words
@@ -51,6 +50,7 @@ from app.ui.screens.paint.state import HeadLook, LiveState
 from app.words.painting import advice_words
 from app.words.reach import out_of_reach_sentence, reason_sentence
 from app.words.styles import side_words
+from app.words.turns import arc_words, direction_lines, signed, size_words
 
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8

@@ -12,7 +12,6 @@ from PySide6.QtGui import QFontMetricsF, QPainter, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.core.text.quantities import ev_words
 from app.ui.plots.panorama import PanoramaView, SceneLamp
 from app.ui.presenters.places_list import PlacesListRow
 from app.ui.screens.probe.screen import ProbePresenter
@@ -29,6 +28,7 @@ from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import MIDDLE, Painted, box, faint, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame, Scroll
+from app.words.quantities import ev_words
 
 _CARDS: Final = 3
 _FILLS: Final = {

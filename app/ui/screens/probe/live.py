@@ -10,13 +10,12 @@ import contextlib
 from collections.abc import Callable
 from typing import Final
 
+from app.core.base.angles import direction_of
 from app.core.base.progress import PhraseReport, Token
 from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.single.preview import RoughAnswer, preview_light, rough_answers
 from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
-from app.core.text.directions import place_words
-from app.core.text.turns import direction_of, direction_words, size_words
 from app.devices.clock import wait
 from app.devices.errors import DeviceError
 from app.devices.mailbox import Mailbox
@@ -26,6 +25,8 @@ from app.devices.theta.link import Link
 from app.ui.presenters.services import Services
 from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.state import Live, RoughCard
+from app.words.directions import place_words
+from app.words.turns import direction_words, size_words
 
 KEY: Final = "live-preview"
 _ANSWER: Final = "live-answer"

@@ -10,6 +10,7 @@ from typing import Final, Literal
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import is_full
+from app.core.base.phrases import percent, shutter_words
 from app.core.measure.finish.findings import Findings, Lamp
 from app.core.measure.finish.remarks import ClippingSafe, RoughTurns, SunRestored
 from app.core.measure.plan.planner import Plan, plan
@@ -17,18 +18,18 @@ from app.core.measure.read.frame import Exposure
 from app.core.places.place import CaptureFacts, Place
 from app.core.places.resume import UnfinishedPlace
 from app.core.text import tr, tr_plural
-from app.core.text.directions import direction_words, elevation_words
-from app.core.text.lights import NAMES, STILL_CLIPPED, share_words
-from app.core.text.quantities import ev_words, percent, shutter_words
-from app.core.text.turns import signed
 from app.devices.capture.status import Stage, Status
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
+from app.words.directions import direction_words, elevation_words
+from app.words.lights import NAMES, STILL_CLIPPED, share_words
 from app.words.progress import progress_words
+from app.words.quantities import ev_words
 from app.words.remarks import remark_words, sentences
+from app.words.turns import signed
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (

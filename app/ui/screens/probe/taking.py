@@ -16,7 +16,6 @@ from app.core.places.frames import clipped_in
 from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
-from app.core.text.quantities import place_name, time_words
 from app.devices.capture.place_capture import (
     CapturedPlace,
     CaptureOrder,
@@ -42,6 +41,7 @@ from app.ui.screens.probe.notices import (
 from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
 from app.words.photos import registration_words
 from app.words.preview import rough_words
+from app.words.quantities import place_name, time_words
 from app.words.remarks import remark_words
 
 KEY: Final = "capture"

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
+from app.core.base.angles import direction_of, whole
 from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import Damaged
 from app.core.styles.styles import RARE, Style
 from app.core.text import tr
-from app.core.text.directions import lit_aside_brief, lit_aside_words
-from app.core.text.turns import direction_of, size_words, whole
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort
 from app.words import verdict
+from app.words.directions import lit_aside_brief, lit_aside_words
 from app.words.reach import (
     nearly_card,
     reason_card,
@@ -23,6 +23,7 @@ from app.words.reach import (
     too_soft_words,
 )
 from app.words.styles import full_title, side_words
+from app.words.turns import size_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}

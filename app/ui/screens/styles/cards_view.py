@@ -16,7 +16,6 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.portrait.portraits import CLOSE_SHAPE
 from app.core.text import tr
-from app.core.text.turns import turn_words
 from app.ui.screens.styles.state import CardState, DetailState
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -28,6 +27,7 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row
 from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
+from app.words.turns import turn_words
 
 _EDGE: Final = 3  # around the pictures
 _PAD: Final = 8

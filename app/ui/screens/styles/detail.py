@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.core.base.angles import turn_of_index, wrap
+from app.core.base.angles import direction_of, turn_of_index, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.localization.views import background_view
@@ -28,17 +28,6 @@ from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
-from app.core.text.directions import light_words, lit_aside_words
-from app.core.text.quantities import contrast_words, exposed_words, lower_first, upper_first
-from app.core.text.turns import (
-    arc_words,
-    clock_words,
-    direction_of,
-    direction_words,
-    signed,
-    size_words,
-    turn_words,
-)
 from app.ui.presenters.model import COMPUTING, looking_words
 from app.ui.screens.styles.cards import (
     beside_words,
@@ -50,6 +39,7 @@ from app.ui.screens.styles.cards import (
 )
 from app.ui.screens.styles.gallery import Kept, Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
+from app.words.directions import light_words, lit_aside_words
 from app.words.face_light import (
     catchlight_words,
     glare_line,
@@ -58,8 +48,10 @@ from app.words.face_light import (
     ratio_sentence,
     stops_words,
 )
+from app.words.quantities import contrast_words, exposed_words, lower_first, upper_first
 from app.words.reach import grade_words, reason_line, reason_sentence
 from app.words.styles import caution_words
+from app.words.turns import arc_words, clock_words, direction_words, signed, size_words, turn_words
 from app.words.verdict import (
     numbers_words,
     paper_verdict,

@@ -20,8 +20,6 @@ from app.core.portrait.age import Kind, light_age
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
-from app.core.text.directions import place_words
-from app.core.text.quantities import time_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
@@ -30,7 +28,9 @@ from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import DetailState, StylesView
 from app.words.age import age_words
+from app.words.directions import place_words
 from app.words.heads import head_title
+from app.words.quantities import time_words
 
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 

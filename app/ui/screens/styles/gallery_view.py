@@ -11,7 +11,6 @@ from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.text import tr
-from app.core.text.directions import LENS_CHOICES
 from app.ui.plots.panorama import PanoramaView
 from app.ui.screens.styles.cards_view import (
     DamagedCard,
@@ -30,6 +29,7 @@ from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll, Surface
+from app.words.directions import LENS_CHOICES
 from app.words.lamps import RATIO_CHOICES
 
 _GAP: Final = 8

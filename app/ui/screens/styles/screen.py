@@ -17,7 +17,6 @@ from app.core.styles.lamps import (
     parse_softness,
 )
 from app.core.text import tr
-from app.core.text.directions import LENS_CHOICES, aside_words
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.services import Presenter, Services
@@ -38,6 +37,7 @@ from app.ui.screens.styles.state import (
     StylesState,
     StylesView,
 )
+from app.words.directions import LENS_CHOICES, aside_words
 from app.words.lamps import RATIO_CHOICES, SIZE_CHOICES, studio_words
 
 if TYPE_CHECKING:

@@ -9,14 +9,15 @@ import numpy as np
 
 from app.core.base.angles import difference, wrap
 from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
+from app.core.guidance.mode import Mode
 from app.core.guidance.tones import Cue, Sound, cue, samples
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
 from app.core.text import tr
-from app.core.text.turns import Mode, turn_words
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
 from app.words.guidance import DIRECTIONS, guide_words, trouble_line
+from app.words.turns import turn_words
 
 if TYPE_CHECKING:
     from app.core.localization.tracking import Track

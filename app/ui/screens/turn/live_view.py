@@ -10,7 +10,6 @@ from PySide6.QtGui import QMoveEvent, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.core.text.turns import direction_words
 from app.ui.plots.plan import PlanView
 from app.ui.screens.turn.parts_view import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.screens.turn.source import NO_WEBCAMS
@@ -22,6 +21,7 @@ from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Menu
+from app.words.turns import direction_words
 
 if TYPE_CHECKING:
     from app.ui.screens.turn.screen import TurnPresenter

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import difference, whole, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import PhraseReport, Token
@@ -50,9 +50,6 @@ from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
-from app.core.text.directions import key_words, ratio_words
-from app.core.text.quantities import time_words
-from app.core.text.turns import likeness_words, taken_words, whole
 from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
 from app.ui.presenters.file_changes import SerialQueue, T
@@ -60,9 +57,12 @@ from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words
 from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
+from app.words.directions import key_words, ratio_words
 from app.words.film import beside_words, mirror_words
+from app.words.quantities import time_words
 from app.words.reach import grade_words
 from app.words.remarks import sentences
+from app.words.turns import likeness_words, taken_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float64
+from app.core.guidance.mode import Mode
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.head import Head
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
-from app.core.text.turns import Mode
 from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Pictures

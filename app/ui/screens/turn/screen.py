@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.angles import wrap
+from app.core.base.angles import whole, wrap
 from app.core.guidance.guide import Goal, Guide, Phase, Source
+from app.core.guidance.mode import Mode
 from app.core.guidance.plan import Mark, Plan, plan_of
 from app.core.solver.place_light import main_light
 from app.core.text import tr
-from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.place_controller import PlaceController

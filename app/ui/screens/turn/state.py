@@ -6,18 +6,18 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
-from app.core.base.angles import difference
+from app.core.base.angles import difference, whole
 from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
+from app.core.guidance.mode import Mode
 from app.core.guidance.plan import Plan
 from app.core.portrait.portraits import value_at
 from app.core.text import tr
-from app.core.text.directions import SIDE_LINES
-from app.core.text.quantities import lower_first
-from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Model
+from app.words.directions import SIDE_LINES
 from app.words.guidance import arc_words
 from app.words.plan import PlanWords
+from app.words.quantities import lower_first
 from app.words.reach import grade_words
 from app.words.styles import side_words
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal, TypeAlias
+from typing import Final
 
 from app.core.base.catalogue import tr
-from app.core.text.quantities import percent
-
-Source: TypeAlias = Literal["sun", "lamp", "window", "wall", "ground", "sky", "above", "area"]
-"""What a light is: "above" is sky or ceiling, "area" anything that no direction tells."""
+from app.core.base.phrases import percent
+from app.core.measure.finish.lights import Source
 
 NAMES: Final[dict[Source, str]] = {
     "sun": tr("Sun"),

@@ -12,23 +12,13 @@ spot instead turns clockwise by turning *to their right*. A mirrored preview cha
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Final, Literal, TypeAlias
 
-from app.core.base.angles import wrap
+from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 from app.core.base.catalogue import tr
-
-Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
-"""Of a turn, seen from above."""
+from app.core.guidance.mode import Mode
 
 _FAR_DEG: Final = 90  # further off, the turn is neither short nor too far
-
-
-class Mode(StrEnum):
-    """Who moves: the photographer around the sitter, or one person on the spot."""
-
-    WALK = "walk"
-    SELFIE = "selfie"
 
 
 _WALKING: Final = {
@@ -74,22 +64,6 @@ _BESIDE_BEST: Final[dict[_Beside, str]] = {
 }
 
 
-def whole(turn_deg: float) -> int:
-    """Return a turn in the whole degrees that are shown.
-
-    Args:
-        turn_deg: Any finite turn, deg, positive clockwise.
-
-    Returns:
-        In (-180, 180]; `whole` of the mirrored turn is the mirrored number, away from 180.
-
-    Examples:
-        >>> whole(96.2), whole(-179.7), whole(-0.3), whole(200.0)
-        (96, 180, 0, -160)
-    """
-    return int(wrap(round(wrap(turn_deg))))
-
-
 def signed(turn_deg: float) -> str:
     """Write a turn in whole degrees with a typographic minus.
 
@@ -109,25 +83,6 @@ def size_words(turn_deg: float) -> str:
         '12°'
     """
     return f"{abs(whole(turn_deg))}°"
-
-
-def direction_of(turn_deg: float) -> Direction:
-    """Name the direction of a turn from its whole degrees.
-
-    Args:
-        turn_deg: Deg, positive clockwise.
-
-    Returns:
-        ``clockwise``, ``counter-clockwise``, or ``none`` where 0° is shown. 180° is clockwise.
-
-    Examples:
-        >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)
-        ('clockwise', 'counter-clockwise', 'none', 'clockwise')
-    """
-    number = whole(turn_deg)
-    if number == 0:
-        return "none"
-    return "clockwise" if number > 0 else "counter-clockwise"
 
 
 def direction_words(turn_deg: float) -> str:
@@ -188,21 +143,6 @@ def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
         return tr("No turn needed")
     clock = clock_words(start_deg + turn_deg)
     return tr("Turn {turn}, {clock}", turn=turn_words(turn_deg), clock=clock)
-
-
-def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
-    """Return the ends of an arc in whole degrees.
-
-    Args:
-        arc_deg: (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
-
-    Returns:
-        tuple of int or None. Both in (-180, 180]; None for the whole circle.
-    """
-    start, stop = arc_deg
-    if stop - start >= 360.0:
-        return None
-    return whole(start), whole(stop)
 
 
 def arc_words(arc_deg: tuple[float, float]) -> str:

@@ -11,8 +11,8 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.catalogue import tr
-from app.core.text.quantities import metres, tenths, upper_first
-from app.core.text.turns import Mode
+from app.core.guidance.mode import Mode
+from app.words.quantities import metres, tenths, upper_first
 
 Side: TypeAlias = Literal["left", "right"]
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from datetime import datetime
 from typing import Final
 
 from app.core.base.catalogue import tr, tr_plural
 from app.core.base.errors import CoreError
 
-_MOST_NAMES: Final = 3
 _DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")
 _DAY_MINUTES: Final = 24 * 60
 _MONTHS: Final = (
@@ -52,24 +51,6 @@ def lower_first(words: str) -> str:
     return words[:1].lower() + words[1:]
 
 
-def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
-    """Join names to a list of words; of more than `most` only the first are said.
-
-    Examples:
-        >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])
-        ('a, b and c', 'a, b, c and 2 more')
-        >>> listed(["a", "b", "c", "d"], most=None)
-        'a, b, c and d'
-    """
-    if len(names) == 1:
-        return names[0]
-    if most is None or len(names) <= most:
-        return tr("{names} and {last}", names=", ".join(names[:-1]), last=names[-1])
-    return tr(
-        "{names} and {count} more", names=", ".join(names[:most]), count=str(len(names) - most)
-    )
-
-
 def metres(distance_m: float, *, rough: bool = False) -> str:
     """Write a distance: in centimetres below one metre.
 
@@ -97,18 +78,6 @@ def read_metres(text: str) -> float:
         )
     value = float(found[1].replace(",", "."))
     return value / 100.0 if found[2] == "cm" else value
-
-
-def shutter_words(seconds: float) -> str:
-    """Write an exposure time as photographers do.
-
-    Examples:
-        >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
-        ('1/250 s', '0.6 s', '2 s')
-    """
-    return (
-        f"1/{round(1.0 / seconds)} s" if 0.0 < seconds < 0.3 else f"{float(f'{seconds:.3g}'):g} s"
-    )
 
 
 def ev_words(stops: float, *, tenths: bool = False) -> str:
@@ -172,16 +141,6 @@ def lux_words(lux: float) -> str:
     return f"{value:,.0f} lx" if value == round(value) else f"{value:.{digits}f} lx"
 
 
-def percent(share: float, digits: int = 0) -> str:
-    """Write a share of the whole.
-
-    Examples:
-        >>> percent(0.824), percent(0.0637, 1)
-        ('82 %', '6.4 %')
-    """
-    return f"{100.0 * share:.{digits}f} %"
-
-
 def contrast_words(contrast: float) -> str:
     """Write the contrast on a face, rounded down: under its limit it never reads as the limit.
 
@@ -193,18 +152,6 @@ def contrast_words(contrast: float) -> str:
         '51 % of the studio’s'
     """
     return tr("{share} % of the studio’s", share=max(math.floor(contrast), 0))
-
-
-def small_percent(share: float) -> str:
-    """Write a share of the whole that may be small: with a decimal below 10 %.
-
-    Examples:
-        >>> small_percent(0.824), small_percent(0.0637), small_percent(0.0004)
-        ('82 %', '6.4 %', 'under 0.1 %')
-    """
-    if 0.0 < share < 0.001:
-        return tr("under 0.1 %")
-    return percent(share, 1 if share < 0.1 else 0)
 
 
 def time_words(moment: datetime, today: datetime) -> str:
