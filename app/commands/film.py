@@ -23,6 +23,7 @@ from app.core.measure.film.in_place import GLANCES, beside, looks_mirrored
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.measure.options import MeasureOptions
 from app.core.measure.ways import measure
+from app.core.places.saved_remarks import facts_of
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_named_pack
@@ -96,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
         **film.facts(),
         "mirrored": mirrored if args.mirrored or fits is not None else None,
         "notes": list(sentences(film.notes)),
+        "remarks": {"notes": facts_of(film.notes)},
         "seconds": round(time.perf_counter() - started, 3),
     }
     return answer(args, facts, "\n".join(_line(film, result) for result in results))
