@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt
+from PySide6.QtGui import QPaintEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -94,6 +94,31 @@ def test_mouse_and_keys_paint(qtbot: QtBot) -> None:
     assert len(ended) == 2
     QTest.mouseMove(canvas, QPoint(10, 10))
     assert len(went) == 1, "nothing is painted while no button is down"
+
+
+def test_ring_is_painted_where_the_pointer_goes(qtbot: QtBot) -> None:
+    canvas = canvas_of(qtbot)
+    QApplication.processEvents()
+    painted: list[QRect] = []
+
+    class Painted(QObject):
+        def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+            if isinstance(event, QPaintEvent):
+                painted.append(event.rect())
+            return False
+
+    watch = Painted()
+    canvas.panel.viewport().installEventFilter(watch)
+    for place in (QPoint(200, 100), QPoint(500, 250)):
+        painted.clear()
+        QTest.mouseMove(canvas, place)
+        QApplication.processEvents()
+        assert any(area.contains(place) for area in painted)
+    canvas.setFocus()
+    painted.clear()
+    QTest.keyClick(canvas, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+    QApplication.processEvents()
+    assert any(area.contains(QPoint(520, 250)) for area in painted)
 
 
 def test_the_mask_is_amber_with_an_edge_and_the_rest_is_the_picture(qtbot: QtBot) -> None:
