@@ -55,7 +55,7 @@ _MOST: Final = {_TEXT: 64_000, _LAYERS: MAX_BYTES}
 _METHODS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _LONGEST: Final = sum(_MOST.values()) + 4096
 _ENCRYPTED: Final = 0x1
-_NAME: Final = "received"
+_NAME: Final = "style"  # so that errors name the member
 
 
 def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
@@ -105,12 +105,11 @@ def import_style(folder: Path, file: Path) -> UserStyle:
             layers_path(Path(place), _NAME, values.sha256).write_bytes(parts[_LAYERS])
             style = read_user_style(text)
         except StyleError as error:
-            said = error.message.replace(text.name, tr("It"))
             raise StyleError(
                 tr(
                     "{name} is not a style that can be read. {sentence}",
                     name=file.name,
-                    sentence=said.removesuffix(".") + ".",
+                    sentence=error.message,
                 ),
                 error.hint,
             ) from error

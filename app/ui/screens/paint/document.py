@@ -151,15 +151,20 @@ class DraftKeeper:
         # Once, not after every stroke; what could not be written is tried again with the next.
         if not self._told:
             self._told = True
-            said = disk_words(error)
-            if not said:
-                said = error.message if isinstance(error, CoreError) else f"{error}"
-            self._services.notify.tell(
-                tr(
-                    "The draft cannot be saved: {reason}. Your strokes are kept while "
+            why = disk_words(error)
+            words = tr(
+                "The draft cannot be saved: {reason}. Your strokes are kept while "
+                "Turnlight is open. Save them as a style.",
+                reason=why or str(error),
+            )
+            if not why and isinstance(error, CoreError):
+                words = tr(
+                    "The draft cannot be saved. {message} Your strokes are kept while "
                     "Turnlight is open. Save them as a style.",
-                    reason=said.rstrip("."),
-                ),
+                    message=error.message,
+                )
+            self._services.notify.tell(
+                words,
                 kind="warning",
                 about="drafts",
                 stay=True,
