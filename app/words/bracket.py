@@ -89,7 +89,7 @@ def _rendered(remark: RenderedByCamera) -> str:
 
 def _copies(remark: Copies) -> str:
     if set(remark.copies) == {remark.name}:
-        return tr("{name} is there more than once and used once.", name=remark.name)
+        return tr("{name} is listed more than once; it is used once.", name=remark.name)
     return tr_plural(
         "{names} is a copy of {name} and left out.",
         "{names} are copies of {name} and left out.",
@@ -225,12 +225,12 @@ def _rotated(remark: FramesRotated) -> str:
     words = ", ".join(
         tr("{name} by {angle:.2f}°", name=name, angle=angle) for name, angle in frames
     )
-    return tr("Rotated to lie on the other frames: {listed}.", listed=words)
+    return tr("Rotated to match the other frames: {listed}.", listed=words)
 
 
 def _unlike(remark: FramesUnlike) -> str:
     return tr(
-        "No small rotation lays this on the other frames, left as shot: {listed}.",
+        "No small rotation matches the other frames, left as shot: {listed}.",
         listed=", ".join(remark.names),
     )
 
@@ -248,7 +248,9 @@ def _shifted(remark: FramesShifted) -> str:
         tr("{name} by {pixels}", name=name, pixels=f"{shift:.{int(shift < 1.5)}f}")
         for name, shift in frames
     )
-    return tr("The camera moved. Laid on the other frames, pixels at most: {names}.", names=words)
+    return tr(
+        "The camera moved. Shifted to match the other frames, in pixels: {names}.", names=words
+    )
 
 
 def _levelled(remark: Levelled) -> str:
@@ -271,9 +273,8 @@ def _contradict(remark: FramesContradict) -> str:
     share = 100.0 * remark.share
     if remark.same_place:
         return tr(
-            "The frames do not fit each other over {share:.0f} % of the picture, so "
-            "that what moved cannot be told: they were averaged. Exposures or tone "
-            "curves are not as stated.",
+            "The frames do not match over {share:.0f} % of the picture, so motion was not removed. "
+            "Exposures or tone curves are not as stated.",
             share=share,
         )
     return tr(
@@ -358,8 +359,8 @@ SENTENCES: Final[Sentences] = {
         "than from a camera with one curve."
     ),
     TwoFramesAlone: tr(
-        "Two frames cannot tell another tone curve from a wrong exposure tag; "
-        "the tags are believed. A third frame would tell."
+        "With two frames, another tone curve and a wrong exposure tag look the same; the tags "
+        "are trusted. Add a third frame."
     ),
     FramesUnfit: tr(
         "The frames do not fit each other ({residual_stops:.2f} stops off): the light "

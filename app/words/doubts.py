@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.core.base.phrases import percent, small_percent
+from app.core.base.phrases import small_percent
 from app.core.environment.environment import Environment
 from app.core.measure.finish.doubt import Doubt
+from app.core.measure.finish.remarks import RoughLight
 from app.core.text import tr
+from app.words.remarks import remark_words
 
 
 def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -> tuple[str, ...]:
@@ -15,16 +17,8 @@ def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -
     lines: list[str] = []
     clipped = [name for name in styles if name in doubt.clipped]
     unseen = [name for name in styles if name in doubt.unseen]
-    if environment.rough and environment.clipped is None:
-        lines.append(tr("A rough answer: one photograph, though nothing in it is clipped."))
-    elif environment.rough:
-        lines.append(
-            tr(
-                "A rough answer: in one photograph {share} of the light is a guess, where it is "
-                "clipped.",
-                share=percent(environment.clipped_light),
-            )
-        )
+    if environment.rough:
+        lines.append(remark_words(RoughLight(environment.clipped_light)))
     elif environment.clipped is not None:
         lines.append(
             tr(

@@ -62,11 +62,11 @@ def _clipped(remark: LampClipped) -> str:
     start = clipped_brief(remark)
     if remark.remedy is Remedy.SKY:
         return tr(
-            "{start} No camera holds it: say how clear the sky is, and it is put back.", start=start
+            "{start} No camera holds it: set how clear the sky is to restore it.", start=start
         )
     if remark.remedy is Remedy.GAIN:
         return tr(
-            "{start} The camera is at its darkest: give lamp {id} a gain, or measure it with a "
+            "{start} The camera cannot go darker: give lamp {id} a gain, or measure it with a "
             "light meter.",
             start=start,
             id=remark.lamp,
@@ -83,7 +83,7 @@ def _clipped(remark: LampClipped) -> str:
 def _maybe_sun(remark: MaybeSun) -> str:
     return tr(
         "The lamp {where} ({id}) is clipped and may be the sun. Use frames that "
-        "state their ISO and f-number: then its light is put back.",
+        "state their ISO and f-number: then its light is restored.",
         where=direction_words(remark.azimuth_deg, remark.elevation_deg),
         id=remark.lamp,
     )
@@ -138,9 +138,9 @@ def _all(names: Sequence[str], others: Sequence[str]) -> str:
 
 def _rough(remark: RoughLight) -> str:
     if remark.share <= 0.0:
-        return tr("A rough answer: one photograph, though nothing in it is clipped.")
+        return tr("A rough answer: one photo, though nothing in it is clipped.")
     return tr(
-        "A rough answer: in one photograph {share} of the light is a guess, where it is clipped.",
+        "A rough answer: in one photo, {share} of the light is clipped and a guess.",
         share=percent(remark.share),
     )
 

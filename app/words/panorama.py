@@ -53,7 +53,7 @@ def _layer(remark: LayerChosen) -> str:
 
 def _unseen(remark: PartUnseen) -> str:
     return tr(
-        "{name} does not show {share} of the sphere. It was filled from around.",
+        "{name} does not show {share} of the sphere. It was filled from its surroundings.",
         name=remark.name,
         share=small_percent(remark.share),
     )
@@ -62,9 +62,7 @@ def _unseen(remark: PartUnseen) -> str:
 SENTENCES: Final[Sentences] = {
     Repaired: _repaired,
     LayerChosen: _layer,
-    FromOnePhoto: tr(
-        "{name} was made from one photograph: where that was clipped, its light is a guess."
-    ),
+    FromOnePhoto: tr("{name} was made from one photo: where it was clipped, the light is a guess."),
     ClippedFile: tr("{name} is clipped: its brightest areas may be brighter than the file says."),
     PartUnseen: _unseen,
 }

@@ -87,32 +87,32 @@ def _name(part: LostPart) -> str:
 def _photos_lost(remark: PhotosLost) -> str:
     if remark.count:
         return tr(
-            "What is kept of {count} of the photos taken here could not be read. The photos "
-            "themselves are in {folder}.",
+            "What is known of {count} photos taken here could not be read. The photos themselves "
+            "are in {folder}.",
             count=remark.count,
             folder=remark.folder,
         )
     return tr(
-        "What is kept of some of the photos taken here could not be read. The photos themselves "
-        "are in {folder}.",
+        "What is known of some photos taken here could not be read. The photos themselves are "
+        "in {folder}.",
         folder=remark.folder,
     )
 
 
 SENTENCES: Final[Sentences] = {
     LightChanged: tr(
-        "{name} was changed since the results were worked out. They are worked out again."
+        "{name} has changed since the results were computed. They are computed again."
     ),
     LightFoundAgain: tr("Its light was found again in {name}."),
     JudgedAnew: tr(
-        "Turnlight now judges a style by what the face shows. This place is answered "
+        "Turnlight now judges a style by what the face shows. This place is computed "
         "again; its earlier answers are kept with it."
     ),
     Unfinished: tr("This place is not finished; it can be resumed."),
     PartLost: _part_lost,
-    FromNewer: tr("A newer Turnlight kept this place; what this one does not know is kept."),
-    CopyKept: tr("The file as it was is kept as {name}."),
-    CopyFailed: tr("The file as it was could not be copied; it is still {name}."),
+    FromNewer: tr("A newer Turnlight saved this place; what this one does not know is kept."),
+    CopyKept: tr("The damaged file is saved as {name}."),
+    CopyFailed: tr("The damaged file could not be copied; it is still {name}."),
     FolderUnreadable: tr("The folder of places {folder} cannot be read: {reason}."),
     PlaceUnreadable: tr("This place cannot be read: {why}."),
     LightMissing: tr("The light of this place is missing. Capture here again."),
@@ -120,7 +120,7 @@ SENTENCES: Final[Sentences] = {
 }
 """By remark: its sentence with the names of its fields, or what writes it."""
 _TROUBLES: Final[Sentences] = {
-    Unfinished: tr("This place was begun but not finished. What was captured is kept."),
+    Unfinished: tr("This place is not finished. What was captured is saved."),
     PartLost: _damage,
-    FromNewer: tr("This place was kept by a newer Turnlight. Update this one to see it all."),
+    FromNewer: tr("A newer Turnlight saved this place. Update to see all of it."),
 }

@@ -47,7 +47,8 @@ _GAPS: Final = {"overhead": tr("overhead"), "below": tr("below"), "sides": tr("t
 
 def _ball_dirty(remark: BallDirty) -> str:
     return tr(
-        "About {share:.1f} % of what the ball shows looks like dirt, and was filled from around.",
+        "About {share:.1f} % of what the ball shows looks like dirt, and was filled from its "
+        "surroundings.",
         share=100.0 * remark.share,
     )
 
@@ -80,7 +81,7 @@ def _left_out(remark: PhotosLeftOut) -> str:
 
 def _gaps(remark: GapsFilled) -> str:
     return tr(
-        "No photograph shows {share} of all directions, mostly {where}. They were filled.",
+        "No photo shows {share} of all directions, mostly {where}. They were filled.",
         share=percent(remark.share),
         where=_GAPS[remark.where],
     )
@@ -111,7 +112,7 @@ SENTENCES: Final[Sentences] = {
     BallDirty: _ball_dirty,
     BallColoured: tr(
         "The ball is coloured: it reflects red, green and blue like {red:.2f} : {green:.2f} : "
-        "{blue:.2f}. That was taken out."
+        "{blue:.2f}. That was corrected."
     ),
     BallSize: tr(
         "The ball is {width_px} pixels wide: it resolves {resolution_deg:.1f}°, and less toward "
@@ -127,7 +128,7 @@ SENTENCES: Final[Sentences] = {
     ),
     OneExposure: tr("One exposure; lamps and windows are clipped, and really are brighter."),
     PhotosLeftOut: _left_out,
-    CameraMoved: tr("The camera moved between photographs: near things may be doubled."),
+    CameraMoved: tr("The camera moved between photos: near things may be doubled."),
     GapsFilled: _gaps,
     FilmPart: tr("The face was seen at {seen_deg}° of the turn; the rest is not seen."),
     FilmStill: tr("The camera stood still. For all turns, let it go around with the sitter."),

@@ -254,7 +254,7 @@ def test_one_photograph_gets_a_rough_answer(
     assert not np.any(read_environment(tmp_path / "rough.exr").radiance > 16.01)
     # What was kept of it still says so.
     assert main(["solve", str(tmp_path / "rough.exr")]) == 0
-    assert "rough was made from one photograph" in capsys.readouterr().err
+    assert "rough was made from one photo" in capsys.readouterr().err
 
 
 def test_a_photograph_that_is_no_sphere_is_refused(

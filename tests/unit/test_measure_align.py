@@ -197,7 +197,7 @@ def test_frames_that_share_nothing_are_left_alone() -> None:
         assert all(a.rotation is None for a in found)
         words = sentences(remarks(found, ["a", "b", "c"]))
         if stranger.std() > 0:
-            assert words == ("No small rotation lays this on the other frames, left as shot: c.",)
+            assert words == ("No small rotation matches the other frames, left as shot: c.",)
         else:
             assert words == ()
 

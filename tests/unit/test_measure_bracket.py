@@ -163,7 +163,7 @@ def test_copies_are_left_out(three: list[Path]) -> None:
     assert [frame.path.name for frame in bracket.frames] == ["R1.JPG", "R0.JPG", "R2.JPG"]
     assert sentences(bracket.warnings) == (
         "copy of R1.JPG is a copy of R1.JPG and left out.",
-        "R0.JPG is there more than once and used once.",
+        "R0.JPG is listed more than once; it is used once.",
     )
 
 

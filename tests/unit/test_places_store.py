@@ -30,7 +30,7 @@ from app.core.places.place import (
     answers_of,
     to_json,
 )
-from app.core.places.remarks import FolderUnreadable, LightMissing, Unfinished
+from app.core.places.remarks import FolderUnreadable, JudgedAnew, LightMissing, Unfinished
 from app.core.places.store import (
     capture_folders,
     change_place,
@@ -43,7 +43,6 @@ from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.lamps import Studio
 from app.core.styles.style_pack import load_named_pack
-from app.words.remarks import sentences
 from tests.unit.test_places_results import RESULTS
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions, pipes and links as on POSIX")
@@ -308,7 +307,7 @@ def test_answers_by_an_earlier_rule_are_kept_and_told_once(kept: Path) -> None:
     write_place(kept, replace(read_place(kept), results=old))
     opened = read_place(kept)
     assert [each.name for each in opened.before] == ["butterfly", "left-loop"]
-    assert any("answered again" in remark for remark in sentences(opened.remarks))
+    assert any(isinstance(each, JudgedAnew) for each in opened.remarks)
     write_place(kept, replace(opened, results=results))
     again = read_place(kept)
     assert again.remarks == ()

@@ -294,4 +294,4 @@ def test_a_panorama_says_what_was_repaired_and_what_is_a_guess(
     assert notice is not None
     said = (notice.title, *notice.body.splitlines())
     assert any("1 NaN texel" in line for line in said), said
-    assert any("kept was made from one photograph" in line for line in said), said
+    assert any("kept was made from one photo" in line for line in said), said
