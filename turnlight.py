@@ -53,7 +53,7 @@ __all__ = [
 ]
 
 Yaw: TypeAlias = float | Literal["auto", "short", "broad"]
-Way: TypeAlias = Literal["bracket", "single", "fisheye", "ball", "photos"]
+Way: TypeAlias = Literal["bracket", "single", "fisheye", "ball", "photos", "film"]
 
 _PACKAGE = "app"
 _FOLDER = Path(__file__).resolve().parent / _PACKAGE
@@ -121,13 +121,13 @@ def measure(
     token: Token | None = None,
     report: Callable[[float, object], None] | None = None,
 ) -> Measurement:
-    """Measure the light of a place from photos.
+    """Measure the light of a place from photos or a film.
 
     Args:
-        files: JPEG, PNG or TIFF photos, or one folder of them.
+        files: JPEG, PNG or TIFF photos, or one folder of them; one video for a film.
         way: ``bracket``: exposures of one panorama; ``single``: one 360 photo, for a rough
             answer; ``fisheye``: frames with two fisheye circles; ``ball``: a mirror ball;
-            ``photos``: photos taken all around.
+            ``photos``: photos taken all around; ``film``: a video of the sitter turning once.
         options: Corrections of lamps, sun and masks, and the options of the way.
         token: Its `cancel` stops the work from another thread.
         report: Called with the share that is done, 0 to 1, and the step.
