@@ -1,1 +1,1 @@
-"""The command line's subcommands, one module each: ``add_parser`` and ``run``."""
+"""Commands, one module each: ``add_arguments`` and ``run``."""

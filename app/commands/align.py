@@ -28,7 +28,7 @@ _FIELDS_DEG: Final = (5.0, 170.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``align`` does and takes."""
+    """Add the arguments of ``align``."""
     parser.description = tr(
         "Find the homography that lays VIEW, what the camera sees, on TARGET, "
         "what it should see with the goal in its middle."

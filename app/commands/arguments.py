@@ -1,6 +1,6 @@
-"""What commands are asked with, in the same words, and checked before any work is done.
+"""Arguments shared by commands, and their checks.
 
-What a command writes must not be what it reads.
+A command's outputs must not be its inputs.
 """
 
 from __future__ import annotations
@@ -104,13 +104,13 @@ def add_questions(
 
 
 def add_layer(parser: argparse.ArgumentParser) -> None:
-    """Add which layer of the panorama holds the light."""
+    """Add ``--layer``."""
     words = tr("layer of an OpenEXR panorama to read (default: the unnamed one, else the beauty)")
     argument(parser, "--layer NAME", words, default="")
 
 
 def environment_facts(environment: Environment) -> dict[str, Any]:
-    """Say for JSON what of an environment was read, not seen, and clipped."""
+    """Return the JSON facts of an environment: layer, gaps, clipping."""
     facts: dict[str, Any] = {"blind": round(environment.blind, 4)}
     if environment.layers:
         facts |= {"layer": environment.layer, "layers": list(environment.layers)}
@@ -120,7 +120,7 @@ def environment_facts(environment: Environment) -> dict[str, Any]:
 
 
 def add_lens(parser: argparse.ArgumentParser) -> None:
-    """Add where the lens may stand."""
+    """Add ``--yaw`` and ``--background``."""
     add = partial(argument, parser)
     add(
         "--yaw DEG",
@@ -151,7 +151,7 @@ def _yaw(text: str) -> YawAsked:
 
 
 def yaw_degrees(text: str) -> float:
-    """Read how far a face turns aside, as `finite`."""
+    """Parse a yaw, for argparse."""
     value = finite(text)
     if abs(value) > MOST_YAW_DEG:
         raise argparse.ArgumentTypeError(
@@ -180,7 +180,7 @@ def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]
 
 
 def asked_pack(args: argparse.Namespace) -> StylePack:
-    """Load the styles of ``--head``, lit by the lamps that are asked for.
+    """Load the styles of ``--head`` under the chosen lamps.
 
     Raises:
         TransportError: If the head cannot be read.
@@ -207,7 +207,7 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
 
 
 def studio_facts(args: argparse.Namespace) -> dict[str, object]:
-    """The lamps that were asked for, as JSON has them."""
+    """Return the JSON facts of the chosen lamps."""
     return {"softness_deg": args.softness, "ratio": args.ratio}
 
 
@@ -218,7 +218,7 @@ def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace]
 
 
 def finite(text: str) -> float:
-    """Read a number that is one, as argparse calls it.
+    """Parse a finite number, for argparse.
 
     Raises:
         argparse.ArgumentTypeError: If it is not a finite number.
@@ -233,7 +233,7 @@ def finite(text: str) -> float:
 
 
 def degrees(text: str) -> float:
-    """Read an angle, as `finite`."""
+    """Parse an angle, for argparse."""
     value = finite(text)
     if abs(value) > MOST_DEG:
         raise argparse.ArgumentTypeError(tr("{text} is not an angle in degrees", text=text))
@@ -241,7 +241,7 @@ def degrees(text: str) -> float:
 
 
 def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
-    """Refuse a name whose ending does not say what will be in the file."""
+    """Check that a suffix matches the kind of file."""
     if path.suffix.lower() not in endings:
         raise CoreError(
             tr(
@@ -261,7 +261,7 @@ def check_outputs(
     inputs: Iterable[Path | str | None],
     members: Sequence[str] = (),
 ) -> None:
-    """Refuse outputs that cannot be written, are read by the same command, or are the same file.
+    """Check that outputs are writable, distinct, and not among the inputs.
 
     Args:
         outputs: Files to be written; None is skipped.
@@ -300,7 +300,7 @@ def check_outputs(
 
 
 def check_drawing() -> None:
-    """Refuse a picture where Qt cannot draw: it needs libraries, though no display.
+    """Check that Qt can draw; it needs libraries, though no display.
 
     Raises:
         DesktopError: Qt itself would end the process.
@@ -312,7 +312,7 @@ def check_drawing() -> None:
 
 
 def head_files(head: str) -> tuple[Path, ...]:
-    """Files that are read for ``--head``; none where it names a head that ships."""
+    """Return the files read for ``--head``; none for a shipped head."""
     if not head.endswith(".npz"):
         return ()
     path = Path(head)

@@ -28,7 +28,7 @@ _LARGEST_ENVIRONMENT = 256
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``bake`` does and takes."""
+    """Add the arguments of ``bake``."""
     parser.description = tr(
         "Compute how light from every direction falls on a head, and the studio "
         "pictures of all styles on it, seen from the front and from aside. A stopped bake "

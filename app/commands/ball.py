@@ -18,7 +18,7 @@ from app.core.text import tr
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``ball`` does and takes."""
+    """Add the arguments of ``ball``."""
     parser.description = tr(
         "Measure the light of a place with a mirror ball: put it where the sitter's head will be, "
         "photograph it in a bracket from where you will stand, and it becomes an HDR environment "
@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Unwrap a ball and write the environment whole or not at all.
+    """Unwrap a ball and write the environment atomically.
 
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """

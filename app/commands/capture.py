@@ -48,7 +48,7 @@ _SAY_AGAIN_S: Final = 5.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``capture`` does and takes."""
+    """Add the arguments of ``capture``."""
     parser.description = tr(
         "Meter, take a bracket of exposures, bring it over and merge it; or "
         "watch a folder for the frames of any other camera. A session that was "

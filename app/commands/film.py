@@ -38,7 +38,7 @@ _EVERY_S: Final = 5.0  # of the film
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``film`` does and takes."""
+    """Add the arguments of ``film``."""
     parser.description = tr(
         "Read a film in which the sitter turns once on the spot, 20 to 60 seconds, while the "
         "camera goes around with them: for each style, when it was there and how far to turn "

@@ -36,7 +36,7 @@ _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``lamp`` does and takes."""
+    """Add the arguments of ``lamp``."""
     parser.description = tr(
         "Capture a lamp in a dark room once, and use it as a second light anywhere."
     )

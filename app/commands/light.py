@@ -82,7 +82,7 @@ _REACHES = ("any", "floor", "arm")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``light`` does and takes."""
+    """Add the arguments of ``light``."""
     parser.description = tr(
         "Find how far to turn and where to hold a lamp so that a place gives a "
         "style. Azimuth counts from the front of the face, positive toward the "

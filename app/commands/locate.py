@@ -22,7 +22,7 @@ _FOV_DEG: Final = (10.0, 150.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``locate`` does and takes."""
+    """Add the arguments of ``locate``."""
     parser.description = tr(
         "Find the heading of a photograph in a panorama of the place: the "
         "azimuth of the middle of the picture, 0 at the panorama's centre "

@@ -43,7 +43,7 @@ _SUN_WORDS: Final = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``merge`` does and takes."""
+    """Add the arguments of ``merge``."""
     parser.description = tr(
         "Merge the exposures of a bracket, in any order, into an HDR "
         "environment; say what was clipped and what that means for the answer. One photograph "
@@ -120,7 +120,7 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Merge a bracket and write the environment whole or not at all.
+    """Merge a bracket and write the environment atomically.
 
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """

@@ -41,7 +41,7 @@ _LIKEST: Final = 3
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``photo`` does and takes."""
+    """Add the arguments of ``photo``."""
     parser.description = tr(
         "Read from each face in a photograph where its key light stands, how much "
         "brighter one cheek is than the other, and which style it shows; with a place, "

@@ -1,4 +1,4 @@
-"""Answers on standard output, everything else on standard error."""
+"""Print answers on stdout, everything else on stderr."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PAUSE_S = 1.0  # between two lines about the same step
 
 
 def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
-    """Print the answer as it was asked for, and return the exit code of a command that is done."""
+    """Print the answer as JSON or text; return exit code 0."""
     print(json.dumps(facts, ensure_ascii=False) if args.json else words)
     return 0
 
@@ -37,12 +37,12 @@ def say(*lines: object) -> None:
 
 
 def fields(thing: object, *names: str) -> dict[str, Any]:
-    """Say for JSON what some fields of an object hold, under their own names."""
+    """Return some fields of an object for JSON."""
     return {name: getattr(thing, name) for name in names}
 
 
 def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
-    """Say for JSON what a turn does for a style."""
+    """Return the JSON facts of a turn."""
     return {
         "turn_deg": one.turn_deg,
         "turn_refined_deg": round(one.turn_refined_deg, 6),
@@ -66,7 +66,7 @@ def reach_facts(one: StyleResult | Placed) -> dict[str, Any]:
 
 
 def short(value: float) -> float:
-    """Nine significant digits: more than the data hold."""
+    """Round to nine significant digits, more than the data hold."""
     return float(f"{value:.9g}")
 
 

@@ -33,7 +33,7 @@ _WRITERS: Final = (".png", ".exr")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``render`` does and takes."""
+    """Add the arguments of ``render``."""
     parser.description = tr("Render the head under an HDR panorama at any turn.")
     add = partial(argument, parser)
     add("env ENV", tr("HDR panorama (.exr or .hdr)"), type=Path)
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Render one picture and write it whole or not at all.
+    """Render one picture and write it atomically.
 
     Raises:
         CoreError: When an argument, the panorama or the head is of no use; nothing is written then.

@@ -41,7 +41,7 @@ _TICK_S: Final = 0.2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``simulate-camera`` does and takes."""
+    """Add the arguments of ``simulate-camera``."""
     parser.description = tr(
         "Serve a simulated 360 camera on this machine's own address until it is "
         "interrupted. It sees the scene, meters it and takes brackets."

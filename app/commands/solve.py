@@ -65,7 +65,7 @@ from app.words.turns import direction_words, size_words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``solve`` does and takes."""
+    """Add the arguments of ``solve``."""
     parser.description = tr(
         "Find how far to turn for each lighting style in an HDR panorama, and "
         "whether the place can give the style at all. Turns are degrees, "
@@ -78,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Answer for each style, and draw the sheet where one is asked for."""
+    """Solve each style; draw the sheet if requested."""
     start = time.perf_counter()
     if args.sheet:
         check_ending(Path(args.sheet), (".png",), tr("sheets"))

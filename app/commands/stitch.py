@@ -17,7 +17,7 @@ from app.core.text import tr
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``stitch`` does and takes."""
+    """Add the arguments of ``stitch``."""
     parser.description = tr(
         "Lay photographs that were taken from one spot on what is all around, merge their "
         "exposures, and fill what none of them shows."
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Stitch photographs and write the environment whole or not at all.
+    """Stitch photos and write the environment atomically.
 
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """

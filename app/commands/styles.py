@@ -24,7 +24,7 @@ from app.words.styles import photo_note, photo_title, side_words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``styles`` does and takes."""
+    """Add the arguments of ``styles``."""
     parser.description = tr("List the lighting styles and where their lamps stand.")
     add_json(parser, run)
     actions = parser.add_subparsers(metavar="ACTION", dest="action")
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_add(args: argparse.Namespace) -> int:
-    """Keep a style like a photograph among the user's own, and say what it is."""
+    """Save a style like a photo and print it."""
     photo = read_photo(args.picture)
     photo = photo.flipped if args.mirrored else photo
     faces = find_faces(photo.picture)
@@ -90,7 +90,7 @@ def run_add(args: argparse.Namespace) -> int:
 
 
 def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
-    """Describe styles as plain data.
+    """Return styles as JSON.
 
     Returns:
         ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``, angles in degrees,
@@ -111,7 +111,7 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
 
 
 def as_table(styles: Sequence[Style]) -> str:
-    """Lay styles out for reading, one line per lamp."""
+    """Format styles as a table, one line per lamp."""
     light, names = tr("light from"), (tr("azimuth"), tr("elev."), tr("size"), tr("power"))
     lines = ["{:<18}{:<32}{:>8}{:>7}{:>6}{:>7}".format(tr("name"), light, *names)]
     for style in styles:

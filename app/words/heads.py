@@ -15,7 +15,7 @@ _SKINS: Final = {
 
 
 def head_words(head: str) -> str:
-    """Write a head's name, with the skin's tone where the name has one.
+    """Return the title of a head, with its skin tone if the name has one.
 
     Examples:
         >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
@@ -31,7 +31,7 @@ def head_words(head: str) -> str:
 
 
 def head_title(name: str) -> str:
-    """Write the name of a head as lists show it."""
+    """Return the title of a head for lists."""
     # Shipped heads whose name says no tone have the medium one.
     words = head_words(name)
     return tr("{head}, medium skin", head=words) if name.isalpha() else words

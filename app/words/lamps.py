@@ -89,7 +89,7 @@ def power_words(power: float, kind: str = "") -> str:
 
 
 def power_share(power: float, kind: str = "") -> str:
-    """Write a power as a share of the lamp's greatest: "full" or "1/8".
+    """Format a power as a share of full power: "full" or "1/8".
 
     Examples:
         >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
@@ -111,7 +111,7 @@ def stops_down(power: float, kind: str = "") -> str:
 
 
 def studio_words(studio: Studio) -> str:
-    """Write the lamps of a studio in short.
+    """Return a short description of a studio's lamps.
 
     Examples:
         >>> studio_words(Studio(30.0, 4.0)), studio_words(Studio())

@@ -218,7 +218,7 @@ def search_words(entry: Setting) -> str:
 
 
 def value_words(entry: Setting, value: Value) -> str:
-    """Write a value as the dialog shows it.
+    """Format a value for the dialog.
 
     Examples:
         >>> value_words(Setting("k", "looks", "number", 1.8, maximum=9, unit="m"), 1.8)

@@ -1,1 +1,1 @@
-"""What every room needs: angles, colour, files, pictures, errors and progress."""
+"""Angles, colour, files, images, errors and progress, shared by all packages of core."""

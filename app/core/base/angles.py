@@ -39,7 +39,7 @@ def wrap(angle_deg: float) -> float:
 
 
 def difference(a_deg: float, b_deg: float) -> float:
-    """Return how far ``a`` lies clockwise of ``b``, in (-180, 180] deg.
+    """Return the clockwise angle from ``b`` to ``a`` in (-180, 180] deg.
 
     Args:
         a_deg, b_deg: Two turns or azimuths, deg.
@@ -52,7 +52,7 @@ def difference(a_deg: float, b_deg: float) -> float:
 
 
 def turn_of_index(index: float, count: int = TURNS) -> float:
-    """Return the turn of a place on the search grid.
+    """Return the turn of an index of the search grid.
 
     Returns:
         360 * index / count in (-180, 180], deg.
@@ -84,7 +84,7 @@ def direction(turn_deg: float) -> str:
 
 
 def arc_width(arc_deg: tuple[float, float]) -> float:
-    """How wide an arc is that runs clockwise from its first end to its second, 0 to 360 deg.
+    """Return the width of an arc, clockwise from its first end to its second, 0 to 360 deg.
 
     Examples:
         >>> arc_width((170.0, -170.0)), arc_width((-180.0, 180.0))
@@ -95,7 +95,7 @@ def arc_width(arc_deg: tuple[float, float]) -> float:
 
 
 def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tuple[float, float]:
-    """Find the place of a turn on a circle seen from above: 0 is up, positive is clockwise.
+    """Return the point of a turn on a circle seen from above: 0 is up, positive is clockwise.
 
     Examples:
         >>> at_turn((10.0, 10.0), 5.0, 90.0)
@@ -106,7 +106,7 @@ def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tupl
 
 
 def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
-    """Tell whether an angle lies on an arc that runs clockwise from its first end to its second.
+    """Return whether an angle is on an arc, clockwise from its first end to its second.
 
     Args:
         angle_deg: Angle, deg.

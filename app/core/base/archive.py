@@ -1,4 +1,4 @@
-"""Reading ``.npz`` files that may be anything: bounded, without pickles, errors in sentences.
+"""Read and write ``.npz`` files: bounded size, no pickles, errors as sentences.
 
 A *sealed* file has a header in JSON beside its arrays, with its version and their checksum in it.
 """
@@ -77,12 +77,12 @@ def write_sealed(
     packing: int = zipfile.ZIP_DEFLATED,
     store: Store = dict,
 ) -> str:
-    """Write arrays with a header and their checksum in it, atomically; return the checksum.
+    """Write arrays and a header with their checksum atomically; return the checksum.
 
     Args:
         arrays: dict of str to array. None of them called "header".
         packing: As `write_arrays` takes it.
-        store: Gives the arrays the form in which they are stored; the checksum is of them before.
+        store: Converts the arrays for storage; the checksum is that of the originals.
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
@@ -119,13 +119,13 @@ def read_sealed(
     most: int = MAX_BYTES,
     restore: Restore | None = None,
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Read what `write_sealed` wrote.
+    """Read a sealed file.
 
     Args:
-        restore: Undoes what `store` did, given the header.
+        restore: Inverse of `store`, given the header.
 
     Returns:
-        header: Its values are not checked, but for the version and the checksum.
+        header: Only version and checksum are checked.
         arrays: By name; their types and shapes are not checked.
 
     Raises `TransportError` if the file is missing, too large, damaged, made by a newer version or
@@ -161,7 +161,7 @@ def read_sealed(
 
 
 def parse_header(raw: NDArray[Any]) -> dict[str, Any]:
-    """Read a header in JSON from a file that may be anything; `CONTRADICTIONS` if it is none."""
+    """Parse an untrusted JSON header; raises one of `CONTRADICTIONS` if it is invalid."""
     header = json.loads(raw.tobytes().decode())
     if not isinstance(header, dict):
         raise TypeError("the header is not a table")

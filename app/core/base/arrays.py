@@ -1,4 +1,4 @@
-"""Types of numpy arrays by what they hold; their shapes stand where they are used."""
+"""Array types by dtype; docstrings state the shapes."""
 
 from typing import Any, TypeAlias
 

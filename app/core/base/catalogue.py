@@ -31,10 +31,10 @@ _KEPT: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
 
 
 class PseudoLanguage(gettext.NullTranslations):
-    """English with accents, in brackets, and longer: what a translation does to a layout."""
+    """A pseudo-language that tests layouts: English with accents, brackets and extra length."""
 
     def gettext(self, message: str) -> str:
-        """Return the message as a foreign one of the same meaning."""
+        """Return a message in the pseudo-language."""
         return stretched(message)
 
     def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
@@ -43,7 +43,7 @@ class PseudoLanguage(gettext.NullTranslations):
 
 
 def stretched(message: str) -> str:
-    """Return English as the language `test` writes it; placeholders and tags stay as they are.
+    """Convert English to the language `test`; placeholders and tags are left alone.
 
     Examples:
         >>> stretched("Turn {turn} clockwise")
@@ -61,7 +61,7 @@ _speaks: gettext.NullTranslations = gettext.NullTranslations()
 
 
 def speak(language: str, folder: Path) -> None:
-    """Speak a language from now on; OSError when the folder has no catalogue of it."""
+    """Set the language; raises OSError if the folder has no catalogue for it."""
     global _speaks
     if language == "en":
         _speaks = gettext.NullTranslations()
@@ -72,7 +72,7 @@ def speak(language: str, folder: Path) -> None:
 
 
 def tr(sentence: str, /, **values: object) -> str:
-    """Translate a sentence, and put values in the places of its names.
+    """Translate a sentence and fill in its placeholders.
 
     Examples:
         >>> tr("Turn {turn} {direction}", turn="96°", direction="clockwise")
@@ -82,7 +82,7 @@ def tr(sentence: str, /, **values: object) -> str:
 
 
 def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
-    """Translate a sentence in the form that goes with a number, which is its `{count}`.
+    """Translate a sentence in the singular or plural form for its `{count}`.
 
     Examples:
         >>> tr_plural("{count} frame", "{count} frames", 3)

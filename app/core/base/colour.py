@@ -1,4 +1,4 @@
-"""Colour and tone: luminance, the sRGB curve, and how linear pictures are shown.
+"""Colour and tone: luminance, the sRGB curve, exposure and tone mapping.
 
 Everything inside the program is linear light with Rec. 709 primaries. Only what a person looks
 at (a PNG) passes through `tone_map`.
@@ -48,7 +48,7 @@ _GLINT_PERCENTILE: Final = 99.0
 
 
 def luminance(rgb: ArrayLike) -> FloatImage:
-    """Weigh linear red, green and blue to luminance.
+    """Return the luminance of linear red, green and blue.
 
     Args:
         rgb: array_like, (..., 3). Linear Rec. 709 radiance or picture, any scale.
@@ -71,15 +71,15 @@ def luminance(rgb: ArrayLike) -> FloatImage:
 
 
 def rec709_from(chromaticities: Sequence[float]) -> Float64:
-    """Return what takes linear colours of other primaries to Rec. 709, white to white.
+    """Return the matrix from linear colours of other primaries to Rec. 709, white to white.
 
     Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
     (ICC.1:2022, annex E).
 
     Returns:
-        (3, 3) float64. To be multiplied by columns of red, green, blue.
+        (3, 3) float64. Multiplies columns of red, green, blue.
 
-    Raises `ValueError` when no light has these colours.
+    Raises `ValueError` if the primaries are impossible.
     """
     source, white = _xyz_from(chromaticities)
     target, target_white = _xyz_from(REC709)
@@ -89,7 +89,7 @@ def rec709_from(chromaticities: Sequence[float]) -> Float64:
 
 
 def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
-    """Bring linear colours, (H, W, 3), of other primaries to Rec. 709, in place."""
+    """Convert linear colours, (H, W, 3), of other primaries to Rec. 709, in place."""
     matrix = rec709_from(chromaticities).T.astype(np.float32)
     for first in range(0, len(light), _BAND_ROWS):
         band = light[first : first + _BAND_ROWS]
@@ -155,7 +155,7 @@ _LIGHT: Final = srgb_decode(np.arange(256) / 255.0)
 
 
 def srgb_light(codes: Bytes) -> FloatImage:
-    """Linear light, float32 in 0..1, of 8-bit display codes of any shape."""
+    """Return the linear light, float32 in 0..1, of 8-bit sRGB codes of any shape."""
     return look_up(codes, _LIGHT)
 
 
@@ -179,12 +179,12 @@ def shoulder(linear: ArrayLike) -> FloatImage:
 
 
 def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float:
-    """Find the gain that exposes a face for looking at it.
+    """Return the gain that exposes a face for display.
 
-    The fourth-power mean of the luminance is brought to `level`: an even face comes out at
-    `level`, and a face that is lit at its rim only stays dark with the rim just below white.
-    A mean would bleach the rim, a maximum would follow a glint. Pictures that are exposed by
-    this rule may be compared side by side.
+    The fourth-power mean of the luminance becomes `level`: an evenly lit face is shown at
+    `level`, a face lit at its rim alone stays dark with the rim just below white. A mean would
+    bleach the rim, a maximum would follow a glint. Pictures exposed by this rule can be compared
+    side by side.
 
     Args:
         face_luminance: array_like. Luminance of the face pixels only, any shape and scale.
@@ -208,7 +208,7 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
-    """Find the gain that shows a panorama: its middle tone at `level`, most of it below white.
+    """Return the gain that displays a panorama: middle tone at `level`, most of it below white.
 
     The middle tone is the mean of the logarithm over the sphere. Where more than a fifth of the
     sphere would come out brighter than 0.6 (a white floor under a black ceiling), less.
@@ -241,7 +241,7 @@ def to_bytes(display: ArrayLike) -> Bytes:
     """Round display values to bytes.
 
     Args:
-        display: array_like, any shape. Display values in 0..1; what lies outside is clipped.
+        display: array_like, any shape. Display values in 0..1; values outside are clipped.
 
     Returns:
         Bytes, same shape. 0..255.
@@ -251,7 +251,7 @@ def to_bytes(display: ArrayLike) -> Bytes:
 
 
 def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
-    """Expose linear light for display and compress its highlights without a shift of hue.
+    """Expose linear light for display and compress its highlights without a hue shift.
 
     The largest channel goes through `shoulder` and takes the other two along; far above white
     the colour fades to white. Channel by channel, bright skin would turn yellow.
@@ -286,7 +286,7 @@ def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
 
 
 def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
-    """Replace every code by its entry in a table of 256 or 65,536."""
+    """Map codes through a table of 256 or 65,536 entries."""
     if index.dtype == np.uint8 or wide_tables():
         return np.asarray(cv2.LUT(index, table))
     return np.asarray(table.take(index))
@@ -294,7 +294,7 @@ def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
 
 @cache
 def wide_tables() -> bool:
-    """Whether this OpenCV looks 16-bit values up (5 and later), which is ten times faster."""
+    """Return whether OpenCV has 16-bit lookup tables (5 and later), which are ten times faster."""
     try:
         cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(65536, np.uint8))
     except cv2.error:

@@ -10,10 +10,10 @@ from app.core.base.catalogue import tr
 
 
 class CoreError(Exception):
-    """Something the user asked for cannot be done, and why.
+    """An error that the user can act on: one sentence, and a hint.
 
     Args:
-        hint: What to do about it, as a second sentence; empty where there is nothing to say.
+        hint: What to do about it, as a second sentence; may be empty.
 
     Examples:
         >>> print(CoreError("The file is empty.", "Copy it again."))
@@ -51,7 +51,7 @@ class BakeError(CoreError):
 
 
 class Cancelled(CoreError):
-    """The user stopped the work; nothing is wrong."""
+    """The user cancelled the work."""
 
     def __init__(self, message: str = "", hint: str = "") -> None:
         super().__init__(message or tr("Cancelled."), hint)

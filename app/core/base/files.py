@@ -1,4 +1,4 @@
-"""Writing files so that a reader never meets half of one."""
+"""Write files atomically, and open untrusted ones safely."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def open_file(path: Path | str) -> io.BufferedReader:
-    """Open an ordinary file for reading; a pipe would be waited for, and a device has no end.
+    """Open a regular file for reading; pipes and devices could block or never end.
 
     Raises `OSError` when it cannot be opened, or is a folder, pipe, socket or device; reading
     raises it where the system makes the content up and has none yet, as that of /proc/kmsg.
@@ -109,7 +109,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Whether only the user may read a path: it is in the data folder, or in a place elsewhere."""
+    """Return whether a path must be private: in the data folder, or in a place elsewhere."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True
@@ -117,10 +117,10 @@ def is_private(path: Path | str) -> bool:
 
 
 def make_folder(folder: Path, *, private: bool | None = None) -> None:
-    """Make a folder and those above it that are missing; one that exists stays as it is.
+    """Make a folder and its missing parents; an existing one is left alone.
 
     Args:
-        private: Whether only the user may enter it; None as `is_private` says.
+        private: Whether only the user may enter it; None to follow `is_private`.
 
     Raises `OSError` when it cannot be made.
     """
@@ -139,7 +139,7 @@ def make_folder(folder: Path, *, private: bool | None = None) -> None:
 
 
 def file_opener(path: str, flags: int) -> int:
-    """Open a file as `open` does, a private one so that only the user can read it."""
+    """Open a file like `open`; a private one is readable by the user only."""
     return os.open(path, flags, 0o600 if is_private(path) else 0o666)
 
 
@@ -155,7 +155,7 @@ def atomic_write(
     Args:
         writer: Callable[[Path], object]. Receives the temporary file's path, which exists, is
             empty, and has the suffix of `path`, since image libraries choose the format by it.
-        private: Whether only the user may read it; None as `is_private` says.
+        private: Whether only the user may read it; None to follow `is_private`.
 
     Raises `CoreError` when the folder is missing or not writable, or the disk refuses (full, gone).
     """
@@ -190,7 +190,7 @@ def atomic_write_text(path: Path | str, text: str) -> None:
 
 
 def words_of(error: OSError | ValueError) -> str:
-    """Return the system's own words for what went wrong."""
+    """Return the operating system's message for an error."""
     reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return reason.rstrip(".").lower()
 
@@ -199,10 +199,10 @@ def words_of(error: OSError | ValueError) -> str:
 def os_errors_as(
     kind: Callable[[str, str], Exception], sentence: str, hint: str = "", **values: object
 ) -> Iterator[None]:
-    """Raise what the system refuses inside as an error of the program’s own.
+    """Convert an `OSError` in the block to an error of ours.
 
-    `sentence` is translated and not filled in: `values` go into it, and the system's own words as
-    its {reason}.
+    `sentence` is translated but not formatted: `values` fill its placeholders, and {reason} is the
+    system's message.
 
     Examples:
         >>> with os_errors_as(CoreError, tr("There is no {name}: {reason}."), name="x"):
@@ -217,14 +217,14 @@ def os_errors_as(
 
 
 class DiskTrouble(Enum):
-    """Why nothing was written."""
+    """Why a file could not be written."""
 
     FULL = "full"
     LOCKED = "locked"  # nothing may be written there
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Return why the disk refused, from the error code or its text; None for other errors."""
+    """Return the reason of a disk error, by its code or text; None for other errors."""
     for trouble, codes, words in (
         (DiskTrouble.FULL, _NO_ROOM, _FULL),
         (DiskTrouble.LOCKED, _LOCKED, _DENIED),
@@ -239,7 +239,7 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
 
 
 def is_full(error: BaseException) -> bool:
-    """Whether there was no room on the disk."""
+    """Return whether the disk was full."""
     return disk_trouble(error) is DiskTrouble.FULL
 
 
@@ -277,7 +277,7 @@ def _temporary_beside(target: Path, *, private: bool) -> Path:
 
 
 def umask() -> int:
-    """Return which permissions new files and folders do not get."""
+    """Return the process's umask."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask
@@ -289,7 +289,7 @@ def _flush(path: Path) -> None:
 
 
 def flush_folder(folder: Path) -> None:
-    """Flush a rename itself; not every system can (Windows cannot open a folder)."""
+    """Flush a rename to disk, where the system can (Windows cannot open a folder)."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

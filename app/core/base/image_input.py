@@ -1,4 +1,4 @@
-"""The one door through which picture files are opened with OpenImageIO."""
+"""Open picture files with OpenImageIO: untrusted input, checked by its header first."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
 
 
 def read_start(path: Path, count: int) -> bytes:
-    """Read the first bytes of a picture file, before any decoder sees it.
+    """Read the first bytes of a picture file, before it reaches a decoder.
 
     Raises `OSError` when it cannot be opened, is not an ordinary file, or has a name that no
     decoder takes.
@@ -71,7 +71,7 @@ def read_start(path: Path, count: int) -> bytes:
 
 
 def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: str) -> bytes:
-    """Read the first 16 bytes of what is to be a picture, or say what is in its place.
+    """Read the first 16 bytes of a picture, or raise an error that says what is there instead.
 
     Args:
         a_folder, name_files: Sentence and hint about a folder.
@@ -89,7 +89,7 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
 
 
 def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None:
-    """Open a picture; None where it is not an ordinary file, or no picture that is read here.
+    """Open a picture; None if it is not a regular file of a supported format.
 
     Its first bytes choose the decoder: OpenImageIO would offer the file to each of its forty, some
     of which read all of it first.
@@ -115,9 +115,9 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
 
 
 def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
-    """Read a whole picture file for another decoder, after its header was looked at.
+    """Read a whole picture file for another decoder, once its header is checked.
 
-    None where it is not an ordinary file, no picture of cameras and screens, or larger than asked.
+    None if it is not a regular file, not a camera or screen format, or too large.
     """
     source = open_image(path)
     if source is None:
@@ -136,7 +136,7 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
 
 
 def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
-    """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB.
+    """Decode a picture for display, upright, (H, W, 3) uint8 sRGB.
 
     None where `picture_bytes` gives none, or they are damaged.
     """
@@ -190,7 +190,7 @@ def _is_plain(stream: BinaryIO) -> bool:
 
 
 def is_unwieldy(spec: ImageSpec) -> bool:
-    """Whether a decoder must unpack more than 128 MB to give one row, or 4 GB to give all.
+    """Return whether a decoder must unpack over 128 MB for one row, or 4 GB in total.
 
     With all channels, of which only the colours are wanted.
     """
@@ -204,13 +204,13 @@ def is_unwieldy(spec: ImageSpec) -> bool:
 
 
 def rows_at_once(spec: ImageSpec, rows: int) -> int:
-    """Return how many rows to read at a time, about `rows`: parts of tiles are unpacked again."""
+    """Return the rows to read at a time, about `rows`, in whole tiles."""
     tall = int(spec.tile_height)
     return max(rows // tall, 1) * tall if tall else rows
 
 
 def clear_error(source: ImageInput | None = None) -> str:
-    """Return what the library says and clear it: it names internals and would show up at exit."""
+    """Return and clear the library's error message, which would otherwise appear at exit."""
     import OpenImageIO as oiio
 
     with contextlib.suppress(UnicodeError):
@@ -225,7 +225,7 @@ def read_rows(
     kind: str,
     part: int = 0,
 ) -> NDArray[Any] | None:
-    """Read rows of a picture that is stored by rows or in tiles.
+    """Read rows of a picture stored by rows or in tiles.
 
     Args:
         source: Of one plane of pixels.
@@ -256,14 +256,14 @@ def read_rows(
 
 
 def stated(spec: ImageSpec, name: str) -> object:
-    """Return what a file says under a name; None where it is absent, or text in no encoding."""
+    """Return an attribute of a file; None if it is missing or undecodable text."""
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
     return None
 
 
 def as_stored() -> ImageSpec:
-    """Configuration by which colours are not multiplied by alpha while they are read."""
+    """Return a configuration that leaves colours unassociated with alpha."""
     import OpenImageIO as oiio
 
     config = oiio.ImageSpec()
@@ -272,7 +272,7 @@ def as_stored() -> ImageSpec:
 
 
 def stated_scale(path: Path) -> float:
-    """Return what a file's values are multiplied by, as `SCALE` says; 1 where nothing is said."""
+    """Return the factor for a file's values from its attribute `SCALE`; 1 without it."""
     source = open_image(path)
     if source is None:
         return 1.0
@@ -283,7 +283,7 @@ def stated_scale(path: Path) -> float:
 
 
 def stated_orientation(source: ImageInput) -> int:
-    """Return what a file's first row and column are, 1 to 8 as in EXIF, also of Radiance."""
+    """Return a file's EXIF orientation, 1 to 8, also for Radiance."""
     found = int(source.spec().get_int_attribute("Orientation", 1))
     if source.format_name() == "hdr":
         # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
@@ -304,7 +304,7 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
-    """Turn a picture, (H, W, C), as EXIF 2.32 says (tag 0x0112): what its first row and column are.
+    """Turn a picture, (H, W, C), upright by its EXIF 2.32 orientation (tag 0x0112).
 
     1 to 8; anything else leaves it.
     """

@@ -1,4 +1,4 @@
-"""Writing pictures with OpenImageIO: PNG for looking at, OpenEXR and Radiance for linear light.
+"""Write pictures with OpenImageIO: PNG for display, OpenEXR and Radiance for linear light.
 
 Every picture is written whole or not at all. OpenImageIO reports some errors of the disk and
 passes over others: PNG, and the last bytes of OpenEXR and Radiance. So what was written is read
@@ -66,8 +66,8 @@ def write_exr(
     Args:
         picture: Float32, (H, W, 3). Linear Rec. 709.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
-        rough: Whether much of it is a guess, which readers are told by the attribute `ROUGH`.
-        shares: (H, W) float32 each, kept beside the colours in channels of these names.
+        rough: Whether much of the light is a guess; saved as the attribute `ROUGH`.
+        shares: (H, W) float32 each, saved as extra channels of these names.
 
     Raises `CoreError` when the file cannot be written.
     """
@@ -96,11 +96,11 @@ def write_half_exr(
     check: Callable[[Path], None] | None = None,
     rough: bool = False,
 ) -> None:
-    """Write linear light as OpenEXR of half floats, PIZ compressed: in a third of the room.
+    """Write linear light as OpenEXR of half floats, PIZ compressed: a third of the size.
 
     Args:
         picture: Float32, (H, W, 3). Linear Rec. 709.
-        scale: A power of two that the picture is divided by; readers are told by `SCALE`.
+        scale: A power of two that divides the picture; saved as the attribute `SCALE`.
         white_cd_m2, rough: As `write_exr`; the white is of the value 1 in the file.
 
     Raises `CoreError` when the file cannot be written.
@@ -138,7 +138,7 @@ def write_image(
     channels: Sequence[str] = (),
     check: Callable[[Path], None] | None = None,
 ) -> None:
-    """Write a picture of any kind that OpenImageIO knows by the path's ending.
+    """Write a picture in the format of the path's suffix.
 
     Args:
         pixels: (H, W, C) uint8, float16 or float32. C contiguous.

@@ -1,4 +1,4 @@
-"""Running out of memory: how libraries show it, and what the user reads."""
+"""Recognise that memory has run out, however a library reports it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MEGABYTE: Final = 1 << 20
 
 
 class MemoryShort(CoreError):
-    """The system gives no more memory."""
+    """The system is out of memory."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -30,7 +30,7 @@ class MemoryShort(CoreError):
 
 
 def is_memory_short(error: BaseException | None) -> bool:
-    """Whether an error, or one that it came of, is that the system gives no more memory."""
+    """Return whether an error or its cause means that memory has run out."""
     seen: set[int] = set()
     while error is not None and id(error) not in seen:
         seen.add(id(error))
@@ -43,13 +43,13 @@ def is_memory_short(error: BaseException | None) -> bool:
 
 
 def says_memory_short(words: str) -> bool:
-    """Whether a library says that the system gives no more memory."""
+    """Return whether a library's message means that memory has run out."""
     plain = words.casefold()
     return any(each in plain for each in _WORDS)
 
 
 def check_limit(least: int) -> None:
-    """Refuse early where this process may have less address space than its libraries take.
+    """Refuse to start in less address space than the libraries need.
 
     Some of them end the process when there is no more.
 

@@ -1,4 +1,4 @@
-"""Names of files, and numbers, for libraries in C and C++.
+"""Convert file names and numbers for C and C++ libraries.
 
 OpenCV, OpenImageIO, FFmpeg, Qt and Mitsuba take the name of a file as UTF-8 and hand it to the
 system. On Linux a name may be any bytes: such a file is opened through a link with a plain name.
@@ -27,7 +27,7 @@ _UNREADABLE: Final = "\ufffd"
 
 
 def native_path(path: Path | str) -> str:
-    """Return a name under which a library in C or C++ reads and writes a file.
+    """Return a path that a C or C++ library can open.
 
     It is the path itself wherever that is text, and else a link to it that lasts until the program
     ends: some libraries open a file again while they read it.
@@ -98,7 +98,7 @@ def url_of(path: Path) -> bytes:
 
 
 def path_from_library(name: str) -> Path:
-    r"""Return the path that a library names, where it shows bytes that are not text as U+FFFD.
+    r"""Return the path of a name in which a library replaced undecodable bytes with U+FFFD.
 
     Of several files that look alike so it is the first; where there is none, the path as named.
     """
@@ -121,5 +121,5 @@ def _entry(folder: Path, shown: str) -> Path:
 
 
 def plain_numbers() -> None:
-    """Let libraries in C write and read numbers with a point; Qt has set the computer's way."""
+    """Reset the C locale's decimal point, which Qt sets to the user's."""
     locale.setlocale(locale.LC_NUMERIC, "C")

@@ -1,4 +1,4 @@
-"""Reading the program's own networks with OpenCV."""
+"""Read neural networks with OpenCV."""
 
 from __future__ import annotations
 

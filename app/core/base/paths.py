@@ -1,4 +1,4 @@
-"""Where the files that travel with the program are, and where the user's own ones are."""
+"""Locate shipped resources and the user's data folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def resources(package: Path = _PACKAGE) -> Path:
-    """Find the folder with heads, styles, transports and demo scenes.
+    """Return the folder with heads, styles, transports and demo scenes.
 
     In a clone it is ``resources/`` beside the package; in an installed wheel it is
     ``_resources/`` inside it.
@@ -39,7 +39,7 @@ def user_data(
     environ: Mapping[str, str] | None = None,
     home: Path | None = None,
 ) -> Path:
-    """Find the folder for the user's own styles and settings, without creating it.
+    """Return the folder for the user's styles and settings, without creating it.
 
     ``TURNLIGHT_HOME`` overrides it. Otherwise it is ``turnlight`` in the platform's usual
     place: ``%LOCALAPPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
@@ -58,7 +58,7 @@ def user_data(
 
 
 def roaming_data(environ: Mapping[str, str] | None = None, home: Path | None = None) -> Path:
-    """Find the folder that earlier versions used on Windows, without looking whether it exists."""
+    """Return the folder of earlier versions on Windows; it may not exist."""
     env = os.environ if environ is None else environ
     base = Path.home() if home is None else home
     return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"

@@ -1,4 +1,4 @@
-"""Cancelling and reporting for long work, without knowing anything of threads or screens.
+"""Cancel and report long work, independent of threads and screens.
 
 A long function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few times
 a second) and ``report(fraction, progress)`` when there is something new. Who runs it, in which
@@ -16,7 +16,7 @@ from app.core.base.errors import Cancelled
 
 
 class Task(StrEnum):
-    """What long work does at a moment."""
+    """Step of a long computation."""
 
     READING = "reading"
     COPYING = "copying"
@@ -48,7 +48,7 @@ class Task(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far long work is, as data.
+    """Progress of a long computation, as data.
 
     Attributes:
         name: Of the file, place or lamp that it is about; "" where there is none.
@@ -72,7 +72,7 @@ M = TypeVar("M")
 
 
 class Token:
-    """A request to stop that only ever goes from "no" to "yes".
+    """A request to stop; it cannot be withdrawn.
 
     Setting a boolean attribute is atomic in CPython, so one thread may cancel while another
     checks; no lock is needed.
@@ -91,22 +91,22 @@ class Token:
         self._cancelled = False
 
     def cancel(self) -> None:
-        """Ask the work that holds this token to stop; asking again changes nothing."""
+        """Request a stop; further calls have no effect."""
         self._cancelled = True
 
     @property
     def cancelled(self) -> bool:
-        """Whether somebody asked to stop."""
+        """Whether a stop was requested."""
         return self._cancelled
 
     def check(self) -> None:
-        """Stop here if somebody asked to. Raises `Cancelled` when `cancel` was called before."""
+        """Raise `Cancelled` if a stop was requested."""
         if self._cancelled:
             raise Cancelled
 
 
 def silent(fraction: float, message: object) -> None:
-    """Report nothing: the default.
+    """Ignore progress; the default report.
 
     Args:
         fraction: Share of the work done, 0 to 1; ignored.
@@ -116,13 +116,13 @@ def silent(fraction: float, message: object) -> None:
 def span(
     report: Callable[[float, M], None], start: float, stop: float
 ) -> Callable[[float, M], None]:
-    """Map a part's own 0..1 onto ``start..stop`` of the whole.
+    """Return a report for a part of the work: its 0..1 becomes ``start..stop`` of the whole.
 
     Args:
-        start, stop: Where the part begins and ends in the whole, 0 to 1.
+        start, stop: Range of the part in the whole, 0 to 1.
 
     Returns:
-        What to hand to the part. Fractions outside [0, 1] are clipped.
+        A report for the part. Fractions outside [0, 1] are clipped.
 
     Examples:
         >>> half = span(lambda fraction, message: print(fraction, message), 0.5, 1.0)

@@ -1,4 +1,4 @@
-"""Rotations of panoramas: the frame's axes, resampling pictures, and turning light around.
+"""Rotate panoramas: axes, directions, and resampling of pictures and light.
 
 Directions are unit vectors in the panorama's axes, which are those of the head at turn 0: **+Y is
 up (elevation 90), +Z the centre column (azimuth 0, elevation 0), +X azimuth -90**, the left of the
@@ -28,7 +28,7 @@ _LAMP: Final = np.float32(8.0)  # what is so many times brighter than the mean
 
 
 def solid_angles(shape: tuple[int, int]) -> Float64:
-    """Solid angle of one texel in each row of an equirectangular panorama.
+    """Return the solid angle of a texel in each row of an equirectangular panorama.
 
     Args:
         shape: Rows and columns (H, W).
@@ -45,7 +45,7 @@ def solid_angles(shape: tuple[int, int]) -> Float64:
 
 
 def row_edges(rows: int) -> Float64:
-    """Sine of elevation of the rows' edges, falling from 1 to -1, symmetric to the last bit."""
+    """Return the sine of elevation of the row edges, from 1 to -1, exactly symmetric."""
     elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
     half = np.sin(elevation)
     half[0] = 1.0
@@ -56,7 +56,7 @@ def row_edges(rows: int) -> Float64:
 
 
 def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
-    """Average a panorama, (H, 2 H) or (H, 2 H, C), that has more columns than so many."""
+    """Average a panorama, (H, 2 H) or (H, 2 H, C), down to a maximum number of columns."""
     if panorama.shape[1] <= columns:
         return panorama
     size = (columns, columns // 2)
@@ -65,12 +65,12 @@ def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
 
 
 def wrapped(panorama: NDArray[_Pixel], margin: int) -> NDArray[_Pixel]:
-    """Repeat so many columns, at most all, at both ends of a panorama, (H, W) or (H, W, C)."""
+    """Pad a panorama, (H, W) or (H, W, C), with columns from its opposite end."""
     return np.concatenate([panorama[:, -margin:], panorama, panorama[:, :margin]], axis=1)
 
 
 def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> Float64:
-    """Compose a rotation of a camera's yaw, pitch and roll, as GPano and aviation do.
+    """Compose a rotation from yaw, pitch and roll, in the order of GPano and aviation.
 
     A camera that stood level is turned by yaw clockwise seen from above, then its front is raised
     by pitch, then it is rolled about its front, clockwise as the camera sees it (its right side
@@ -96,7 +96,7 @@ def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> F
 
 
 def angles_of(matrix: Float64) -> tuple[float, float, float]:
-    """Return the yaw, pitch and roll that `rotation` makes a matrix of.
+    """Return the yaw, pitch and roll of a rotation; the inverse of `rotation`.
 
     Args:
         matrix: (3, 3) float64. A rotation.
@@ -120,7 +120,7 @@ def angles_of(matrix: Float64) -> tuple[float, float, float]:
 
 
 def angle_of(matrix: Float64) -> float:
-    """Return by how much a rotation turns about its axis, in [0, 180] degrees.
+    """Return the angle of a rotation about its axis, in [0, 180] degrees.
 
     Args:
         matrix: (3, 3) float64. A rotation.
@@ -129,7 +129,7 @@ def angle_of(matrix: Float64) -> float:
 
 
 def from_vector(vector: Float64) -> Float64:
-    """Make a rotation of its axis times its angle (Rodrigues).
+    """Return the rotation of a vector, axis times angle (Rodrigues).
 
     Args:
         vector: (3,) float64. Axis times angle in radians, right-handed about the axis.
@@ -142,7 +142,7 @@ def from_vector(vector: Float64) -> Float64:
 
 
 def to_vector(matrix: Float64) -> Float64:
-    """Undo `from_vector`.
+    """Return axis times angle of a rotation; the inverse of `from_vector`.
 
     Args:
         matrix: (3, 3) float64. A rotation.
@@ -155,7 +155,7 @@ def to_vector(matrix: Float64) -> Float64:
 
 
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
-    """Return the unit vector to an azimuth and elevation.
+    """Return the unit vector of an azimuth and elevation.
 
     Returns:
         (3,) float64. In the panorama's axes.
@@ -166,7 +166,7 @@ def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
 
 
 def directions(shape: tuple[int, int]) -> Float32:
-    """Return the unit vector to the middle of each texel.
+    """Return the unit vector of each texel's centre.
 
     Args:
         shape: Rows and columns (H, W).
@@ -183,7 +183,7 @@ def directions(shape: tuple[int, int]) -> Float32:
 
 
 def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
-    """Return the unit vectors to some texels only, more exactly than `directions`.
+    """Return the unit vectors of selected texels, in double precision.
 
     Args:
         shape: Rows and columns (H, W).
@@ -200,7 +200,7 @@ def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> F
 
 
 def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-    """Return where directions lie in a panorama.
+    """Return the columns and rows of directions in a panorama.
 
     Args:
         vectors: (..., 3) float32 or float64. Directions, of any length but 0.
@@ -215,9 +215,9 @@ def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float3
 
 
 def remap_frame(image: Picture, matrix: Float64) -> Picture:
-    """Rotate a panorama picture, bilinear, seamless at the edge and over the poles.
+    """Rotate a panorama picture, bilinear, seamless at edge and poles.
 
-    For pictures; a merged environment keeps its energy in `rotate_light` only.
+    For pictures; use `rotate_light` for light, whose energy it preserves.
 
     Args:
         image: (H, W) or (H, W, C) uint8, uint16, float32 or float64. Equirectangular panorama; C up
@@ -236,7 +236,7 @@ def remap_frame(image: Picture, matrix: Float64) -> Picture:
 
 
 def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
-    """Rotate an environment and keep the energy of each of its lamps.
+    """Rotate an environment and preserve the energy of each lamp.
 
     Lamps and small bright spots (what a morphological opening takes away) are moved with weights
     that hand on the solid angle of every texel exactly: bilinear gathering, each source texel

@@ -1,4 +1,4 @@
-"""Names that come from files and cameras, so that they cannot change what stands around them."""
+"""Make names from files and cameras safe to display."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SHOWN: Final = {code: "" if code in _MARKS else "\ufffd" for code in STEERING}
 
 
 def visible(text: str) -> str:
-    r"""Return a text as it may be drawn: what would steer it is shown as U+FFFD.
+    r"""Replace control and direction characters by U+FFFD.
 
     Examples:
         >>> visible("photo\u202egpj.exe")

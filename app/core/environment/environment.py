@@ -3,7 +3,7 @@
 A panorama is equirectangular, row 0 at the zenith, azimuth 0 at the centre column and positive
 to the right (clockwise from above). Texel (i, j) of an H x W environment is the area
 u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
-Reading the file formats is `app.core.environment.environment_file`'s part.
+`app.core.environment.environment_file` reads the file formats.
 """
 
 from __future__ import annotations
@@ -44,14 +44,11 @@ class Environment:
     Attributes:
         radiance: Float32, (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
             negative, not all zero; read-only.
-        rough: Whether its file says that much of the light is a guess.
-        clipped: Float32, (H, 2 H). Share of each texel that was too bright for what measured it:
-            there the light is a lower bound, or, where it is `rough`, a guess. None where nothing
-            was.
-        unseen: (H, 2 H) bool. Where nothing shows the light, and it was filled from around; None
-            where all was seen.
-        layer, layers: The layer of its file that was read and all there are, where these are
-            several.
+        rough: Whether much of the light is a guess, by its file.
+        clipped: Float32, (H, 2 H). Clipped share of each texel, where the light is a lower bound,
+            or a guess if `rough`. None without clipping.
+        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings; None without gaps.
+        layer, layers: The layer that was read, and all layers, if the file has several.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -70,12 +67,12 @@ class Environment:
 
     @property
     def shares(self) -> dict[str, Float32]:
-        """What a file keeps beside the light, by channel: what is clipped, and not seen."""
+        """Extra channels of a file, by name: clipped shares and gaps."""
         return kept_shares(self.clipped, self.unseen)
 
     @property
     def blind(self) -> float:
-        """Share of the sphere that was not seen, 0 to 1."""
+        """Share of the sphere in gaps, 0 to 1."""
         if self.unseen is None:
             return 0.0
         areas = solid_angles(self.shape) / (4.0 * np.pi)
@@ -106,7 +103,7 @@ class Environment:
 
 
 def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Float32]:
-    """Planes that `app.core.base.images.write_exr` keeps beside the light, (H, W) each."""
+    """Return the extra channels for `app.core.base.images.write_exr`, (H, W) each."""
     planes: dict[str, Float32] = {}
     if clipped is not None and clipped.any():
         planes[CLIPPED] = clipped
@@ -116,7 +113,7 @@ def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Floa
 
 
 def read_environment(path: Path | str, layer: str = "") -> Environment:
-    """Read a linear panorama, repair it, and fill what it does not show.
+    """Read a linear panorama, repair it and fill its gaps.
 
     Args:
         layer: Of several layers the one to read; by default the beauty pass.
@@ -151,12 +148,11 @@ def _either(one: NDArray[_Mark] | None, other: NDArray[_Mark] | None) -> NDArray
 
 
 def from_radiance(radiance: FloatImage, name: str) -> Environment:
-    """Make an environment of radiance values, repairing them.
+    """Create an environment from radiance, repairing it in place.
 
     Args:
-        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance. The array is taken
-            over: it is repaired in place and becomes read-only, since panoramas are too large to be
-            copied for tidiness.
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance. Not copied, since
+            panoramas are large: it is repaired in place and becomes read-only.
 
     Raises:
         EnvironmentFileError: When nothing but black, NaN or infinite texels is in it, or the shape
@@ -193,7 +189,7 @@ def energy(radiance: Floats) -> Float64:
 def reduce(
     environment: Environment, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
 ) -> FloatImage:
-    """Reduce an environment to the size the transport works on, as seen at a turn.
+    """Reduce an environment to the size of the transport, at a turn.
 
     Args:
         shape: Rows and columns wanted; more than the panorama has is allowed.
@@ -232,7 +228,7 @@ def reduce_radiance(
 def reduce_light(
     radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
 ) -> FloatImage:
-    """Reduce a panorama for the search and for pictures, so that small lamps keep their place.
+    """Reduce a panorama for search and pictures, preserving the direction of small lamps.
 
     Where it is at least twice as fine, each of its texels is shared by the two nearest rows and
     columns wanted; any other size is averaged as by `reduce_radiance`. Either way energy is kept

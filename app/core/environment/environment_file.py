@@ -1,4 +1,4 @@
-"""Reading linear panoramas with OpenImageIO, and repairing what they carry.
+"""Read linear panoramas with OpenImageIO and repair them.
 
 Files come from anywhere. Every way in which one can be bad ends in an `EnvironmentFileError` with
 one sentence and a next step, and nothing large is allocated before the header has been judged.
@@ -171,7 +171,7 @@ def _areas(height: int, width: int) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class Panorama:
-    """A panorama as it is stored, not yet repaired.
+    """A panorama as stored, before repairs.
 
     Attributes:
         radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance; grey is spread over three
@@ -180,7 +180,7 @@ class Panorama:
         clipped: Float32, (H, 2 H). Share of each texel whose light its file states as a guess;
             None where it states none.
         layer, layers: The layer read and all that could be, where there are several.
-        rough: Whether its file says that much of the light is a guess.
+        rough: Whether much of the light is a guess, by its file.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -223,7 +223,7 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
 
 
 def is_linear(path: Path) -> bool:
-    """Whether a file is of a kind that holds linear light; TIFF where its numbers are floats."""
+    """Return whether a file holds linear light: OpenEXR, Radiance, or TIFF of floats."""
     source = None
     with contextlib.suppress(OSError):
         head = read_start(path, 16)

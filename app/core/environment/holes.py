@@ -1,4 +1,4 @@
-"""Parts of the sphere that a panorama does not show: finding and filling them.
+"""Find and fill the gaps of a panorama.
 
 Stitchers lay half a panorama, or one without its floor, on a black canvas. Darkness that was
 photographed is hardly ever black over a whole area, and what is around it is dark, too: canvas is
@@ -34,7 +34,7 @@ _AT_EDGE: Final = 0.7  # of the edge, that is so bright
 
 
 def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
-    """Fill what was not seen, (H, 2 H) bool, from the light around it.
+    """Fill gaps, (H, 2 H) bool, from the light around them.
 
     Raises:
         ProbeError: When less than a tenth of the sphere was seen.
@@ -61,7 +61,7 @@ def _filled_coarsely(radiance: FloatImage, unseen: Bools) -> FloatImage:
 
 
 def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
-    """Mark black canvas, (H, W); None where there is none.
+    """Return a mask, (H, W), of black canvas; None without any.
 
     Args:
         radiance: Float32, (H, 2 H, 3). Linear radiance, finite, not negative.

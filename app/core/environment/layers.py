@@ -1,8 +1,7 @@
-"""Layers of an OpenEXR file, and the one that holds the light.
+"""List the layers of an OpenEXR file and choose the one with the light.
 
 Renderers write many pictures into one file: the beauty pass beside ambient occlusion, albedo,
-light groups. A layer is what stands before the last dot of a channel's name, or the name of a part
-of its own.
+light groups. A layer's name is a channel's name up to its last dot, or the name of a part.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ _LISTED: Final = 12
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """Colours in a part of a file.
+    """A layer of a file.
 
     Attributes:
         name: "ViewLayer.Combined"; "" where the file gives none.
@@ -47,7 +46,7 @@ class Layer:
 
 
 class LayerError(EnvironmentFileError):
-    """A file has several layers, and none of them is the obvious one."""
+    """A file has several layers and no default one."""
 
     def __init__(self, file_name: str, layers: tuple[str, ...], wanted: str = "") -> None:
         names = ", ".join(layers[:_LISTED]) + (", …" if len(layers) > _LISTED else "")
@@ -77,7 +76,7 @@ def layers_of(source: ImageInput) -> tuple[Layer, ...]:
 
 
 def choose_layer(layers: Sequence[Layer], wanted: str, file_name: str) -> Layer:
-    """Return the layer of that name, or else the one without a name, or the beauty pass.
+    """Return a layer by name; by default the unnamed one, or the beauty pass.
 
     Raises:
         LayerError: When there are several and none is it, or no layer has that name.

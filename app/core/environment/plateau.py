@@ -1,4 +1,4 @@
-"""Clipped light in a panorama that says nothing of it: many texels at one maximum.
+"""Detect undeclared clipping in a panorama: many texels at one maximum.
 
 Where a file was clipped, whatever was brighter has the same value in the end. Measured light hardly
 ever has: of 42 panoramas none has texels within 0.2 % of its maximum that outnumber those just
@@ -36,7 +36,7 @@ _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
 def plateau(radiance: FloatImage) -> Bools | None:
-    """Mark the texels that share the maximum of all channels or of one, (H, W); None where few do.
+    """Return a mask, (H, W), of texels at the maximum of all channels or one; None if few are.
 
     Args:
         radiance: Float32, (H, W, 3). Linear radiance, finite.

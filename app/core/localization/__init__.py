@@ -1,1 +1,1 @@
-"""Turning the sitter: numbers and words, headings, views of the panorama, alignment, sounds."""
+"""Locate a camera in the panorama: headings, the sitter, views, alignment."""

@@ -1,4 +1,4 @@
-"""Laying the live view over the goal view: the best homography, and what it says about the turn.
+"""Align the live view with the goal view, by the best homography.
 
 Both are perspective pictures of the place behind the sitter, one from the probe, one from the
 camera. Points are matched as for the live heading, and a homography is fitted to them
@@ -43,7 +43,7 @@ _STAYS_S: Final = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlay:
-    """How the live picture is shown on the goal; begin with `BARE`.
+    """Overlay of the live picture on the goal; start with `BARE`.
 
     Attributes:
         corners: Steady or None. Of the live picture on the goal, (4, 2) in widths of the goal.
@@ -61,7 +61,7 @@ BARE: Final = Overlay()
 
 
 def laid(before: Overlay, found: Alignment, sizes: tuple[Size, Size], now_s: float) -> Overlay:
-    """Lay a picture on the goal.
+    """Warp a picture onto the goal.
 
     Args:
         sizes: tuple of (columns, rows). Of the picture and of the goal.

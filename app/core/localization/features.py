@@ -1,4 +1,4 @@
-"""Points of a picture that are found again under other light: RootSIFT after local equalising.
+"""Feature points that survive changes of light: RootSIFT after local equalisation.
 
 Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
 show one wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR 2012.
@@ -42,7 +42,7 @@ _SEAL: Final = 32  # bytes
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadingIndex:
-    """The points of a panorama, described.
+    """The described feature points of a panorama.
 
     Attributes:
         descriptors: (N, 128) float32. RootSIFT.
@@ -71,7 +71,7 @@ class HeadingIndex:
 def build_index(
     panorama: Bytes, token: Token | None = None, report: Report = silent
 ) -> HeadingIndex:
-    """Describe a panorama's points.
+    """Compute the feature points of a panorama.
 
     Args:
         panorama: (H, W, 3) uint8. Equirectangular, 2:1, sRGB as shown
@@ -106,7 +106,7 @@ def build_index(
 
 
 def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
-    """Read what was learnt of a panorama; None where nothing sound is kept of this very one.
+    """Read the saved index of a panorama; None without a valid one.
 
     Args:
         panorama: As for `build_index`.
@@ -125,7 +125,7 @@ def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
 
 
 def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
-    """Keep what was learnt of a panorama in a folder, whole; where that fails it is learnt again.
+    """Save the index of a panorama in a folder; failures are ignored.
 
     Args:
         panorama: What `index` was built of.

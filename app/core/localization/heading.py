@@ -1,4 +1,4 @@
-"""The live heading: where in the panorama a camera's picture is.
+"""Find a camera's heading in the panorama from its picture.
 
 A picture of the camera is described and matched with the points of the panorama
 (`app.core.localization.features`), all of them or those near the last heading;
@@ -142,7 +142,7 @@ FINE: Final = Effort(1200 * 900, 2500)
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """Where a camera points.
+    """A camera's heading.
 
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
@@ -169,7 +169,7 @@ UNSURE: Final = Heading("unsure", None)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """A camera's picture, described.
+    """The features of a camera's picture.
 
     Attributes:
         size: Columns and rows that they are in.
@@ -182,7 +182,7 @@ class Sight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A pose and what speaks for it.
+    """A pose with its evidence.
 
     Attributes:
         fov_deg: Horizontal field of view, given or estimated, deg.
@@ -204,7 +204,7 @@ def find_heading(
     fine: bool = False,
     away: bool = False,
 ) -> Heading:
-    """Find where a camera points.
+    """Find the heading of a camera.
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
@@ -323,7 +323,7 @@ def _evidence(
 def judged(
     found: Found, least: float = LEAST_CONFIDENCE, confidence: float | None = None
 ) -> Heading:
-    """Trust a pose, or not."""
+    """Decide whether to trust a pose."""
     confidence = trust(found.evidence) if confidence is None else confidence
     points = found.evidence.points
     heading, pitch, roll = found.pose.angles_deg

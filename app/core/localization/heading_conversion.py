@@ -1,4 +1,4 @@
-"""From where a camera points to how far the sitter has turned, and back.
+"""Convert between a camera's heading and the sitter's turn.
 
 A camera that looks at the sitter, its axis at panorama azimuth h, sees the sitter's face at the
 horizontal angle s from that axis. The line from the camera through the sitter then points to
@@ -49,7 +49,7 @@ _WITHIN: Final = (0.4, 3.5)  # what a lens and parallax can do together
 
 
 def assumed_fov(size: tuple[int, int]) -> float:
-    """Return the horizontal field of view that is assumed where none is known, deg.
+    """Return the assumed horizontal field of view, deg.
 
     Args:
         size: Columns and rows of the picture, upright.
@@ -106,7 +106,7 @@ _WIDEST_DEG: Final = 160.0
 
 
 class Looks(StrEnum):
-    """Which way a camera looks: at the sitter, or at the person who holds it."""
+    """Whether a camera looks at the sitter, or at its holder."""
 
     SITTER = "sitter"
     PHOTOGRAPHER = "photographer"
@@ -156,7 +156,7 @@ def heading_of_turn(
     sitter_deg: float = 0.0,
     front_deg: float = 0.0,
 ) -> float:
-    """Return where a camera points at a turn; the inverse of `turn_of_heading`.
+    """Return the heading at a turn; the inverse of `turn_of_heading`.
 
     Args:
         turn_deg: Deg, positive clockwise.

@@ -1,4 +1,4 @@
-"""The photograph that was taken: read within bounds, located, and how far off the light it was.
+"""Check a photo: read it, locate it, and measure how far it missed the light.
 
 A photograph is a live picture with more pixels and more to say: EXIF knows which way is up, when it
 was taken and how wide the lens was. A photo that is not found with that width is looked for without
@@ -58,7 +58,7 @@ _NEARER: Final = 0.97  # things never look smaller from the probe: then the lens
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """From where a photograph was taken.
+    """Where a photo was taken.
 
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, deg; None when unsure.
@@ -83,7 +83,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class Sought:
-    """What looking for a photograph gave.
+    """Result of searching for a photo.
 
     Attributes:
         sitter: The person it was found with; None if no person was seen, or it was found without.
@@ -100,7 +100,7 @@ class Sought:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """How far off the light a photograph was taken, in the numbers that are shown.
+    """How far a photo missed the light, in the numbers shown.
 
     Attributes:
         turn_deg, goal_deg: Whole degrees of turn.
@@ -332,7 +332,7 @@ def _angle(sitter: Sitter | None, fov_deg: float) -> float | None:
 
 
 def judge(turn_deg: float, goal: Goal, result: StyleResult) -> Verdict:
-    """Say how far off the light a turn is.
+    """Return how far a turn misses the light.
 
     Args:
         turn_deg: Turn of the photograph, deg.

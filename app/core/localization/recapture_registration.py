@@ -1,4 +1,4 @@
-"""A second capture at the same spot, laid on the first by its picture.
+"""Align a second capture at the same spot with the first.
 
 Whoever sets a camera down again never sets it down as before. The turn between the two captures is
 found from what both show, so that the azimuth where the photographer stands, and every turn marked,
@@ -278,7 +278,7 @@ _TILTED_DEG: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """How a second capture lies on the first."""
+    """Alignment of a second capture with the first."""
 
     # how far the second camera was turned clockwise (from above) against the first, deg in (-180,
     # 180]: what is at azimuth a in the second is at a + yaw in the first. 0 where it is not
@@ -307,7 +307,7 @@ class Registered:
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
-        """Return where an azimuth of the first capture lies in the second, deg.
+        """Return an azimuth of the first capture in the second, deg.
 
         The result is in the second panorama, in (-180, 180].
         """
@@ -315,7 +315,7 @@ class Registered:
 
 
 def register_again(first: Bytes, second: Bytes) -> Registered:
-    """Find how a second panorama of a spot lies on the first.
+    """Align a second panorama of a spot with the first.
 
     `first` and `second`: (h, 2 h, 3) uint8, sRGB display panoramas of any size. Exposure and light
     may differ, the yaw be any, the tilt small, and the camera stand some centimetres off.

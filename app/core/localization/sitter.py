@@ -1,4 +1,4 @@
-"""Where the sitter's head is in a picture.
+"""Find the sitter's head in a picture.
 
 Where a face shows, its landmarks say so (`app.core.faces.finder`). Elsewhere, as far away, a small
 network looks for heads that face the camera, more or less, in the picture at three sizes; what it
@@ -61,7 +61,7 @@ _WIDE: Final = 0.74  # width of a head over its height, crown to chin
 
 @dataclass(frozen=True, slots=True)
 class Sitter:
-    """Whose head is in the picture.
+    """The sitter's head in a picture.
 
     Attributes:
         angle_deg: The same as a horizontal angle from the camera's axis, deg, positive to the right
@@ -92,7 +92,7 @@ class _Head:
 def find_sitter(
     frame: Bytes, fov_deg: float, near: Sitter | None = None, *, keen: bool = False
 ) -> Sitter | None:
-    """Find the sitter's head, or whoever's it is that the camera looks at.
+    """Find the head of the sitter, or of the person in view.
 
     Of several people it is the one whose head is largest and surest.
 

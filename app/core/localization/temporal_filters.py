@@ -1,4 +1,4 @@
-"""What live pictures tell one after another: steady numbers, the lens, the sitter, a still camera.
+"""Filters over live pictures: steady numbers, lens, sitter, still camera.
 
 Numbers stand still when nothing moves, and follow at once when something does. An average that is
 long enough to still the jitter of a measurement lags behind a motion; one that follows a motion

@@ -1,4 +1,4 @@
-"""The live heading from picture to picture: found once, then followed, and never believed blindly.
+"""Track the heading from picture to picture.
 
 `track` takes a picture and the `Track` that the last one gave. While the camera is followed only
 what lies around its last heading is searched; after three pictures without a heading everything is.
@@ -60,7 +60,7 @@ _NO_SITTER: Final = 0.7  # of the confidence: the sitter may be anywhere in the 
 
 @dataclass(frozen=True, slots=True)
 class Seeing:
-    """What looks at a picture; another one for tests and simulations."""
+    """The functions that look at a picture; replaced in tests and simulations."""
 
     heading: Callable[..., Heading] = find_heading
     sitter: Callable[[Bytes, float, Sitter | None], Sitter | None] = find_sitter
@@ -72,7 +72,7 @@ SEEING: Final = Seeing()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Memory:
-    """What one picture leaves for the next; nothing to show.
+    """State between pictures; not shown.
 
     Attributes:
         steady: Heading and background behind the sitter, (2,) deg, unwrapped; None when nothing is
@@ -91,7 +91,7 @@ class Memory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """Where the camera points; begin with `LOST`.
+    """The tracked heading; start with `LOST`.
 
     Attributes:
         status: ``tracking``: there is a heading; ``searching``: there was one, or there may be one
@@ -199,7 +199,7 @@ def track(
 
 
 def missed(state: Track, now_s: float) -> Track:
-    """Take a picture without a heading."""
+    """Update the track without a heading."""
     misses = state.memory.misses + 1
     steady = state.memory.steady
     recently = steady is not None and now_s - steady.time_s <= _FORGET_S

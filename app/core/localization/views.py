@@ -1,4 +1,4 @@
-"""What a camera sees of the panorama: perspective views, the goal view, the background, the strip.
+"""Views of the panorama: perspective, goal, background, strip.
 
 A view needs the place of each of its pixels in the panorama. Turning a level or tilted camera about
 the vertical only moves these places sideways, so they are computed once for a lens and a pitch, and
@@ -79,7 +79,7 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
 
 
 def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0.0) -> Picture:
-    """Take a perspective view of a panorama from its middle.
+    """Render a perspective view of a panorama.
 
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1; any colour space.
@@ -147,7 +147,7 @@ def goal_view(
     mode: Mode = Mode.WALK,
     front_deg: float = 0.0,
 ) -> Picture:
-    """Show what the camera should see at the goal, without the sitter.
+    """Render the goal view, without the sitter.
 
     The camera looks straight at the sitter, at eye height, from `camera_m` away. The view is right
     for a background `background_m` behind the sitter; what is nearer looks a little too large in
@@ -173,7 +173,7 @@ def background_view(
     size: tuple[int, int] = BACKGROUND_SIZE,
     front_deg: float = 0.0,
 ) -> Picture:
-    """Show the background behind the sitter at a turn, for the detail of a style.
+    """Render the background behind the sitter at a turn.
 
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1.

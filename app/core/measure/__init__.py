@@ -1,1 +1,1 @@
-"""Measure the light of a place from what a photographer has."""
+"""Measure the light of a place, one package per way."""

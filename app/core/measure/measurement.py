@@ -1,4 +1,4 @@
-"""The result of a measurement, whichever way the light was measured."""
+"""The result of any way of measuring."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from app.core.measure.read.frame import Bracket, Merged
 
 
 class WayFacts(Protocol):
-    """What only one way of measuring knows."""
+    """Facts of one way of measuring."""
 
     def facts(self) -> dict[str, Any]:
-        """Describe it for JSON."""
+        """Return the facts for JSON."""
         ...
 
 
@@ -41,13 +41,13 @@ class Measurement:
     Attributes:
         way: Key of the way, as in `ways.WAYS`.
         bracket: The frames that were used, with their true exposures; a film has none.
-        finished: The light, its lamps and sun, and which answers hang on what is clipped.
+        finished: The light, its lamps and sun, and the answers that depend on clipping.
         warnings, notes: What may be wrong, and what was done.
         display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
-        blind: Share of the sphere that was filled because no picture shows it.
-        left_out: Files that are no exposures of the series.
+        blind: Share of the sphere in gaps, which were filled.
+        left_out: Files that do not belong to the series.
         response, alignments, lays, levelling, moved: How exposures were merged.
-        own: What only this way knows.
+        own: Facts of this way.
     """
 
     way: str
@@ -67,25 +67,25 @@ class Measurement:
 
     @property
     def merged(self) -> Merged:
-        """The light, with everything done to it."""
+        """The finished light."""
         return self.finished.merged
 
     @property
     def rough(self) -> bool:
-        """Whether it is one photograph, in which what is clipped is a guess."""
+        """Whether it is a single photo, whose clipped light is a guess."""
         return len(self.bracket.frames) == 1
 
     @property
     def shares(self) -> dict[str, Float32]:
-        """What a file keeps beside the light: clipped in one photograph, and not seen; (H, W)."""
+        """Extra channels of a file, (H, W): light clipped in a single photo, and gaps."""
         return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
 
     def of(self, kind: type[_Facts]) -> _Facts | None:
-        """Return what a way alone knows; None where the light was measured another way."""
+        """Return the facts of a way; None if the light was measured another way."""
         return self.own if isinstance(self.own, kind) else None
 
     def environment(self, name: str) -> Environment:
-        """Return the light as an environment that can be solved.
+        """Return the light as an environment for solving.
 
         Raises:
             EnvironmentFileError: For pictures that are not panoramas, and when everything is black.

@@ -1,4 +1,4 @@
-"""What the user wants of a measurement, whichever way the light is measured."""
+"""Options of a measurement, for all ways."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ _Own = TypeVar("_Own", bound="WayOptions")
 
 
 class WayOptions:
-    """Options of one way alone; every way that has some derives its own."""
+    """Base of the options of one way."""
 
     __slots__ = ()
 
     @property
     def more_files(self) -> tuple[Path, ...]:
-        """Files that are read besides those that are measured."""
+        """Further files that are read."""
         return ()
 
 
 @dataclass(frozen=True, slots=True)
 class MeasureOptions:
-    """What the user wants of a measurement; the defaults want nothing special.
+    """Options of a measurement.
 
     Attributes:
         times: Exposure times in seconds in the order of the files, instead of EXIF.

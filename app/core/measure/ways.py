@@ -1,4 +1,4 @@
-"""The ways to measure light: which files each takes, and its entry."""
+"""The table of ways to measure light, and `measure`."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class MeasuringWay:
     """One way to measure light.
 
     Attributes:
-        endings: Of the files that it takes, in lower case.
-        most: Files of one measurement.
-        on_wish: Files do not tell that they are to be measured this way: somebody has to.
+        endings: Suffixes of its files, in lower case.
+        most: Largest number of files.
+        on_wish: Files do not show that they are meant for this way; the user chooses it.
     """
 
     key: str
@@ -82,7 +82,7 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure the light of a place by files, or one folder of them; raises as `Entry`.
+    """Measure the light of a place from files or one folder; raises as `Entry`.
 
     Args:
         way: Key of `WAYS`.

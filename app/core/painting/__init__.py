@@ -1,1 +1,1 @@
-"""Painting target weights on the head: brush, canvas, undo, live answers, and styles to keep."""
+"""Paint target weights on the head: brush, canvas, undo, live answers, and saved styles."""

@@ -1,4 +1,4 @@
-"""Painted styles from aside: what is painted lies on the skin, whichever lens looks at it.
+"""Painted styles seen from aside: the paint is on the skin.
 
 Light is asked of the skin of the whole face, and so whether a place can give it is decided by where
 the nose points; what of it a lens sees decides the match from there.
@@ -35,14 +35,14 @@ _SAME_SKIN_M: Final = 0.008  # pixels of the front are so far apart where it is 
 
 @dataclass(frozen=True, eq=False)
 class PaintedHead:
-    """A head that is painted on from the front, and seen from everywhere."""
+    """A painted head and its views from aside."""
 
     front: Transport = field(repr=False)
     views: HeadViews = field(repr=False)
     styles: Sequence[Style] = field(repr=False)
 
     def weights(self, style: UserStyle) -> PaintedWeights:
-        """What a style asks of the face from the front."""
+        """Return the weights of a style in the front view."""
         return weights_of(make_canvas(style.weights, style.ignore), self.front)
 
     def view(self, yaw_deg: float) -> HeadView:
@@ -50,7 +50,7 @@ class PaintedHead:
         return self.views.at(yaw_deg, self.styles)
 
     def weights_in(self, view: HeadView, weights: PaintedWeights) -> PaintedWeights:
-        """The same weights on the skin that a view shows; what the front hides asks for nothing."""
+        """Transfer weights to a view; skin hidden from the front gets none."""
         nearest, beyond = self._on_front(view)
         ignored = beyond | ~weights.active[nearest]
         return painted(view.transport, weights.values[nearest], ignored)
@@ -65,7 +65,7 @@ class PaintedHead:
         return nearest, np.array([pair.distance for pair in pairs]) > _SAME_SKIN_M
 
     def places_on_front(self, view: HeadView) -> Float32:
-        """Where the front's picture shows the skin that a view does.
+        """Return the positions in the front picture of a view's skin.
 
         Returns:
             (N, N, 3) float32. For each pixel of the view column and row, as shares of the picture,
@@ -83,12 +83,12 @@ class PaintedHead:
         return places.reshape(size, size, 3)
 
     def shows(self, view: HeadView, weights: PaintedWeights) -> bool:
-        """Whether enough of what counts is seen in a view."""
+        """Return whether a view shows enough of the paint."""
         seen = seen_from(view, self.views.shape.positions[weights.active])
         return bool(seen.size) and float(seen.mean()) >= SEEN
 
     def target(self, style: UserStyle, yaw_deg: float) -> Float32:
-        """Picture of what a style asks for, from aside; as `target_picture`."""
+        """Return the target picture from aside; see `target_picture`."""
         view = self.view(yaw_deg)
         picture = target_picture(view.transport, self.weights_in(view, self.weights(style)))
         # In one colour: in deep shadow a view's own is lost in its noise.

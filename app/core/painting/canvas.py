@@ -1,4 +1,4 @@
-"""The canvas: what is painted on the head's picture, finer than the pixels that are searched.
+"""The canvas: paint on the head's picture, finer than its pixels.
 
 It covers the whole square picture of the head. Painting there and averaging down keeps strokes
 smooth on screen; the search sees the head's own pixels. Painting starts from a style's target
@@ -25,7 +25,7 @@ from app.core.text import tr
 
 
 def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
-    """Start from a built-in style: the weights of its target picture (eq. 6).
+    """Return the canvas of a built-in style: the weights of its target (eq. 6).
 
     Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
     Raises StyleError if the pack has no such style, or belongs to another head.
@@ -38,7 +38,7 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
 
 
 def is_style(canvas: Canvas, pack: StylePack, transport: Transport, name: str) -> bool:
-    """Whether a canvas is the start that a built-in style gives, without any stroke."""
+    """Return whether a canvas is an unpainted built-in style."""
     if name not in {style.name for style in pack.styles} or pack.header.picture != transport.size:
         return False
     start = from_style(pack, transport, name)
@@ -46,7 +46,7 @@ def is_style(canvas: Canvas, pack: StylePack, transport: Transport, name: str) -
 
 
 def from_weights(transport: Transport, weights: Floats) -> Canvas:
-    """Start from weights on the head's pixels.
+    """Return a canvas from weights on the head's pixels.
 
     `weights`: (P,) float, in [-1, 1]; those outside the face are not used.
     The canvas is smooth, also beyond the edge of the face, and averages to the weights over each
@@ -115,7 +115,7 @@ IGNORED: Final = 0.5
 
 
 class Advice(StrEnum):
-    """What a canvas still needs before it can be kept as a style."""
+    """What a canvas still needs before it can be saved as a style."""
 
     NOTHING_PAINTED = "nothing painted"
     ONE_SIDED = "one-sided"  # no area is brighter, or none darker
@@ -136,7 +136,7 @@ class Region:
 
     @property
     def empty(self) -> bool:
-        """Whether nothing lies in it."""
+        """Whether it is empty."""
         return self.left >= self.right or self.top >= self.bottom
 
     @property
@@ -145,13 +145,13 @@ class Region:
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def mirrored(self, size: int) -> Region:
-        """Return the same at the other side of a canvas of `size` pixels."""
+        """Return the mirrored region of a canvas of `size` pixels."""
         return Region(size - self.right, self.top, size - self.left, self.bottom)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Canvas:
-    """Painted weights and what they started from. Its arrays cannot be written to.
+    """Painted weights and their start. The arrays are read-only.
 
     Row 0 is the top, column 0 the left of the picture, which is the sitter's right.
     """
@@ -170,7 +170,7 @@ class Canvas:
 
     @property
     def touched(self) -> bool:
-        """Whether anything differs from the start."""
+        """Whether anything was painted."""
         return not (
             np.array_equal(self.weights, self.start_weights)
             and np.array_equal(self.ignore, self.start_ignore)
@@ -178,19 +178,19 @@ class Canvas:
 
 
 def around(regions: Iterable[Region]) -> Region:
-    """Return the smallest region that holds all of several, at least one."""
+    """Return the bounding box of regions."""
     edges = [(r.left, r.top, r.right, r.bottom) for r in regions]
     left, top, right, bottom = zip(*edges, strict=True)
     return Region(min(left), min(top), max(right), max(bottom))
 
 
 def canvas_size(transport: Transport) -> int:
-    """Side of the canvas for a head: the multiple of its picture's side next below 400."""
+    """Return the canvas size for a head: a multiple of its picture's side below 400."""
     return transport.size * max(_ABOUT // transport.size, 1)
 
 
 def blank(transport: Transport) -> Canvas:
-    """Make a canvas on which nothing is painted."""
+    """Return an empty canvas."""
     return make_canvas(np.zeros((canvas_size(transport),) * 2, np.float32))
 
 
@@ -200,7 +200,7 @@ def make_canvas(
     start_weights: Floats | None = None,
     start_ignore: Floats | None = None,
 ) -> Canvas:
-    """Make a canvas of layers, copied and checked.
+    """Create a canvas from layers, copied and validated.
 
     `weights`: (S, S) float, in [-1, 1]; what is a little outside is clipped.
     `ignore`: (S, S) float, in [0, 1], likewise; nothing is ignored without it.
@@ -224,7 +224,7 @@ def make_canvas(
 
 
 def resized(layer: Floats, size: int) -> Float32:
-    """Bring a layer to another canvas size; averaged where it becomes smaller.
+    """Resize a layer, averaging when it shrinks.
 
     `layer`: (S, S) float. Returns (size, size) float32.
     """

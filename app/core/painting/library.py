@@ -1,4 +1,4 @@
-"""The user's own styles in their folder: keep, name, copy, put away and get back.
+"""The user's styles: save, rename, copy, delete and restore.
 
 Nothing is overwritten or lost: names are always new, changed and deleted styles go to a folder
 ``trash`` inside, and a file that cannot be read is left as it is.
@@ -59,7 +59,7 @@ _NAME: Final = "style"  # so that errors name the member
 
 
 def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
-    """Write a style to one file.
+    """Export a style to a file.
 
     Raises CoreError if it cannot be written, or a file is there that must not be replaced.
     """
@@ -90,7 +90,7 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
 
 
 def import_style(folder: Path, file: Path) -> UserStyle:
-    """Take in a style that somebody exported.
+    """Import an exported style.
 
     It gets a new name, and a new title where the old one is taken.
     Raises StyleError if the file is not a whole style, of a newer form, or too large, or the style
@@ -172,7 +172,7 @@ _LIBRARY: Final = Library(
 
 
 def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged, ...]]:
-    """Read all painted styles of a folder.
+    """Read the painted styles of a folder.
 
     Files that cannot be read come second; they are left as they are.
     """
@@ -209,7 +209,7 @@ def save_user_style(
     head: str = "",
     origin: str = "",
 ) -> UserStyle:
-    """Keep a canvas as a new style."""
+    """Save a canvas as a new style."""
     draft = UserStyle(
         "",
         _LIBRARY.clean_title(title),
@@ -226,7 +226,7 @@ def save_user_style(
 
 
 def add(folder: Path, style: UserStyle) -> UserStyle:
-    """Keep a style under a name and title of its own; raises StyleError if it cannot be written."""
+    """Save a style under a free name and title; raises StyleError if it cannot be written."""
     with _alone_in(folder):
         name, title = _LIBRARY.names_for(folder, style.title)
         named = replace(style, name=name, title=title)
@@ -251,7 +251,7 @@ def update_user_style(
     *,
     untouched: bool = False,
 ) -> UserStyle:
-    """Give a style other weights; a copy of the old ones goes to the trash.
+    """Replace the weights of a style; the old ones go to the trash.
 
     `style`: as this process has read or written it. Where another process has changed it since,
     that version becomes a style of its own, which `conflict` is called with.
@@ -287,26 +287,26 @@ def _replaced(folder: Path, style: UserStyle, changed: UserStyle) -> UserStyle:
 
 
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
-    """Give a style another title; its name in files stays."""
+    """Rename a style; its file name stays."""
     renamed = replace(style, title=_LIBRARY.renamed(folder, style.name, title))
     write_user_style(folder, renamed)
     return renamed
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
-    """Keep a copy of a style, by default as "… 2"; errors as `add`."""
+    """Copy a style, by default as "… 2"; errors as `add`."""
     return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
 def delete(folder: Path, style: UserStyle) -> Trashed:
-    """Put a style away, so that `restore` can bring it back."""
+    """Move a style to the trash."""
     text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
     files = [text, layers] if layers.exists() else [text]
     return _LIBRARY.put_away(folder, style.name, style.title, files)
 
 
 def restore(folder: Path, trashed: Trashed) -> UserStyle:
-    """Bring a style back; its files in the trash stay as they are.
+    """Restore a style from the trash.
 
     It has its old name and title unless others bear them by now.
     """

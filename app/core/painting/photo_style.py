@@ -1,4 +1,4 @@
-"""A style of one's own from the light on a face: "like this photo".
+"""Make a style from the light on a face: "like this photo".
 
 The generic head is lit by lamps that stand as they were read, and what is asked for is its picture
 over the face. Nothing of the photograph itself is kept.
@@ -28,7 +28,7 @@ _ORIGIN: Final = 80
 
 
 def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
-    """Lamps that light a face so: the key, and last a frontal fill where one was read.
+    """Return the lamps of a face's light: the key, and a frontal fill if there is one.
 
     Raises StyleError where the key's direction was not read.
     """
@@ -43,7 +43,7 @@ def photo_style(
     title: str,
     note: str,
 ) -> UserStyle:
-    """Make a style of the light on a face, without a name yet; `library.add` gives it one.
+    """Return a style for the light on a face; `library.add` names it.
 
     `name`: of the picture.
     Raises StyleError where the key's direction was not read.

@@ -1,4 +1,4 @@
-"""Painting under way: strokes in, answers out; and the draft in which it is kept.
+"""A painting session: strokes, live answers, and its draft.
 
 Strokes are drawn at once; the answer is asked for when there is time, and then costs the pixels
 that have changed since. Between strokes everything is counted afresh from the canvas, so that an
@@ -45,7 +45,7 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What the painted weights come to."""
+    """Answer for the painted weights."""
 
     # (H, W), pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where
     # light helps, negative where it harms
@@ -58,7 +58,7 @@ class Answer:
 
 
 class PaintSession:
-    """A canvas, the head it belongs to, and the place's light. For one thread at a time.
+    """A canvas with its head and the place's light. Not thread-safe.
 
     `front_deg`: azimuth at which the photographer stands, deg.
     """
@@ -88,7 +88,7 @@ class PaintSession:
 
     @property
     def canvas(self) -> Canvas:
-        """The canvas as it is now, with the stroke under way."""
+        """The canvas, including the current stroke."""
         return self._canvas if self._stroke is None else self._stroke.canvas
 
     @property
@@ -98,21 +98,21 @@ class PaintSession:
 
     @property
     def weights(self) -> PaintedWeights:
-        """The weights as of now."""
+        """The current weights."""
         if self._dirty:
             self._weights = self._caught_up()
             self._dirty.clear()
         return self._weights
 
     def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
-        """Take another place's light, or none.
+        """Set the light of a place, or none.
 
         `front_deg`: azimuth at which the photographer stands, deg.
         """
         self._table, self._front_deg, self._counted = table, front_deg, None
 
     def replace(self, canvas: Canvas) -> None:
-        """Take another canvas; a stroke under way is given up."""
+        """Replace the canvas and abort the current stroke."""
         size = canvas_size(self._transport)
         if canvas.size != size:
             layers = (canvas.weights, canvas.ignore, canvas.start_weights, canvas.start_ignore)
@@ -121,7 +121,7 @@ class PaintSession:
         self._start_afresh(canvas)
 
     def begin(self, brush: Brush, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Begin a stroke; one under way is given up.
+        """Begin a stroke and abort the current one.
 
         `x` and `y`: canvas pixels from the upper left corner.
         `pressure`: 0 to 1.
@@ -132,7 +132,7 @@ class PaintSession:
         return self._stroke.begun
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Draw on to a place; as `begin`. Without a stroke under way nothing happens."""
+        """Extend the stroke to a point; no-op without a stroke. Arguments as `begin`."""
         if self._stroke is None:
             return ()
         regions = self._stroke.extend(x, y, pressure)
@@ -140,7 +140,7 @@ class PaintSession:
         return regions
 
     def commit(self) -> TileChange:
-        """End the stroke; returns what it changed, for undo. Empty without a stroke."""
+        """End the stroke; return its change, for undo. Empty without a stroke."""
         if self._stroke is None:
             return TileChange(())
         canvas, change = self._stroke.commit()
@@ -149,23 +149,23 @@ class PaintSession:
         return change
 
     def abort(self) -> None:
-        """Give up the stroke under way, if there is one."""
+        """Abort the current stroke."""
         if self._stroke is not None:
             self._stroke = None
             self._start_afresh(self._canvas)
 
     def apply(self, change: TileChange) -> None:
-        """Do a change again; see `app.core.painting.stroke.apply`."""
+        """Redo a change; see `app.core.painting.stroke.apply`."""
         self.abort()
         self._start_afresh(apply(self._canvas, change))
 
     def revert(self, change: TileChange) -> None:
-        """Take a change back; see `app.core.painting.stroke.revert`."""
+        """Undo a change; see `app.core.painting.stroke.revert`."""
         self.abort()
         self._start_afresh(revert(self._canvas, change))
 
     def answer(self) -> Answer:
-        """Work out what the canvas asks for and where to turn for it."""
+        """Solve the canvas: its target and its best turn."""
         weights, table = self.weights, self._table
         target = weights.preintegrated(self._transport)
         missing = advice(self.canvas, weights)
@@ -248,14 +248,14 @@ class Draft:
 
 
 def draft_version(path: Path) -> str:
-    """Return which version of a draft is on the disk; "" where there is none."""
+    """Return the version of a draft on disk; "" without one."""
     with contextlib.suppress(OSError), open_file(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
     return ""
 
 
 def put_draft_aside(path: Path) -> Path:
-    """Give a draft that another process has written a name of its own; where it is then."""
+    """Rename a draft of another process; return its new path."""
     for number in range(2, _MOST_DRAFTS + 1):
         aside = path.with_name(f"{path.name.partition('.')[0]}.{number}.npz")
         if not os.path.lexists(aside):
@@ -265,7 +265,7 @@ def put_draft_aside(path: Path) -> Path:
 
 
 def save_draft(path: Path, draft: Draft) -> None:
-    """Write a draft whole or not at all; the one before is replaced."""
+    """Save a draft atomically."""
     header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
     arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
@@ -301,7 +301,7 @@ def load_draft(path: Path) -> Draft:
 
 
 def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
-    """Look for the draft that was begun from a style.
+    """Find the draft of a style.
 
     A file that cannot be read is left as it is; the next free name is taken beside it.
 

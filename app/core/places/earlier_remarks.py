@@ -1,4 +1,4 @@
-"""Remarks that an earlier Turnlight saved as a sentence, where something depends on them."""
+"""Remarks that earlier versions saved as sentences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small pictures of a place's frames."""
+"""Thumbnails of a place's frames."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CLIPPED_CODE: Final = 250
 def frame_pictures(
     folder: Path | None, facts: CaptureFacts, radiance: FloatImage
 ) -> tuple[Bytes | None, ...]:
-    """Find small pictures of a place's frames.
+    """Return thumbnails of a place's frames.
 
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 of the merge: where a file is
@@ -50,7 +50,7 @@ def frame_pictures(
 
 
 def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
-    """Expose a panorama as a camera without any tone mapping would.
+    """Expose a panorama without tone mapping, like a camera.
 
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709.
@@ -84,5 +84,5 @@ def small_picture(path: Path) -> Bytes | None:
 
 
 def clipped_in(picture: Bytes) -> float:
-    """Share of a small sRGB picture whose brightest channel is at its end, 0 to 1."""
+    """Return the clipped share of a small sRGB picture, 0 to 1."""
     return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())

@@ -1,4 +1,4 @@
-"""What somebody dropped or chose: a place, a panorama, a film, or photographs."""
+"""Sort dropped files: a place, a panorama, a film, or photos."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class Intake:
 
     @property
     def originals(self) -> tuple[Path, ...]:
-        """What is copied into the place."""
+        """Files to copy into the place."""
         return self.files + (() if self.own is None else self.own.more_files)
 
 
 def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
-    """Sort files by their names, a single one by its content; nothing else is read.
+    """Sort files by name, a single one by content.
 
     Args:
         way: What photographs are taken for, as in the setting `measure_with`.

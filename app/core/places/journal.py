@@ -1,4 +1,4 @@
-"""The journal of a capture: how far it has come, as the file that survives a power cut.
+"""The journal of a capture, which survives a power cut.
 
 ``session.json`` is written before every act of a capture, whole or not at all, and read by what
 resumes it: with the camera, from the frames that are here, or on another day.
@@ -62,12 +62,12 @@ _URL: Final = r"http://[^\s/@\\?#]{1,300}/[^\s\\]{0,2000}"
 
 
 class Newer(ValueError):
-    """The journal was written by a newer version of this program."""
+    """The journal is from a newer version."""
 
 
 @dataclass(frozen=True, slots=True)
 class SessionFrame:
-    """One picture of the camera."""
+    """A picture on the camera."""
 
     name: str
     url: str
@@ -81,7 +81,7 @@ class SessionFrame:
 
 @dataclass(frozen=True, slots=True)
 class ShotStart:
-    """What was there before the camera was asked for a picture.
+    """State of the camera before a picture is requested.
 
     * `previous`: address of its newest file, "" where it had none.
     * `camera_time`: by its own clock, "" where it does not state it.
@@ -93,7 +93,7 @@ class ShotStart:
 
 @dataclass(frozen=True, slots=True)
 class SessionJournal:
-    """How far a capture has come.
+    """Progress of a capture.
 
     * `exposed`: all exposures have been made.
     * `shot_start`: of a picture whose address is not in the journal yet.
@@ -126,14 +126,14 @@ class SessionJournal:
 
     @property
     def owes(self) -> bool:
-        """Whether the camera has not been given back as it was."""
+        """Whether the camera still has changed settings."""
         pictures = self.picture_to_delete is not None or (self.exposed and bool(self.surplus))
         metering = self.shot_start is not None and self.stage == "metering"
         return bool(self.settings_to_restore) or pictures or metering
 
 
 def text_of(journal: SessionJournal) -> str:
-    """Write a journal down, as JSON that `journal_of` reads back to an equal journal.
+    """Format a journal as JSON; the inverse of `journal_of`.
 
     Raises `Unfit` when a value would be refused on reading, or is a password: nothing is ever
     written that cannot be read again.
@@ -148,7 +148,7 @@ def text_of(journal: SessionJournal) -> str:
 
 
 def journal_of(data: str | bytes) -> SessionJournal:
-    """Read a journal that may be damaged or forged.
+    """Parse an untrusted journal.
 
     Raises `Newer` when its version is higher than `VERSION`; `Unfit` for everything else that is
     not a journal.
@@ -165,7 +165,7 @@ def journal_of(data: str | bytes) -> SessionJournal:
 
 
 def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
-    """Leave out the settings of a camera that a journal cannot hold."""
+    """Drop camera settings that a journal cannot hold."""
     kept: dict[str, JsonValue] = {}
     for name, value in settings.items():
         with suppress(Unfit):
@@ -295,7 +295,7 @@ _JOURNAL: Final = record(SessionJournal, _CHECKS, _CHECKS.keys() - _LATER)
 
 
 def journal_in(session: Path) -> SessionJournal | None:
-    """Read the journal of a capture; None where it cannot be read."""
+    """Read the journal of a capture; None if it is unreadable."""
     try:
         with open_file(session / JOURNAL) as stream:
             return journal_of(stream.read(_MOST_BYTES))

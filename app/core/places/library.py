@@ -1,4 +1,4 @@
-"""All places of a folder: list them, delete one, bring it back, empty the trash.
+"""List, delete and restore the places of a folder.
 
 A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
 is one act of the file system on whatever disk that is, and so that no folder of the user's own is
@@ -63,7 +63,7 @@ def _may_be_place(entry: os.DirEntry[str]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class TrashedPlace:
-    """A place that was deleted."""
+    """A deleted place."""
 
     folder: Path
     name: str
@@ -71,7 +71,7 @@ class TrashedPlace:
 
 
 def delete_place(folder: Path, now: datetime | None = None) -> Path:
-    """Move a place to the trash, whole."""
+    """Move a place to the trash."""
     if folder.is_symlink() or summarise(folder) is None:
         raise PlaceError(
             tr("There is no place at {folder}.", folder=folder),
@@ -86,7 +86,7 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
 
 
 def restore_place(trashed: Path) -> Path:
-    """Bring a place back from the trash.
+    """Restore a place from the trash.
 
     Its folder: the one it had, or one with a number where that is taken.
     """
@@ -110,7 +110,7 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
 
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
-    """List the deleted places that can be brought back, the last deleted first."""
+    """List the places in the trash, the latest first."""
     found = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
     return tuple(TrashedPlace(one.folder, one.name, when) for one, when in found if one is not None)
 
@@ -129,7 +129,7 @@ def _entries(root: Path) -> list[tuple[datetime, Path]]:
 
 
 def trash_size(root: Path) -> tuple[int, int]:
-    """Count the deleted places, and the bytes of everything in them."""
+    """Return number and size in bytes of the places in the trash."""
     entries, size = _entries(root), 0
     for _, entry in entries:
         for folder, _, names in os.walk(entry):
@@ -140,7 +140,7 @@ def trash_size(root: Path) -> tuple[int, int]:
 
 
 def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
-    """Delete all deleted places for good; how many.
+    """Empty the trash; return the number of places.
 
     A place goes whole or stays whole in the trash, but for what a kill leaves of it: that is not
     listed any more and goes with the next call.

@@ -1,4 +1,4 @@
-"""The light of a place on the disk: the very numbers that were in memory, or a sentence.
+"""Save and read the light of a place, exact to the last bit.
 
 A new place's light is rounded to half floats before anything is worked out from it (`storable`), so
 that a third of the room holds it to the last bit. Other light, as of places from before, is kept as
@@ -42,7 +42,7 @@ _COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
 
 @dataclass(frozen=True, slots=True)
 class StoredLight:
-    """An environment in a place's folder."""
+    """The saved environment of a place."""
 
     environment: str
     fingerprint: str
@@ -59,7 +59,7 @@ def store_environment(
     rough: bool = False,
     shares: Mapping[str, Float32] | None = None,
 ) -> StoredLight:
-    """Keep the light of a place; `read_light` gives the same numbers to the last bit.
+    """Save the light of a place; `read_light` returns it exactly.
 
     ``place.json`` has to name it afterwards (`write_place`): until then the place has the light
     it had.
@@ -99,7 +99,7 @@ def store_environment(
 
 
 def storable(radiance: FloatImage) -> FloatImage:
-    """Round radiance to what a file of half floats holds, within 0.05 % of each value.
+    """Round radiance to half floats, within 0.05 % of each value.
 
     `radiance`: (H, W, 3) float32, linear Rec. 709 radiance, finite and not negative. What is
     darker than 2**-14, 12 stops below a grey wall, is rounded more coarsely.
@@ -134,7 +134,7 @@ def _holds(radiance: FloatImage, scale: float) -> bool:
 
 
 def fingerprint_of(radiance: FloatImage) -> str:
-    """Return the SHA-256 of an environment: its size and every bit of its radiance.
+    """Return the SHA-256 of an environment's size and radiance.
 
     `radiance`: (H, W, 3) float32, linear Rec. 709 radiance.
     """

@@ -1,4 +1,4 @@
-"""Load a place that was saved, and find the one that was open last."""
+"""Load a saved place, and find the last one that was open."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.core.solver.place_light import prepare
 
 
 class NotFinished(PlaceError):
-    """A place has no light yet, and can be finished."""
+    """A place without light that can be finished."""
 
     def __init__(self, error: CoreError, left: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)
@@ -46,7 +46,7 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
 
 
 def last_opened(last: str, places: Path) -> Path | None:
-    """Find the place that was open last; without one, the newest that has light."""
+    """Return the last open place, otherwise the newest with light."""
     if last and (Path(last) / PLACE).is_file():
         return Path(last)
     whole = (one for one in list_places(places) if one.has_light and one.state == "whole")

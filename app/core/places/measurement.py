@@ -1,4 +1,4 @@
-"""The light of a place, measured from files, with the facts of its measurement."""
+"""Measure the light of a place from files, with the facts of the measurement."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
 
 
 def location_of(probe: Measurement) -> Location:
-    """Find whether a place is indoors and where its sun is, from the light alone.
+    """Estimate from the light whether a place is indoors, and the sun's direction.
 
     Returns:
         Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where it
@@ -91,7 +91,7 @@ def place_of_capture(
     plan: str,
     naming: NamePlace,
 ) -> tuple[Place, PlaceLight]:
-    """Describe the place in a folder by what a camera measured there; prepare its light.
+    """Return the place and the prepared light of a capture.
 
     Args:
         places: Folder of places, whose names are taken.
@@ -116,7 +116,7 @@ def place_of_capture(
 
 
 def merged_light(probe: Measurement, name: str) -> PlaceLight:
-    """Prepare the light of a probe for pictures and the search.
+    """Prepare measured light for pictures and search.
 
     Raises:
         EnvironmentFileError: For pictures that are not panoramas, and when everything is black.

@@ -1,4 +1,4 @@
-"""Open files: load the place that they are, or make one of them."""
+"""Open files: load a place, or create one from them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.core.styles.style_pack import load_named_pack
 
 @dataclass(frozen=True, slots=True)
 class OpenOptions:
-    """How files become a place.
+    """Options for opening files.
 
     Attributes:
         places: Folder in which a new place gets its own.
@@ -48,7 +48,7 @@ def open_paths(
     report: Report,
     unsaved: Callable[[Path], Place | None] = lambda folder: None,
 ) -> OpenPlace:
-    """Open whatever it is: a place, a panorama, a bracket, a film, or a folder with one of these.
+    """Open a place, a panorama, a bracket, a film, or a folder with one of these.
 
     Args:
         unsaved: Gives what the disk has not taken yet of the place in a folder.

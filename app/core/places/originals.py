@@ -1,4 +1,4 @@
-"""The user's files, copied into a place, and names that any system takes.
+"""Copy the user's files into a place, under portable names.
 
 The files themselves are only ever read. What killed writes left is swept after an hour.
 """
@@ -46,7 +46,7 @@ _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(
 
 
 def folder_stem(name: str, made_at: datetime) -> str:
-    """Make a folder's name of a place's name that any system takes.
+    """Return a portable folder name for a place.
 
     Examples:
         >>> from datetime import datetime
@@ -60,7 +60,7 @@ def folder_stem(name: str, made_at: datetime) -> str:
 
 
 def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
-    """Read back what a folder's name says of its place: roughly the name, and the local time.
+    """Return approximate name and local time of a place from its folder's name.
 
     Examples:
         >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
@@ -83,7 +83,7 @@ def free_names(stem: str, ending: str = "") -> Iterator[str]:
 
 
 def safe_file_name(name: str) -> str:
-    """Make any name one that every system takes, with its ending kept.
+    """Return a portable file name, with the same suffix.
 
     Examples:
         >>> safe_file_name("R0010:12.JPG"), safe_file_name("con.jpg"), safe_file_name(".. ")
@@ -102,7 +102,7 @@ def safe_file_name(name: str) -> str:
 
 
 def publish(half: Path, target: Path) -> bool:
-    """Give a whole file its name, unless something has that name already.
+    """Rename a complete file, unless the name is taken.
 
     False when the name is taken; then nothing has changed.
     """
@@ -122,7 +122,7 @@ def publish(half: Path, target: Path) -> bool:
 
 
 def sweep(folder: Path, now_s: float | None = None) -> None:
-    """Remove what killed writes left in a place's folder an hour ago or longer."""
+    """Remove temporary files older than an hour from a place's folder."""
     limit = (time.time() if now_s is None else now_s) - _OLD_S
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:

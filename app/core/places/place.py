@@ -1,4 +1,4 @@
-"""What is kept of a place, and as JSON and back; every float comes back to the last bit."""
+"""The record of a place, and its JSON; floats are exact."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ UNNAMED: Final = "Unnamed place"
 
 
 class PlaceError(CoreError):
-    """A place cannot be found, read or kept."""
+    """A place cannot be found, read or saved."""
 
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """What is over the place, for the age of the light."""
+    """Sky and sun of a place, for the age of its light."""
 
     kind: Kind = "unknown"
     sun: bool | None = None  # whether the sun shines on the place; None where it is not known
@@ -85,7 +85,7 @@ class Location:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What the results of a place were asked with."""
+    """Settings of the results of a place."""
 
     head: str = "generic"
     objective: Objective = "picture"
@@ -131,7 +131,7 @@ class CaptureFacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """A place's file as it was read, so that what a newer version wrote there is not lost."""
+    """A place's file as read, to preserve entries of newer versions."""
 
     found: Facts
     known: Facts
@@ -140,7 +140,7 @@ class Source:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """One place and time.
+    """A place: the light of one spot and time, with its answers.
 
     Texts are cleaned of what a file or a screen cannot hold, and angles are wrapped, so that what
     is in memory is what will be read again.
@@ -214,7 +214,7 @@ class OpenPlace:
 
 
 def clean_name(name: str) -> str:
-    """Make any text the name of a place: one line of at most 120 letters, never empty.
+    """Clean the name of a place: one line of at most 120 letters, never empty.
 
     Examples:
         >>> clean_name("  Café   de la Paix "), clean_name("")
@@ -226,7 +226,7 @@ def clean_name(name: str) -> str:
 
 
 def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
-    """Make any texts the tags of a place: short, each once in whatever case, and not too many.
+    """Clean the tags of a place: short, unique regardless of case, and limited in number.
 
     Examples:
         >>> clean_tags(["  north   light ", "", "North light", "brick"])
@@ -240,7 +240,7 @@ def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
 
 
 def clean_notes(notes: str) -> str:
-    """Drop what a text cannot hold; lines and tabs stay."""
+    """Remove control characters except line ends and tabs."""
     ends = notes.replace("\r\n", "\n").replace("\r", "\n")
     return "".join(c for c in ends if c in "\n\t" or ord(c) not in STEERING)
 
@@ -455,7 +455,7 @@ result_of: Final = record(_result, _RESULT | _WHY, _RESULT.keys() - _NEW)
 
 
 def to_json(place: Place) -> Facts:
-    """Turn a place into what its file holds, with what a newer version has written beside it.
+    """Convert a place to JSON, with unknown entries of newer versions.
 
     Raises PlaceError when it could not be read again: notes that are too long, a result that is
     not a number.
@@ -536,12 +536,12 @@ def _taken(facts: Facts, name: str, lost: list[LostPart]) -> Any:
 
 
 def summary_of(facts: Facts, lost: list[LostPart]) -> Facts:
-    """Take only what a list of places shows."""
+    """Read the entries for a list of places."""
     return {each: _taken(facts, each, lost) for each in _LISTED}
 
 
 def answers_of(facts: Facts) -> tuple[int, int, str]:
-    """Count the styles in reach and all that were answered, and name the one to propose.
+    """Return the number of styles in reach, of all styles, and the one to propose.
 
     Skips whatever cannot be read: it is only for a list of places.
     """
@@ -559,14 +559,14 @@ def answers_of(facts: Facts) -> tuple[int, int, str]:
 
 
 def unreadable(place: Place) -> list[LostPart]:
-    """Return what of a place would count as damaged when it is read again; mostly nothing."""
+    """Return the parts of a place that could not be read again; usually none."""
     lost: list[LostPart] = []
     _decoded(_known(place), lost, place.name, place.made_at)
     return lost
 
 
 def place_of(facts: Facts, lost: list[LostPart], name: str, made_at: datetime) -> Place:
-    """Make a place of what a file holds; what is missing or unfit has its default."""
+    """Parse a place; missing or invalid entries get defaults."""
     place = _decoded(facts, lost, name, made_at)
     # Before anything changes it: what this version would make of the very same file.
     return replace(place, source=Source(facts, _known(place)))
@@ -621,5 +621,5 @@ def _results(
 
 
 def by_the_rule_before(place: Place) -> bool:
-    """Whether a place was last answered before faces were graded."""
+    """Return whether the results of a place predate grades."""
     return any(result.name in NAMES and result.grade is None for result in place.results)

@@ -1,4 +1,4 @@
-"""What there is to report of a place's folder and files."""
+"""Remarks about a place's folder and files, as data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Places that were begun and have no light yet, and what there is to finish them with."""
+"""Find unfinished places and complete them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _OVER: Final = frozenset({"idle"})
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedPlace:
-    """A place that was begun and has no light yet.
+    """A place without light.
 
     `session`: Of the capture in it; None where the photographs were opened from files.
     """
@@ -42,12 +42,12 @@ class UnfinishedPlace:
 
     @property
     def can_finish(self) -> bool:
-        """Whether there is anything to resume."""
+        """Whether there are frames to resume with."""
         return self.session is not None or bool(self.files)
 
 
 def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
-    """List the places that can be finished, the newest first; nothing is changed.
+    """List the places that can be finished, the newest first.
 
     None of them has any light: captures that ended and could not be saved are among them.
     """
@@ -56,7 +56,7 @@ def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
 
 
 def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
-    """Look for what there is of a place without light; None for one that has it."""
+    """Return the parts of an unfinished place; None if it has light."""
     if summary.has_light or summary.state == "newer":
         return None
     empty = UnfinishedPlace(summary.folder, None, summary.name, summary.made_at)
@@ -83,7 +83,7 @@ def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
 def finish_files(
     left: UnfinishedPlace, settings: Settings, token: Token, report: Report
 ) -> OpenPlace:
-    """Merge the photographs that are in the folder of an unfinished place.
+    """Merge the photos of an unfinished place.
 
     Raises:
         CoreError: When they cannot be merged, or the disk refuses.
@@ -101,7 +101,7 @@ def finish_files(
 
 
 def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:
-    """Remove a place whose only capture took nothing; whether it did.
+    """Remove a place whose only capture is empty; return whether it did.
 
     It stays where a picture is in it, something was exposed, or the camera is owed anything.
 

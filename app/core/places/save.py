@@ -1,4 +1,4 @@
-"""Save a place: its light and what is known of it, in its folder, a new one, or the same again."""
+"""Save a place: in its folder, in a new one, or in its own again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.core.text import tr
 
 
 class FolderState(Enum):
-    """What has become of the folder of the open place."""
+    """State of the open place's folder."""
 
     THERE = "there"
     GONE = "gone"  # deleted, moved or renamed
@@ -29,7 +29,7 @@ class FolderState(Enum):
 
 
 def folder_state(folder: Path) -> FolderState:
-    """Look for a place's folder."""
+    """Return the state of a place's folder."""
     if not folder.parent.is_dir():
         return FolderState.UNPLUGGED
     if not (folder / PLACE).is_file():
@@ -38,7 +38,7 @@ def folder_state(folder: Path) -> FolderState:
 
 
 def save_place(opened: OpenPlace, *, open_since: bool = False) -> OpenPlace:
-    """Save the light of a place that has a folder, and what is known of it.
+    """Save light and record of a place with a folder.
 
     Args:
         open_since: The place was on the screen meanwhile: what its folder knows of the same
@@ -91,7 +91,7 @@ def save_new_place(
 
 
 def save_again(opened: OpenPlace) -> OpenPlace:
-    """Make the folder of a place again, with what is in memory of it.
+    """Recreate the folder of a place from memory.
 
     Raises:
         PlaceError: When the disk refuses.
@@ -103,7 +103,7 @@ def save_again(opened: OpenPlace) -> OpenPlace:
 
 
 def save_anywhere(opened: OpenPlace, places: Path) -> OpenPlace:
-    """Save a place wherever that is possible, as before a forced end.
+    """Save a place wherever possible, before a forced exit.
 
     Its own folder is made again where it is gone; else it gets a new one in `places`.
 
@@ -118,7 +118,7 @@ def save_anywhere(opened: OpenPlace, places: Path) -> OpenPlace:
 
 
 def original_files(folder: Path | None) -> tuple[Path, ...]:
-    """List the files that were copied into a place; none where they cannot be listed."""
+    """List the originals of a place; empty if they cannot be listed."""
     if folder is None:
         return ()
     try:
@@ -128,5 +128,5 @@ def original_files(folder: Path | None) -> tuple[Path, ...]:
 
 
 def with_light_of(place: Place, saved: Place) -> Place:
-    """Name the light in a place that was saved as `saved`."""
+    """Return a place with the light of `saved`."""
     return replace(place, environment=saved.environment, fingerprint=saved.fingerprint)

@@ -1,4 +1,4 @@
-"""Why a style was out of reach, as a place keeps it; earlier places keep a sentence."""
+"""Read saved reasons: data, or a sentence in earlier places."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _KINDS: Final[dict[str, Check]] = {
 
 
 def shortfall_of(value: Any) -> Shortfall:
-    """Check for a shortfall."""
+    """Parse a shortfall."""
     kind = entries(value).get("kind")
     if not isinstance(kind, str) or kind not in _KINDS:
         raise Unfit("an unknown kind of reason")
@@ -79,6 +79,6 @@ def shortfall_of(value: Any) -> Shortfall:
 
 
 def sentence_of(value: Any) -> SavedReason | None:
-    """Check for the sentence of an earlier place; an empty one says nothing."""
+    """Parse the sentence of an earlier place."""
     words = _SENTENCE(value)
     return SavedReason(words) if words else None

@@ -1,4 +1,4 @@
-"""The photographs that were taken at a place, and how far off the light each was.
+"""The photos taken at a place, and how far each missed the light.
 
     PLACE/shots.json         one entry for each photograph; only ever replaced as a whole
     PLACE/shots/originals/   copies of the photographs; the user's own files are only read
@@ -72,7 +72,7 @@ _QUALITY: Final = 88
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """One photograph and what was found out about it.
+    """A photo with its verdict.
 
     Azimuths are in the panorama, so that they stay true when the marker of where the photographer
     stands is moved.
@@ -149,7 +149,7 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 
 
 def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
-    """Read what is kept, as much of it as there is.
+    """Read the photos of a place; damaged entries are skipped.
 
     Returns `shots`: in the order in which they were added, without those that were removed.
     """
@@ -215,7 +215,7 @@ def add_shot(
     token: Token | None = None,
     report: Report = silent,
 ) -> Shot:
-    """Keep a photograph with a place.
+    """Add a photo to a place.
 
     The same photograph opened again for the same style takes the place of the one that is there.
 
@@ -257,17 +257,17 @@ def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
 
 
 def is_frame(shot: Shot) -> bool:
-    """Whether it is a frame of a film of the turn: no camera writes such pictures."""
+    """Return whether a photo is a frame of a film."""
     return shot.file.endswith(".frame.png")
 
 
 def photo_of(folder: Path, shot: Shot) -> Path:
-    """Name the copy of a photograph."""
+    """Return the path of a photo's copy."""
     return folder / _FOLDER / ORIGINALS / shot.file
 
 
 def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
-    """Read the small picture of a photograph.
+    """Read the thumbnail of a photo.
 
     Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.
     """
@@ -277,7 +277,7 @@ def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
 
 
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
-    """Take a photograph off the list, or bring it back.
+    """Remove a photo from the list, or restore it.
 
     Raises PlaceError when it is not there any more, or the disk refuses.
     """
@@ -290,7 +290,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 
 
 def purge_shots(folder: Path) -> int:
-    """Forget the photographs that were removed, with their copies: they cannot be brought back.
+    """Delete removed photos and their copies for good.
 
     How many. What the disk does not let go of stays.
     """
@@ -315,7 +315,7 @@ def purge_shots(folder: Path) -> int:
 def keep_film_frames(
     folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
 ) -> None:
-    """Keep, for each style that a film offers, its own frame as a photograph of the place.
+    """Save the frame of each style that a film offers as a photo of the place.
 
     What cannot be kept is left out.
     """

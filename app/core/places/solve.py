@@ -1,4 +1,4 @@
-"""Solve a place: one answer for every style, built in and painted."""
+"""Solve a place for all styles, built in and painted."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def solve_place(
     front_deg: float,
     lens: LensWish = STRAIGHT,
 ) -> tuple[StyleResult, ...]:
-    """Answer a place for all styles, by the rule that is set.
+    """Solve a place for all styles by the settings.
 
     A head without views is seen straight from the front.
 
@@ -58,7 +58,7 @@ def solve_styles(
     head: Head | None = None,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Answer built-in styles, in the order of the pack, then painted ones, in their own.
+    """Solve built-in styles in the order of the pack, then painted ones.
 
     Args:
         light: As `solve_all` takes it.

@@ -1,4 +1,4 @@
-"""A place on the disk: make, read, write and rename it.
+"""The folder of a place: create, read, write and rename it.
 
     ROOT/<folder>/place.json         what is known of the place; only ever replaced as a whole
     ROOT/<folder>/environment-*.exr  the light; a new capture gets a new file
@@ -100,7 +100,7 @@ EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True)
 class PlaceSummary:
-    """What a list shows of a place."""
+    """Summary of a place for lists."""
 
     folder: Path
     name: str
@@ -121,7 +121,7 @@ class PlaceSummary:
 
 
 def summarise(folder: Path) -> PlaceSummary | None:
-    """Say of one folder what a list shows of it.
+    """Return the summary of a folder.
 
     None for a folder that holds nothing of a place.
     """
@@ -185,7 +185,7 @@ def _names(folder: Path) -> tuple[str, ...]:
 
 
 def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
-    """Name the environment in a folder that was written last; "" where there is none."""
+    """Return the name of the newest environment in a folder; "" without one."""
     names = _names(folder) if names is None else names
     lights = [name for name in names if re.fullmatch(ENVIRONMENT_NAME, name)]
     return max(lights, key=lambda name: _time_of(folder / name), default="")
@@ -219,7 +219,7 @@ def _thumbnail(folder: Path) -> Path | None:
 
 
 def capture_folders(folder: Path) -> tuple[Path, ...]:
-    """Return the folders of captures in a place that were begun, the oldest first.
+    """Return the capture folders of a place, the oldest first.
 
     The place's own folder is one of them where the capture was made right in it.
     """
@@ -233,7 +233,7 @@ def capture_folders(folder: Path) -> tuple[Path, ...]:
 
 
 def new_capture_folder(folder: Path) -> Path:
-    """Name a folder in a place for one more capture; it is not made.
+    """Return a free name for a capture folder, without creating it.
 
     Raises PlaceError when there are too many.
     """
@@ -251,7 +251,7 @@ def _listing(folder: Path) -> Sequence[str]:
 
 
 def drop_merged(folder: Path) -> None:
-    """Remove what captures in a place have merged: the place has the light itself.
+    """Remove merged light from capture folders, since the place has it.
 
     Only where the camera's own files are there, of which it can be merged again.
     """
@@ -262,7 +262,7 @@ def drop_merged(folder: Path) -> None:
 
 
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
-    """Make a folder for a new place.
+    """Create the folder of a new place.
 
     It appears whole, with its ``place.json`` in it, or not at all.
 
@@ -306,7 +306,7 @@ def _drop(staged: Path) -> None:
 
 
 def write_place(folder: Path, place: Place) -> Path | None:
-    """Keep what is known of a place, whole or not at all.
+    """Write the record of a place atomically.
 
     Returns the copy of what another process has written since the place was read; None where
     nobody has.
@@ -343,7 +343,7 @@ def _alone_in(folder: Path) -> AbstractContextManager[bool]:
 
 
 def read_place(folder: Path) -> Place:
-    """Read what is known of a place, as much of it as there is.
+    """Read the record of a place; damaged parts get defaults.
 
     `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before anything
     replaces it. Where ``place.json`` is missing, name, time and light are taken from the folder.
@@ -400,7 +400,7 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[LostPart]) -> list[Rem
 
 
 def change_place(folder: Path, **changes: Any) -> Place:
-    """Change what the user says of a place; its folder keeps its name."""
+    """Change fields of a saved place; its folder keeps its name."""
     with _alone_in(folder):
         place = replace(read_place(folder), **changes)
         write_place(folder, place)

@@ -1,4 +1,4 @@
-"""How old a measured light is, and whether it still holds.
+"""Age of measured light, and whether it still holds.
 
 The sun goes around the sky by 15 degrees an hour along a circle of declination, that is by
 15 cos(declination) degrees of arc an hour. The declination follows from the date (Spencer, "Fourier
@@ -62,7 +62,7 @@ def light_age(
     kind: Kind = "unknown",
     sun_elevation_deg: float | None = None,
 ) -> Age:
-    """Say how old a light is.
+    """Return the age of a light.
 
     `sun_elevation_deg`: of the measured sun, deg; with it the change of its azimuth is bounded.
     The state is unknown where it was measured more than two minutes in the future.
@@ -84,7 +84,7 @@ def light_age(
 
 
 def declination_deg(when: datetime) -> float:
-    """Declination of the sun at a date (Spencer 1971), within 0.05 deg but for the leap day."""
+    """Return the sun's declination at a date (Spencer 1971), within 0.05 deg except leap days."""
     day = when.timetuple().tm_yday - 1 + (when.hour + when.minute / 60.0) / 24.0
     angle = 2.0 * math.pi * day / 365.0
     return math.degrees(
@@ -99,7 +99,7 @@ def declination_deg(when: datetime) -> float:
 
 
 def sun_moved_deg(minutes: float, declination: float) -> float:
-    """Angle between where the sun was and where it is.
+    """Return the angle that the sun has moved.
 
     `declination`: deg.
     Returns deg of arc on the sky; 15 cos(declination) an hour for short times.

@@ -1,4 +1,4 @@
-"""Heads as a camera sees them that stands beside their nose.
+"""Portraits of heads turned aside.
 
 What lights the skin does not depend on the camera: nodes are those of the head, and some more that
 only views from aside show. Where they are in a picture, how they mirror and how much of the skin's
@@ -102,7 +102,7 @@ def seen_from(
     yaw_deg: float,
     skin: str,
 ) -> PortraitHead:
-    """One of the views of a file.
+    """Return one view of a head turned aside.
 
     Args:
         frame: "origin", scene units, "top" and "step", slopes: where the camera is, and its pixels.

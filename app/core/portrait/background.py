@@ -1,4 +1,4 @@
-"""The place behind the head, out of focus as a portrait lens leaves it."""
+"""The background of a portrait, out of focus as with a portrait lens."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FINE: Final = 6  # radius of the blur where it is worked out, pixels
 
 
 def blur_px(slope: float, distance_m: float) -> float:
-    """Diameter of the disc that a point of the background becomes, pixels of some tangent.
+    """Return the diameter of the blur disc of the background, pixels.
 
     Light of a point b behind what is in focus, s from the lens, comes to an aperture A = f / N in a
     cone that is A b / (s + b) wide there, by similar triangles (the disk of confusion of H. M.
@@ -36,7 +36,7 @@ def blur_px(slope: float, distance_m: float) -> float:
 def background(
     panorama: FloatImage, facing_deg: float, frame: Framing, camera: TransportHeader
 ) -> Float32:
-    """Show the place behind a sitter who faces an azimuth, (h, w, 3), linear as the panorama.
+    """Render the blurred background of a sitter, (h, w, 3), linear.
 
     It has the perspective of the head's own camera, so it is the middle third of what the lens sees
     on an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera stands in front of the

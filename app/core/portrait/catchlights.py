@@ -1,4 +1,4 @@
-"""Catchlights: what the eyes of a portrait mirror of a place, by eye, clock and source."""
+"""Catchlights: lamps reflected in the eyes, by eye, clock position and source."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ABOVE_DEG: Final = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Catchlight:
-    """One bright spot on an iris.
+    """A bright reflection on an iris.
 
     Attributes:
         eye: "left" or "right", the sitter's own.
@@ -57,7 +57,7 @@ def catchlights(
     turn_deg: float,
     findings: Findings,
 ) -> tuple[Catchlight, ...]:
-    """Find a portrait's catchlights: reflections three times as bright as the iris around them.
+    """Find catchlights: reflections three times as bright as the surrounding iris.
 
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.

@@ -1,4 +1,4 @@
-"""Light on a face at a turn: its lighting ratio, where it comes from, and glare in the eyes.
+"""Light on a face at a turn: lighting ratio, direction, and glare in the eyes.
 
 **Lighting ratio**: how much brighter the lit side is than the shadow side. Photographers state it
 as key plus fill over fill: the lit cheek has both lights, the shadow cheek the fill alone, and the
@@ -80,7 +80,7 @@ _BRIGHT_PERCENTILE: Final = 99.0
 
 @dataclass(frozen=True, slots=True)
 class LightingRatio:
-    """How the two sides of a face compare.
+    """Lighting ratio of the two sides of a face.
 
     Attributes:
         stops: Lit cheek over shadow cheek, in stops; never negative.
@@ -97,7 +97,7 @@ def lighting_ratio(
     picture: Floats,
     areas: tuple[Indices, Indices] | None = None,
 ) -> LightingRatio:
-    """Read the lighting ratio off a picture of the head.
+    """Measure the lighting ratio in a picture of the head.
 
     `picture`: (P, 3) or (P,) float, linear Rec. 709 picture on the head's pixels
     (`app.core.solver.transport.render`), or its luminance; any exposure.
@@ -128,7 +128,7 @@ def lighting_ratio(
 
 
 def cheeks(transport: Transport) -> tuple[Indices, Indices]:
-    """Find the pixels that are read, on the fronts of the cheeks.
+    """Return the pixels of the two cheeks that are compared.
 
     `transport`: of a head seen from in front, its middle in the middle of the picture, its crown at
     the upper edge of what it covers.
@@ -205,7 +205,7 @@ class Flow:
 
 
 def light_flow(radiance: Floats, facing_deg: float) -> Flow:
-    """Find the flow of light at a turn.
+    """Return the flow of light at a turn.
 
     `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
     `app.core.portrait.face_light.eye_light`, or its result.
@@ -257,12 +257,12 @@ class Glare:
 
     @property
     def warns(self) -> bool:
-        """Whether there is anything to warn of."""
+        """Whether to show a warning."""
         return self.level != "none"
 
 
 def eye_light(radiance: Floats) -> FloatImage:
-    """Reduce an environment to what `glare` looks at; worth keeping where many turns are asked.
+    """Reduce an environment for `glare`; reuse it for several turns.
 
     `radiance`: (H, 2 H, 3) or (H, 2 H) float, linear Rec. 709 radiance, or luminance, any exposure;
     panorama frame.
@@ -284,7 +284,7 @@ def glare(
     sun: tuple[float, float] | None = None,
     findings: Findings | None = None,
 ) -> Glare:
-    """Judge the glare in the eyes of a sitter who looks at the photographer.
+    """Estimate glare in the eyes of a sitter who looks at the photographer.
 
     `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of `eye_light`, or its result.
     `facing_deg`: panorama azimuth that the sitter faces, the turn plus the azimuth of the front,

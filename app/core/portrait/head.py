@@ -1,4 +1,4 @@
-"""A head: who is lit, loaded whole, and with targets under the lamps of a studio."""
+"""A head, with its styles under the lamps of a studio, and its portraits."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB on
 
 @dataclass(frozen=True, eq=False)
 class Head:
-    """Who is being lit."""
+    """A head that is being lit."""
 
     name: str
     pack: StylePack = field(repr=False)
@@ -98,11 +98,11 @@ class Head:
         return pack_for
 
     def pack_in(self, studios: Mapping[str, Studio]) -> StylePack:
-        """Make the pack with targets in other studios, and keep it for a while."""
+        """Return the pack with targets under other lamps; recent ones are cached."""
         return (self.published or self)._packs(frozenset(studios.items()))
 
     def lit_by(self, studios: Mapping[str, Studio]) -> Head:
-        """Give the head with targets in other studios; the first time takes about half a second."""
+        """Return the head with targets under other lamps; the first call takes half a second."""
         if studios == self.studios:
             return self
         return (self.published or self)._lit(frozenset(studios.items()))
@@ -120,7 +120,7 @@ class Head:
 
     @cached_property
     def views(self) -> list[ViewTables]:
-        """What the search needs of the head from aside; none of a head baked without."""
+        """Search tables of the views from aside; empty for a head baked without them."""
         try:
             # Only other lamps ask again: the views themselves are 20 MB.
             if self.published is None:
@@ -130,12 +130,12 @@ class Head:
             return []
 
     def turned(self, yaw_deg: float) -> Head:
-        """Give the head as a lens sees it that stands beside the nose, at the nearest view."""
+        """Return the head turned aside, in the nearest baked view."""
         return self if not yaw_deg or self.yaw_deg else self._turned(yaw_deg)
 
     @cached_property
     def aside(self) -> HeadViews:
-        """All views, 20 MB; read once for all lamps."""
+        """All views from aside, 20 MB, read once."""
         return load_views_of(self.pack, self.name)
 
     @cached_property
@@ -162,17 +162,17 @@ class Head:
         return PaintedHead(self.transport, self.aside, self.pack.styles)
 
     def target_of(self, style: UserStyle) -> FloatImage:
-        """Picture of what a painted style asks for, from where the lens is."""
+        """Return the target picture of a painted style, as the lens sees it."""
         if self.front is None:
             return prepare_user_style(self.transport, style).target
         return self.front.painted().target(style, self.yaw_deg)
 
     def studio_wanted(self, style: str) -> Studio:
-        """The lamps that were chosen for a style; `StylePack.studio` has those that show it."""
+        """Return the lamps chosen for a style; `StylePack.studio` has those in use."""
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
     def portrait(self, linear: FloatImage, size: Size, light: Lit = None) -> Bytes:
-        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB.
+        """Develop a linear picture of the head, (N, N, 3), to sRGB of a size.
 
         It is exposed by the light that it is in; even light by default. A large one in the light of
         a place or of a style is drawn at full size.
@@ -379,9 +379,9 @@ def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
 
 
 def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
-    """Load a head that ships, or one's own by the path of its transport.
+    """Load a shipped head by name, or another by the path of its transport.
 
-    Raises `TransportError` if it cannot be read, or some screen could not use it.
+    Raises `TransportError` if it is unreadable or incomplete.
     """
     pack = load_named_pack(name)
     transport = load_transport_of(pack, name)

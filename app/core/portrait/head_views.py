@@ -1,4 +1,4 @@
-"""A head turned to the side: what cameras see that stand beside its nose.
+"""Views of a head turned aside.
 
 Yaw is how far the face turns toward the sitter's own left from the line to the camera. What lights
 the skin does not depend on the camera: all views of a head are transports over the same functions
@@ -53,7 +53,7 @@ _PLACE_M: Final = 2e-4  # step in which positions are stored
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadView:
-    """A head as a camera sees it that stands beside its nose.
+    """A view of a head turned aside.
 
     Attributes:
         transport: In light at the turn of the nose.
@@ -67,7 +67,7 @@ class HeadView:
     targets: Float32 = field(repr=False)
 
     def mirrored(self, styles: Sequence[Style]) -> HeadView:
-        """The view from the other side, of a symmetric head."""
+        """Return the mirrored view, of a symmetric head."""
         here, size = self.transport, self.transport.size
         flipped = here.pixels // size * size + size - 1 - here.pixels % size
         order = np.argsort(flipped)
@@ -87,7 +87,7 @@ class HeadView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadViews:
-    """All views of a head, packed; each is worked out where it is asked for.
+    """All views of a head, packed; each is unpacked on demand.
 
     Attributes:
         shape: Of the head seen from the front.
@@ -102,18 +102,18 @@ class HeadViews:
 
     @property
     def yaws(self) -> tuple[float, ...]:
-        """All yaws there are views at, deg, from right to left, 0 among them."""
+        """Yaws of all views, deg, from right to left, including 0."""
         both = {*self.parts, 0.0}
         if self.header.symmetric:
             both |= {-yaw for yaw in self.parts}
         return tuple(sorted(both))
 
     def nearest(self, yaw_deg: float) -> float:
-        """The yaw nearest to one that is asked for, deg."""
+        """Return the nearest baked yaw, deg."""
         return min(self.yaws, key=lambda yaw: (abs(wrap(yaw - yaw_deg)), abs(yaw)))
 
     def at(self, yaw_deg: float, styles: Sequence[Style]) -> HeadView:
-        """The view at one of `yaws` but 0.
+        """Return the view at one of `yaws` except 0.
 
         Args:
             styles: Those of the head's pack, in its order.
@@ -155,7 +155,7 @@ def pack_view(
     targets: Float32,
     size: int,
 ) -> dict[str, NDArray[Any]]:
-    """Round a view as it is stored.
+    """Quantise a view for storage.
 
     Coefficients are smooth over the picture, but for noise: squares of it are rounded as cosines,
     which takes half the room of pixels for the same error.
@@ -226,7 +226,7 @@ _COSINES: Final = _cosines()
 
 
 def views_path(transport: Path) -> Path:
-    """Return where the views of a transport's head lie: beside it."""
+    """Return the path of the views beside a transport."""
     name = transport.name.removesuffix(".npz").removesuffix(".styles")
     return transport.with_name(name + _ENDING)
 
@@ -237,7 +237,7 @@ def save_views(
     texel_basis: Float32,
     parts: Mapping[float, Mapping[str, NDArray[Any]]],
 ) -> str:
-    """Store the views of a head, atomically, and return the file's SHA-256.
+    """Save the views of a head atomically; return the file's SHA-256.
 
     Args:
         front: The head's own transport.
@@ -297,7 +297,7 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
 
 
 def has_views(name: str) -> bool:
-    """Whether there is a file of views for a shipped head, or beside a transport."""
+    """Return whether a shipped head, or a transport, has a file of views."""
     return views_path(_beside(name)).is_file()
 
 

@@ -1,4 +1,4 @@
-"""Light of a place as a portrait needs it: soft light, lamps small enough for sharp shadows, sheen.
+"""Light of a place for a portrait: soft light, lamps with sharp shadows, sheen.
 
 Everything here is worked out once for a place. A turn only shifts columns.
 """
@@ -65,7 +65,7 @@ class Lamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PortraitLight:
-    """What a portrait needs to know of a place.
+    """Light of a place, prepared for portraits.
 
     Attributes:
         rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the first `SHARP` lamps,
@@ -83,7 +83,7 @@ class PortraitLight:
 
 
 def portrait_light(panorama: Floats) -> PortraitLight:
-    """Prepare a panorama.
+    """Prepare a panorama for portraits.
 
     Args:
         panorama: (H, W, 3) float. Linear Rec. 709 radiance at turn 0.
@@ -109,7 +109,7 @@ def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
 
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
-    """Light of a studio's lamps, taken to be far away, on black; large ones are soft light."""
+    """Prepare distant studio lamps for portraits; large ones become soft light."""
     found, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
         radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
@@ -160,7 +160,7 @@ def mirrored_cells() -> Indices:
 
 
 def soft_light(light: PortraitLight, turn_deg: float) -> Float32:
-    """Mean radiance of each cell of the grid, (G, 3), as a sitter sees it who faces `turn_deg`."""
+    """Return the mean radiance of each cell of the grid, (G, 3), at a turn."""
     row, azimuth, width, _ = grid()
     columns = light.rows.shape[1] - 1
     place = row.astype(np.intp)

@@ -47,14 +47,14 @@ _NARROWING: Final = 0.75  # power of the view's cosine; a lobe narrows by 1 acro
 def portrait_picture(
     head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turn_deg: float
 ) -> Float32:
-    """Picture of a head in a place's light; see `portrait_pictures`."""
+    """Render a head in the light of a place; see `portrait_pictures`."""
     return next(portrait_pictures(head, skin, light, [turn_deg]))
 
 
 def portrait_pictures(
     head: PortraitHead, skin: PortraitSkin, light: PortraitLight, turns_deg: Sequence[float]
 ) -> Iterator[Float32]:
-    """Pictures of a head at several turns, one after another.
+    """Render a head at several turns, one by one.
 
     Args:
         turns_deg: Azimuths in the panorama that the sitter's nose points to.
@@ -104,7 +104,7 @@ def _drawn(
 
 
 def eye_shine(head: PortraitHead, light: PortraitLight, turn_deg: float) -> list[Float32]:
-    """What eyes mirror at each of `glass`, (G, 3), in each of the head's `halves`."""
+    """Return the reflections in the eyes, (G, 3), for each half of the head."""
     way, gain = head.glass_way, head.glass_gain[:, None]
     around = _around(head, way, turn_deg)
     return [_looked_up(light.panorama, azimuth, way[:, 1]) * gain for azimuth in around]

@@ -1,4 +1,4 @@
-"""Pictures and panoramas as they are shown: exposed, tone-mapped, scaled."""
+"""Prepare pictures and panoramas for display: exposure, tone mapping, scaling."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _BAND_ROWS: Final = 256
 
 
 def greyed(display: FloatImage) -> FloatImage:
-    """Make a picture grey and darker: out of reach.
+    """Grey a picture that is out of reach.
 
     Args:
         display: Float32, (H, W, 3). sRGB in 0..1 on the well's grey.
@@ -38,7 +38,7 @@ def greyed(display: FloatImage) -> FloatImage:
 
 
 def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -> FloatImage:
-    """Show a panorama with some azimuth in the centre column.
+    """Render a panorama with an azimuth in the centre column.
 
     Args:
         environment: The place. Texels that had to be repaired are filled in from their neighbours
@@ -71,7 +71,7 @@ def _filled(radiance: FloatImage) -> FloatImage:
 
 
 def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
-    """Bring a picture, sRGB in 0..1, to rows and columns."""
+    """Scale a picture, sRGB in 0..1."""
     rows, columns = size
     if rows <= display.shape[0]:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)

@@ -54,7 +54,7 @@ def _file(*parts: str) -> Path:
 def load_portrait(
     head: str, skin: str, hair: str = PLAIN, yaw_deg: float = 0.0
 ) -> tuple[PortraitHead, PortraitSkin] | None:
-    """Load the portrait of a head that ships; the two last used stay in memory.
+    """Load the portrait of a shipped head; the last two are cached.
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.

@@ -1,4 +1,4 @@
-"""What the portrait of a head at full size is drawn from; a file beside its transport.
+"""Data of a head's large portrait, in a file beside its transport.
 
 Heads are symmetric, so everything is of the left half of the picture. *Nodes* are places on skin
 and eyes where light is worked out; *samples* are places in the picture that are shaded from the

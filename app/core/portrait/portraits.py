@@ -1,4 +1,4 @@
-"""Pictures of the head for the gallery of styles: many at once, all framed and exposed alike.
+"""Portraits for the gallery: many at once, framed and exposed alike.
 
 `benchmarks.speed.plain_portrait` says how a portrait looks; here the same look is made
 fast enough to follow a hand. Framing is two small matrices, one for rows and one for columns, that
@@ -53,7 +53,7 @@ CLOSE_SHAPE: Final = _CLOSE[0] / _CLOSE[1]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taps:
-    """Which pixels of a line make up each pixel shown, and with what weight.
+    """Source pixels and weights of each scaled pixel of a line.
 
     Attributes:
         index: (k, n) intp. Pixels of the picture.
@@ -73,7 +73,7 @@ class Taps:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Framing:
-    """What part of a head's picture is shown, and how large.
+    """Crop and scale of a head's picture.
 
     Attributes:
         rows, columns: Of the rows and columns shown.
@@ -91,7 +91,7 @@ class Framing:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Rows and columns shown."""
+        """Rows and columns of the result."""
         return self.rows.index.shape[1], self.columns.index.shape[1]
 
     def of(self, planes: Float32) -> Float32:
@@ -119,7 +119,7 @@ def framing(
     room: float = 1.0,
     above: float | None = None,
 ) -> Framing:
-    """Frame a head: the same part of it for every size of the same proportions.
+    """Return the framing of a head; it depends on proportions, not on size.
 
     Args:
         picture: Side of the head's square picture, pixels.
@@ -155,7 +155,7 @@ needed; a style's own lamps; even light."""
 
 
 def skin_gains(transport: Transport, lights: Sequence[Lit]) -> list[float]:
-    """By how much less than its own face asks for a head is exposed in each light.
+    """Return the exposure factor of a skin tone in each light, relative to medium skin.
 
     Pictures are exposed by the light, as with a grey card: as a face of medium skin would be in the
     same light. So skins that are seen side by side differ as they do in life.
@@ -208,7 +208,7 @@ def _studio(style: Style | None) -> Float64:
 def exposures(
     values: Floats, coverage: FloatImage, gains: Sequence[float] = ()
 ) -> tuple[float, ...]:
-    """By what pictures are multiplied to be looked at, at any size; any two may be compared.
+    """Return the display gains of pictures, comparable between pictures and sizes.
 
     By the rule of `app.core.base.colour.face_exposure`, of the transport's pictures as in
     `portraits`: bald, so that hair does not count as face. `gains`: see `skin_gains`.
@@ -223,7 +223,7 @@ def exposures(
 def portraits(
     values: Floats, coverage: FloatImage, wanted: Framing, exposed: Sequence[float] = ()
 ) -> Bytes:
-    """Show pictures of the head on the neutral grey that lies behind every picture.
+    """Develop pictures of the head on neutral grey.
 
     Args:
         values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
@@ -253,7 +253,7 @@ def portraits(
 def large_portrait(
     picture: Float32, away: FloatImage, exposed: float, behind: Float32 | None = None
 ) -> Bytes:
-    """Show a picture, (h, w, 3) linear, that is framed already; in a few milliseconds.
+    """Develop a framed linear picture, (h, w, 3), in a few milliseconds.
 
     `away`: share of each value, (h, w, 3), that the head leaves free. `behind`: (h, w, 3) float32,
     light behind the head, exposed with it; None: neutral grey.
@@ -302,7 +302,7 @@ def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
 
 
 def greyed(shown: Bytes) -> Bytes:
-    """Make a portrait grey and darker: out of reach.
+    """Grey a portrait that is out of reach.
 
     Args:
         shown: Bytes, (h, w, 3). sRGB on the well's grey.
@@ -314,7 +314,7 @@ def greyed(shown: Bytes) -> Bytes:
 
 
 def value_at(curve: Float64, turn_deg: float) -> float:
-    """Read a curve between the turns of the grid, by band-limited interpolation.
+    """Interpolate a curve between grid turns, band-limited.
 
     Args:
         curve: (64,) float64. Values at turns of 5.625 k degrees.

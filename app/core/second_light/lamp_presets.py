@@ -1,4 +1,4 @@
-"""Lamps from numbers: for those who have no dark room to capture a lamp in.
+"""Lamps described by numbers instead of a capture.
 
 A lamp is a flat piece of light that faces the head, equally bright all over and from every side
 (Lambertian), known by its size and by the illuminance that it gives at one metre.
@@ -159,13 +159,13 @@ class NumbersLamp:
 
 
 def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
-    """Give the lamp of a kind, at a distance from the middle of the head or at its usual one."""
+    """Return the lamp of a kind at a distance from the middle of the head."""
     distance = kind.distance_m if distance_m is None else distance_m
     return NumbersLamp(kind.name, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour)
 
 
 def parse(text: str) -> NumbersLamp:
-    """Read a lamp from a word.
+    """Parse a lamp.
 
     Examples:
         >>> parse("phone@0.45").distance_m

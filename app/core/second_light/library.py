@@ -1,4 +1,4 @@
-"""The user's captured lamps in their folder: keep, name, correct, put away and get back.
+"""The user's captured lamps: save, rename, correct, delete and restore.
 
     FOLDER/<name>.json           what is known of the lamp; only ever replaced as a whole
     FOLDER/<name>-<digits>.exr   its capture, and its mask as channel A; named by its checksum
@@ -424,7 +424,7 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
 
 
 def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
-    """Keep a lamp under a name and title of its own.
+    """Save a lamp under a free name and title.
 
     Raises CoreError if it cannot be written, or the title is empty or too long. Nothing counts
     then.
@@ -452,7 +452,7 @@ def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
 
 
 def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
-    """Give a lamp another title; its name in files stays.
+    """Rename a lamp; its file name stays.
 
     Raises CoreError if another lamp is called so, or it cannot be read or written.
     """
@@ -465,7 +465,7 @@ def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
 def restate_lamp(
     folder: Path, name: str, *, distance_m: float | None = None, lux: float | None = None
 ) -> CapturedLamp:
-    """Correct what was said of a lamp; its capture stays.
+    """Correct the facts of a lamp; its capture stays.
 
     `distance_m`: at which it was captured, metres; what is left out stays.
     Raises CoreError if these are no such numbers, or it cannot be read or written.
@@ -495,7 +495,7 @@ def check_distance(distance_m: float) -> float:
 
 
 def delete_lamp(folder: Path, name: str) -> Trashed:
-    """Put a lamp away, so that `restore_lamp` can bring it back."""
+    """Move a lamp to the trash."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
     files = [folder / f"{found}.json", *captures(folder, found), folder / f"{found}.png"]
@@ -504,7 +504,7 @@ def delete_lamp(folder: Path, name: str) -> Trashed:
 
 
 def restore_lamp(folder: Path, trashed: Trashed) -> CapturedLamp:
-    """Bring a lamp back; its files in the trash stay as they are.
+    """Restore a lamp from the trash.
 
     Under its old name and title, unless others bear them by now.
     """

@@ -1,4 +1,4 @@
-"""Where a second light may be held: 64 azimuths by 9 altitudes around the middle of the head.
+"""Placements of a second light: 64 azimuths by 9 altitudes around the head.
 
 Floor and arm limit the placements.
 """
@@ -24,13 +24,13 @@ _TRUNK_M: Final = (0.21, 0.13, -0.22)
 
 
 def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
-    """Find the placements that are not through the floor. Returns (576,) bool."""
+    """Return the placements above the floor, (576,) bool."""
     height: Float64 = directions()[:, 1] * distance_m
     return np.asarray(height >= _CLEAR_M - ear_height_m)
 
 
 def within_arm(distance_m: float) -> Bools:
-    """Find the placements to which somebody can hold a lamp for a picture of themselves.
+    """Return the placements within the sitter's own reach.
 
     Returns (576,) bool: within reach of either arm, not far behind the head, and not inside the
     trunk.
@@ -59,14 +59,14 @@ MIRRORED: Final[Int64] = (
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Float64:
-    """Give the unit vector from the middle of the head, (3,), head frame."""
+    """Return the unit vector of a placement, (3,), head frame."""
     azimuth, altitude = np.radians([azimuth_deg, altitude_deg])
     level = np.cos(altitude)
     return np.array([np.sin(azimuth) * level, np.sin(altitude), np.cos(azimuth) * level])
 
 
 def directions() -> Float64:
-    """Give the unit vectors of all placements, (576, 3), head frame."""
+    """Return the unit vectors of all placements, (576, 3), head frame."""
     return np.array([direction(*placement(number)) for number in range(COUNT)])
 
 

@@ -1,4 +1,4 @@
-"""How bright a place is: what a lamp's light can be added to.
+"""The brightness of a place, for adding a lamp's light.
 
 A lamp rescues a style by night that it cannot touch in the sun, so the place's brightness must be
 known in cd/m2. An environment that was merged from exposures states it; of any other somebody has
@@ -44,7 +44,7 @@ class Unknown(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Whether a lamp's light can be added to a place's.
+    """Result of comparing the scales of a lamp and a place.
 
     Attributes:
         unknown: What is not known where it cannot; None where it can.
@@ -64,7 +64,7 @@ class Comparison:
 def compare(
     place_white_cd_m2: float | None, lamp: CapturedLamp, *, place_camera: str = ""
 ) -> Comparison:
-    """Judge whether the captures of a place and of a lamp can be compared.
+    """Compare the scales of a place's and a lamp's capture.
 
     `place_white_cd_m2`: luminance of radiance 1 of the place, cd/m2; None where its exposure is not
     known.
@@ -151,7 +151,7 @@ def check_lux(lux: float) -> float:
 
 
 def read_lux(text: str) -> float:
-    """Read an illuminance as somebody types it.
+    """Parse a typed illuminance.
 
     Raises CoreError if it is no number, or no light to photograph in.
 

@@ -1,4 +1,4 @@
-"""Where to turn and where to hold a lamp: eq. 7 of the paper, exactly, under both objectives.
+"""Search turn and lamp placement: eq. 7 of the paper, exactly, for both objectives.
 
 All 64 turns times 576 placements are evaluated for every style. As without a lamp, numbers that
 decide anything are free of exposure: the place's light is divided by its mean luminance, and the
@@ -46,7 +46,7 @@ _WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """What a place can do for a style together with a lamp."""
+    """The answer of a place and a lamp for a style."""
 
     name: str
     title: str
@@ -105,7 +105,7 @@ def place_all(
     front_deg: float = 0.0,
     tables: LampTables | None = None,
 ) -> tuple[Placed, ...]:
-    """Find for every style the best turn and the best place of a lamp (eq. 7).
+    """Find the best turn and lamp placement for every style (eq. 7).
 
     `radiance`: (32, 64, 3) float, environment at turn 0, linear Rec. 709, in the unit of the lamp:
     cd/m2.

@@ -1,1 +1,1 @@
-"""From a panorama to the turn: transport, styles, search and answer."""
+"""From a panorama to the best turn: transport, search, grades and choice."""

@@ -1,4 +1,4 @@
-"""Which of several places is the best for a style."""
+"""Rank places for a style."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.core.solver.solve import StyleResult
 
 
 def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
-    """Order places by what each answers for one and the same style.
+    """Rank places by their answers for one style.
 
     The better grade goes first, as in the choice of a turn, then the better match; among equals to
     a tenth of a point the wider arc, where one may stand less exactly, then the stronger light.

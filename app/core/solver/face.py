@@ -1,4 +1,4 @@
-"""Where the face and its parts lie on a head: the region that is judged, and areas with names.
+"""The face on a head: the region that is judged, and its named areas.
 
 Places are counted in the face's own measure, so that they mean the same on every head: across in
 half eye distances from the middle line, positive toward the sitter's left; down in shares of the
@@ -97,7 +97,7 @@ class Face:
 
 
 def find_face(transport: Transport, shape: HeadShape) -> Face:
-    """Find the face on a head by its mesh.
+    """Find the face region and areas of a head by its mesh.
 
     Raises:
         TransportError: If the head has no face that looks to the front.
@@ -131,7 +131,7 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
 
 
 def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Float64:
-    """(P,) how much each pixel of a head that is turned aside counts; see `Face.region`.
+    """Return the weight, (P,), of each pixel of a head turned aside; see `Face.region`.
 
     Args:
         places: Where the view's pixels look.
@@ -149,7 +149,7 @@ def _region(across: Float64, down: Float64, whole: Float64) -> Float64:
 
 
 def maps_around(shape: tuple[int, int]) -> Float64:
-    """Mean radiance behind the sitter, and of what is around that: maps like those of areas.
+    """Return maps of the mean radiance behind the sitter, and around it, like those of areas.
 
     Returns:
         (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off softly from
@@ -166,7 +166,7 @@ def maps_around(shape: tuple[int, int]) -> Float64:
 
 
 def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Float64]:
-    """Find the areas inside the face at places that are known in the face's own measure.
+    """Return the areas inside the face for pixels in face coordinates.
 
     Args:
         across, down, whole: (P,) float64. Places of pixels, and how much each counts.
@@ -192,7 +192,7 @@ def _no_face() -> TransportError:
 
 
 def mirror_area(name: str) -> str:
-    """Name the area on the other side of the face.
+    """Return the name of the mirrored area.
 
     Examples:
         >>> mirror_area("left cheek"), mirror_area("throat")

@@ -1,4 +1,4 @@
-"""The shape of a head beside its transport: where each pixel's skin is, outlines, nearest skin.
+"""The shape of a head: the position of each pixel's skin, outlines, distance to the skin.
 
 A transport knows directions only. What stands near the head, a second light above all, needs to
 know where on the head each pixel looks. Frame: +Y up, +Z out of the face, +X the sitter's left;
@@ -32,7 +32,7 @@ _LARGEST_M: Final = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadShape:
-    """Where a head's skin is, in metres from the middle of the head.
+    """Positions of a head's skin, in metres from the middle of the head.
 
     Attributes:
         pixels: (P,) int32. The transport's pixels.
@@ -53,7 +53,7 @@ class HeadShape:
     eye_point: Float32 = field(repr=False)
 
     def distance_to_skin(self, place: Floats) -> float:
-        """Shortest way from a place to the skin, metres.
+        """Return the distance from a point to the skin, metres.
 
         Args:
             place: (3,) float. Metres from the middle of the head.
@@ -66,7 +66,7 @@ class HeadShape:
 
 
 def shape_path(transport: Path) -> Path:
-    """Return where the shape of a transport's head lies: beside it.
+    """Return the path of the shape beside a transport.
 
     Examples:
         >>> shape_path(Path("heads/anna.npz")).name
@@ -77,7 +77,7 @@ def shape_path(transport: Path) -> Path:
 
 
 def save_shape(path: Path, shape: HeadShape) -> str:
-    """Store a shape, atomically, and return its SHA-256."""
+    """Save a shape atomically; return its SHA-256."""
     arrays: dict[str, NDArray[Any]] = {
         name: np.ascontiguousarray(getattr(shape, name), kind) for name, kind in _KINDS
     }
@@ -104,7 +104,7 @@ def load_shape(path: Path) -> HeadShape:
 
 
 def load_shape_of(transport: Transport, name: str) -> HeadShape:
-    """Load the shape of the head that a transport was made of.
+    """Load the shape of a transport's head.
 
     Raises:
         TransportError: If it is missing, cannot be read, or belongs to another head.

@@ -1,4 +1,4 @@
-"""Where the lens should be: all turns and yaws of a place, for all styles at once.
+"""Search for the lens: all turns and yaws of a place, for all styles at once.
 
 How light falls on a face depends on where the nose points, and so do grades. Where the lens stands
 beside the nose decides what is behind the sitter, which side of the face is seen, and how much the
@@ -80,7 +80,7 @@ _STRAIGHT_DEG: Final = 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTables:
-    """What the search needs of one view, toward the sitter's own left.
+    """Search tables of one view, toward the sitter's own left.
 
     Attributes:
         tables: Targets and basis over the view's own face pixels.
@@ -129,7 +129,7 @@ def view_tables(pack: StylePack, view: HeadView, shape: HeadShape) -> ViewTables
 
 
 def targets_in(pack: StylePack, view: HeadView) -> Float32:
-    """(S, P) luminance of the styles in a view, under the lamps that the pack has them under."""
+    """Return the luminance, (S, P), of the styles in a view, under the pack's lamps."""
     targets, transport = view.targets.copy(), view.transport
     for row, studio in enumerate(pack.studios):
         if studio != AS_PUBLISHED:
@@ -156,7 +156,7 @@ def _contrast_rows(bases: Float32, region: Float64, texels: Float32, mixed: Floa
 
 
 def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
-    """(S,) whether enough of each area that makes a style is seen in a view."""
+    """Return, (S,), whether a view shows enough of each area that makes a style."""
     seen = seen_from(view, shape.positions).astype(np.float64)
     areas = pack.areas.reshape(len(AREAS), -1)[:, shape.pixels].astype(np.float64)
     share = (areas @ seen) / np.maximum(areas.sum(axis=1), 1e-30)
@@ -176,7 +176,7 @@ def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
 
 
 def seen_from(view: HeadView, places: Float32) -> Bools:
-    """(n,) whether the camera of a view sees places on the skin, (n, 3), as in `HeadShape`."""
+    """Return, (n,), whether the camera of a view sees points on the skin, (n, 3)."""
     side, pixels = view.transport.size, view.transport.pixels
     yaw = np.radians(view.yaw_deg)
     far = view.transport.header.distance_m + float(view.shape.eye_point[2])
@@ -203,7 +203,7 @@ def seen_from(view: HeadView, places: Float32) -> Bools:
 def match_curves(
     pack: StylePack, views: Sequence[ViewTables], light: Floats, front: Measured
 ) -> dict[float, tuple[Float64, Float64]]:
-    """Match of all styles at all turns of the nose, by yaw.
+    """Return the match of all styles at all turns of the nose, by yaw.
 
     Args:
         light: (Q, W) float. As the search sees it at turn 0, see `StylePack.seen`.
@@ -235,7 +235,7 @@ def _match(
 
 
 def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
-    """Tell how a face is lit that the lens sees from aside, as positions in `LIGHTINGS`.
+    """Return the lighting of a face seen from aside, as indices of `LIGHTINGS`.
 
     Args:
         keys_deg: (...) float64. Azimuth of the main light from the nose, positive toward the
@@ -256,7 +256,7 @@ def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
 
 @dataclass(frozen=True, slots=True)
 class LensWish:
-    """Where the lens may stand.
+    """Where the lens may be.
 
     Attributes:
         yaw: A number of degrees, or what to choose it by: the best light of all, or short or broad
@@ -269,14 +269,14 @@ class LensWish:
     background: tuple[float, float] | None = None
 
     def met_by(self, turn_deg: float) -> bool:
-        """Whether the background at a turn is one that is wanted."""
+        """Return whether the background at a turn is acceptable."""
         if self.background is None:
             return True
         start, end = self.background
         return (turn_deg + 180.0 - start) % 360.0 <= (end - start) % 360.0
 
     def moved(self, by_deg: float) -> LensWish:
-        """The same, azimuths counted from elsewhere."""
+        """Return the wish with azimuths counted from another zero."""
         if self.background is None:
             return self
         start, end = self.background
@@ -289,7 +289,7 @@ STRAIGHT: Final = LensWish()
 
 @dataclass(frozen=True)
 class Asked:
-    """A place in which the lens may stand anywhere.
+    """A place evaluated for every position of the lens.
 
     Attributes:
         styles: None where one is painted.
@@ -432,7 +432,7 @@ def solve_lens(
 
 
 def best_answers(place: Asked, wish: LensWish, scale: float) -> list[StyleResult]:
-    """The best of all yaws for each style: by grade, then by match."""
+    """Return the best answer of all yaws for each style: by grade, then by match."""
     yaws = sorted(place.curves, key=lambda yaw: (abs(yaw), yaw))
     asked = [wish.yaw] if isinstance(wish.yaw, float) else yaws
     choices = [place.choice(yaw, wish) for yaw in asked]
@@ -510,7 +510,7 @@ def _inside(found: StyleResult, wish: LensWish) -> StyleResult:
 
 
 def obstacle_of(wish: LensWish) -> Obstacle:
-    """Tell why no place for the lens meets a wish."""
+    """Return why no position of the lens meets a wish."""
     if wish.background is not None:
         return Obstacle.BACKGROUND
     if isinstance(wish.yaw, float):
@@ -519,7 +519,7 @@ def obstacle_of(wish: LensWish) -> Obstacle:
 
 
 def views_of(pack: StylePack, name: str) -> list[ViewTables]:
-    """Prepare all views of a head for the search.
+    """Load all views of a head and prepare them for the search.
 
     Args:
         name: Of a shipped head, or of a transport's file.
@@ -531,5 +531,5 @@ def views_of(pack: StylePack, name: str) -> list[ViewTables]:
 
 
 def tables_of(pack: StylePack, views: HeadViews) -> list[ViewTables]:
-    """Prepare views that were loaded already for the search."""
+    """Prepare loaded views for the search."""
     return [view_tables(pack, views.at(yaw, pack.styles), views.shape) for yaw in views.parts]

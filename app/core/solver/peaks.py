@@ -1,4 +1,4 @@
-"""From a curve over 64 turns to an answer: the turn offered, its arc, its rivals.
+"""From a curve over 64 turns to the turn offered, its tolerance arc and its rivals.
 
 `find_peak` holds the rule for the turn that is offered between the ends of its tolerance arc.
 
@@ -39,7 +39,7 @@ _BACKWARD = -np.arange(TURNS) % TURNS  # the same turn, then the others counter-
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """Turns that may be chosen: those where a curve (strength) reaches a limit.
+    """Turns at which a curve (strength) reaches a limit, so that they may be chosen.
 
     Attributes:
         curve: (64,) float64.
@@ -56,7 +56,7 @@ class Gate:
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """A local maximum of an objective, and the turn offered for it.
+    """A local maximum of an objective and its turn.
 
     Attributes:
         turn_deg, refined_deg: The turn offered, on the grid and between, deg in (-180, 180].
@@ -144,7 +144,7 @@ def _fine_basis() -> tuple[Float64, Float64]:
 
 
 def shift(curve: Float64, turn_deg: float) -> Float64:
-    """Move a curve so that its value at `turn_deg` comes to turn 0.
+    """Shift a curve so that its value at `turn_deg` is at turn 0.
 
     Args:
         curve: (64,) float64. Values at the grid turns.
@@ -162,7 +162,7 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
 
 
 def best_index(objective: Float64, allowed: Bools) -> int:
-    """Choose the grid turn with the largest objective.
+    """Return the grid turn with the largest objective.
 
     Among turns within `TIE` of the best, the smaller turn wins, then clockwise.
 
@@ -191,7 +191,7 @@ def find_peak(
     price: float = 0.0,
     is_open: Bools | None = None,
 ) -> Peak:
-    """Refine one maximum between the grid turns, find its tolerance arc, and the turn to offer.
+    """Refine a maximum between grid turns; find its tolerance arc and the turn to offer.
 
     Without a price the maximum itself is offered, as in the paper. With one it is the middle of the
     arc where that costs less than the price. Elsewhere it lies as far toward the middle as costs

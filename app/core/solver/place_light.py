@@ -1,4 +1,4 @@
-"""The light of one place, prepared once so that any turn of it is cheap."""
+"""The light of a place, prepared for quick pictures and searches at any turn."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaceLight:
-    """An environment and what is made of it once.
+    """An environment and its reduced forms.
 
     Attributes:
         environment: As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the
@@ -50,7 +50,7 @@ class PlaceLight:
     display: Bytes = field(repr=False)
 
     def searched_by(self, objective: Objective) -> Floats:
-        """What an objective searches: (32, 64, 3), or (32, 64) of grey light for the paper's."""
+        """Return the light for an objective: (32, 64, 3), or (32, 64) grey for the paper's."""
         return luminance_of(self.searched) if objective == "paper" else self.searched
 
     @property
@@ -73,7 +73,7 @@ def prepare(environment: Environment) -> PlaceLight:
 
 
 def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -> FloatImage:
-    """Light as the sitter sees it at a turn.
+    """Return the light at a turn, with the sitter's front in the centre.
 
     Args:
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
@@ -88,7 +88,7 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
 
 @dataclass(frozen=True, slots=True)
 class Facing:
-    """A place's light as the sitter sees it at a turn, worked out where it is asked for."""
+    """The light of a place at a turn, computed on demand."""
 
     light: PlaceLight
     turn_deg: float
@@ -99,7 +99,7 @@ class Facing:
 
 
 def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> FloatImage:
-    """Picture of the head in this light at a turn, B = T L (eq. 1).
+    """Return the picture of the head at a turn, B = T L (eq. 1).
 
     Args:
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
@@ -113,7 +113,7 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
 
 
 def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[float]) -> FloatImage:
-    """Pictures at several turns in one product; see `picture_at`.
+    """Return pictures at several turns in one product; see `picture_at`.
 
     Args:
         turns_deg: Azimuths in the panorama that the sitter faces, deg.
@@ -137,7 +137,7 @@ def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[flo
 
 
 def main_light(light: PlaceLight, facing_deg: float) -> float | None:
-    """From where a place lights the face.
+    """Return the direction of the main light, relative to the face.
 
     Args:
         facing_deg: Azimuth in the panorama that the sitter faces, deg.
@@ -152,7 +152,7 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
 
 
 def main_azimuth(radiance: Floats) -> float | None:
-    """Azimuth in a panorama from which most light comes, deg; None where it comes from all around.
+    """Return the azimuth of the main light, deg; None if light comes from all around.
 
     Args:
         radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.

@@ -1,4 +1,4 @@
-"""One place's light on one head at all turns, prepared so that painted weights answer at once.
+"""The light of a place on a head at all turns, prepared for answers while painting.
 
 The pictures at the 64 turns do not depend on what is painted. With them at hand a stroke costs
 one product of its coefficients with 64 columns, and nothing of the full transport.
@@ -24,7 +24,7 @@ from app.core.text import tr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightTable:
-    """A head in a place's light, at all turns. Its arrays must not be written to.
+    """A head in the light of a place at all turns. Do not modify the arrays.
 
     Attributes:
         moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, less its mean
@@ -44,7 +44,7 @@ class LightTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaintedCurves:
-    """Painted weights in a place's light; exposure-free.
+    """Curves of painted weights in a place's light, independent of exposure.
 
     Attributes:
         quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
@@ -61,7 +61,7 @@ class PaintedCurves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CountedLight:
-    """Light on the pixels that count, whatever is asked of them; exposure-free.
+    """Light on the active pixels, independent of weights and exposure.
 
     Attributes:
         mean, contrast: (64,) float64. Mean luminance of those pixels, and norm of their luminance
@@ -73,7 +73,7 @@ class CountedLight:
 
 
 def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
-    """Divide an environment by its mean luminance, so that numbers do not depend on its exposure.
+    """Divide an environment by its mean luminance, to remove its exposure.
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance; any exposure.
@@ -151,7 +151,7 @@ def light_table(
 
 
 def counted_light(table: LightTable, active: Bools) -> CountedLight:
-    """Light at all turns on the pixels that count.
+    """Return the light on the active pixels at all turns.
 
     Args:
         active: (P,) bool. Face pixels that count.
@@ -171,7 +171,7 @@ def counted_light(table: LightTable, active: Bools) -> CountedLight:
 def painted_curves(
     table: LightTable, weights: PaintedWeights, counted: CountedLight | None = None
 ) -> PaintedCurves:
-    """Quality, mean and contrast of painted weights at all turns (eq. 5).
+    """Return quality, mean and contrast of painted weights at all turns (eq. 5).
 
     Args:
         counted: From `counted_light` for the same active pixels, where it is known already.
@@ -196,7 +196,7 @@ def painted_curves(
 
 
 def table_picture(table: LightTable, turn_deg: float) -> Float32:
-    """Picture of the head at any turn, between grid turns by mixing the two next to it.
+    """Return the picture of the head at any turn, mixed from the two nearest grid turns.
 
     Mixing cannot darken a pixel below its neighbours in turn, and is as near to the picture
     under the finely measured light as band-limited interpolation is.

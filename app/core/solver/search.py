@@ -86,7 +86,7 @@ def find_colours(transport: Transport) -> SearchColours:
 
 
 def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> SearchColours:
-    """Split the luminance of a view of a head in the way of the head's own picture.
+    """Split the luminance of a view by the mixtures of the head's front picture.
 
     Args:
         mixing, mixtures: Of the head; light as its search sees it serves for the view, too.
@@ -138,7 +138,7 @@ def _mixtures(pixels: Float64, texels: Float64) -> tuple[Float64, Float64]:
 
 
 def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
-    """Make of an environment what the search looks through.
+    """Convert an environment to the rows that the search uses.
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance of light that
@@ -158,7 +158,7 @@ def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
 
 
 def luminance_of(light: Floats) -> Float64:
-    """Luminance of an environment, whether it has colours or not.
+    """Return the luminance of a coloured or grey environment.
 
     Args:
         light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance.
@@ -174,7 +174,7 @@ _HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
 
 @dataclass(frozen=True, slots=True)
 class SearchTables:
-    """Targets and search basis, transformed once along azimuth.
+    """Targets and search basis in the frequency domain of azimuth.
 
     Attributes:
         shape: (H, W) of the light searched: rows of an environment, and what
@@ -279,7 +279,7 @@ def build_tables(
 
 
 def quality_curves(tables: SearchTables, light: Floats) -> Float64:
-    """Quality C of every target at every turn (eq. 5).
+    """Return the quality C of every target at every turn (eq. 5).
 
     Args:
         light: (H, W) float. Light as the search sees it at turn 0, see
@@ -292,7 +292,7 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
 
 
 def curves(tables: SearchTables, light: Floats) -> Curves:
-    """Quality of every target, face mean and face contrast at every turn.
+    """Return the quality of every target, face mean and face contrast at every turn.
 
     Args:
         light: (H, W) float. Light as the search sees it at turn 0, see
@@ -303,7 +303,7 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
 
 
 def curves_of(tables: SearchTables, lights: Floats) -> Curves:
-    """Find the curves of several lights at once, in less time than one after another.
+    """Return the curves of several lights at once, which is faster than one by one.
 
     Args:
         lights: (N, H, W) float. As `curves` takes them.

@@ -1,4 +1,4 @@
-"""What a picture lacks of a style, as data; `app.words.reach` makes sentences of it."""
+"""Why a picture misses a style, as data; `app.words.reach` makes the sentences."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 
 class Aspect(StrEnum):
-    """What of a style a relation between two areas of the face holds."""
+    """Aspect of a style that a relation between two areas of the face describes."""
 
     NOSE_SHADOW = "nose shadow"
     CHEEKS = "cheeks"
@@ -44,7 +44,7 @@ class Aspect(StrEnum):
 
 
 class Cause(StrEnum):
-    """What about the light of a place keeps a style out of reach."""
+    """Fault of a place's light that keeps a style out of reach."""
 
     EVEN = "even light"
     NO_LIGHT = "no light from there"  # at any turn, from where a lamp of the style is
@@ -58,7 +58,7 @@ class Cause(StrEnum):
 
 
 class Origin(StrEnum):
-    """From where a lamp of a style lights the face."""
+    """Direction from which a style's lamp lights the face."""
 
     BELOW = "below"
     ABOVE = "above"
@@ -69,7 +69,7 @@ class Origin(StrEnum):
 
 
 class Obstacle(StrEnum):
-    """Why no place for the lens will do."""
+    """Why no position of the lens is possible."""
 
     BACKGROUND = "background"  # no turn brings it behind the sitter
     FACE_HIDDEN = "face hidden"
@@ -98,7 +98,7 @@ class AreaShortfall:
 
 @dataclass(frozen=True, slots=True)
 class LightShortfall:
-    """The light as a whole does not give the pattern: its match, or its contrast, is too low.
+    """Match or contrast of the picture as a whole is too low.
 
     Attributes:
         value, limit: Of the measure, of 100.
@@ -115,7 +115,7 @@ class LightShortfall:
 
 @dataclass(frozen=True, slots=True)
 class LensShortfall:
-    """No place for the lens meets the wish."""
+    """No position of the lens meets the wish."""
 
     obstacle: Obstacle
     kind: Literal["lens"] = field(default="lens", init=False)
@@ -123,7 +123,7 @@ class LensShortfall:
 
 @dataclass(frozen=True, slots=True)
 class SavedReason:
-    """A reason of which an earlier Turnlight saved only the sentence."""
+    """A sentence saved by an earlier version instead of data."""
 
     sentence: str
     kind: Literal["saved"] = field(default="saved", init=False)

@@ -39,7 +39,7 @@ _LIT: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("h
 
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """How much brighter one area must be than another, stops.
+    """Required difference between two areas of the face, in stops.
 
     Attributes:
         aspect: What of the style it holds.
@@ -55,7 +55,7 @@ class Relation:
 
     @property
     def mirrored(self) -> Relation:
-        """The same for the mirrored style."""
+        """Return the relation of the mirrored style."""
         return Relation(
             self.aspect,
             mirror_area(self.bright),
@@ -68,7 +68,7 @@ class Relation:
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """The relations of a style, and the least match that its picture must have.
+    """Relations and least match that define a style.
 
     Attributes:
         match: Least match of 100 for yes, and for nearly.
@@ -83,11 +83,11 @@ class Signature:
 
     @property
     def mirrored(self) -> Signature:
-        """That of the mirrored style."""
+        """Return the signature of the mirrored style."""
         return replace(self, relations=tuple(each.mirrored for each in self.relations))
 
     def scaled(self, own: Float64, found: Float64) -> Signature:
-        """What to ask where the style's lamps are other ones.
+        """Return the signature for other lamps of the style.
 
         What must be deep may be shallower in proportion, as the style's own target is, but has
         most of its depth; other limits give way only as far as that target needs.
@@ -115,7 +115,7 @@ UNSIGNED: Final = Signature()
 
 
 def stops_of(areas: Float64) -> Float64:
-    """Take means of `AREAS` to stops, as far as anything is seen in what is dark.
+    """Convert means of `AREAS` to stops, with a floor for darkness.
 
     Args:
         areas: (..., A, n) float64. Any exposure.
@@ -130,7 +130,7 @@ def stops_of(areas: Float64) -> Float64:
 
 @dataclass(frozen=True)
 class Signatures:
-    """Signatures of several styles, for all of their turns at once."""
+    """Signatures of several styles, evaluated at all turns at once."""
 
     styles: tuple[Signature, ...]
 
@@ -167,7 +167,7 @@ class Signatures:
         return np.array([signature.areas for signature in self.styles])
 
     def values(self, stops: Float64) -> Float64:
-        """Relations of all styles, one after another.
+        """Return the values of all relations of all styles, concatenated.
 
         Args:
             stops: (..., A, n) float64, of `stops_of`.
@@ -179,7 +179,7 @@ class Signatures:
         return np.asarray(stops[..., bright, :] - stops[..., dark, :])
 
     def take_areas(self, areas: Float64, match: Float64, strength: Float64) -> None:
-        """Put the match and strength of styles known by areas in place of those over the face.
+        """Replace match and strength of styles judged by areas, in place.
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, any exposure.
@@ -193,7 +193,7 @@ class Signatures:
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
-        """How far pictures are inside the limits of yes, and of nearly; negative outside.
+        """Return how far pictures are inside the limits of yes and of nearly; negative outside.
 
         Args:
             stops: (..., A, n) float64, of `stops_of`.
@@ -239,7 +239,7 @@ class Signatures:
 
 
 def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
-    """Match and strength of a style that hardly lights the face, as a silhouette does not.
+    """Return match and strength of a style judged by areas, such as a silhouette.
 
     The pattern wanted is the one that its relations speak of: areas that must be brighter are 1,
     those that must be darker are 0. Areas count by the square root, about as bright as they look.
@@ -274,7 +274,7 @@ def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
 def worst_relation(
     signature: Signature, areas: Float64, *, nearly: bool
 ) -> tuple[Relation, float] | None:
-    """Find the relation that a picture misses by most.
+    """Return the relation that a picture misses by most.
 
     Args:
         areas: (A,) float64. Means of `AREAS`, any exposure.
@@ -295,12 +295,12 @@ def worst_relation(
 
 
 def grades(yes: Float64, nearly: Float64) -> Indices:
-    """Grade of each picture by its slacks: `NO`, `NEARLY` or `YES`."""
+    """Return the grade of each picture by its slacks: `NO`, `NEARLY` or `YES`."""
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 
 def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
-    """How far each picture is from reading as another style that it shows as well, see `better`.
+    """Return each picture's margin to the nearest rival style; see `better`.
 
     Args:
         yes: (..., S, n) float64. Slack of yes, stops; nan for styles without a signature.
@@ -325,7 +325,7 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
 def better(
     row: int, grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]
 ) -> int | None:
-    """Find the style that explains a picture better than the style at `row`.
+    """Return the style that explains a picture better than the style at `row`.
 
     It is graded higher on it, or alike with a match that is higher by `EXPLAINS`.
 
@@ -343,7 +343,7 @@ def better(
 
 
 def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
-    """Find what a picture may be taken for: of those in reach the style of the best match.
+    """Return the style in reach whose match with the picture is best.
 
     Args:
         rivals: As for `better`; where none of them is in reach, the best match of all counts.

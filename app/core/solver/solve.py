@@ -1,4 +1,4 @@
-"""The answer for a place: for every style how far to turn, how good it gets, and what it lacks.
+"""Solve a place: for each style the turn, its quality, and what is missing.
 
 All numbers that decide anything are free of the environment's exposure: it is divided out
 first, and only the quality C, which is linear in it, is given back in the caller's unit.
@@ -68,7 +68,7 @@ _SAME_DEG = 2.0  # turns nearer than this give the same picture
 
 @dataclass(frozen=True, slots=True)
 class PeakResult:
-    """One of the turns at which an objective has a maximum.
+    """A turn at which an objective has a local maximum.
 
     Attributes:
         turn_deg, turn_refined_deg: On the grid of 5.625 deg, and between; deg in (-180, 180],
@@ -89,7 +89,7 @@ Lighting: TypeAlias = Literal["front", "short", "broad"]
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """What a style gains with the face turned aside; turn and yaw as in `StyleResult`."""
+    """Improvement of a style with the face turned aside; turn and yaw as in `StyleResult`."""
 
     lighting: Lighting
     turn_deg: float
@@ -99,7 +99,7 @@ class Gain:
 
 @dataclass(frozen=True, slots=True)
 class StyleResult:
-    """What a place can do for a style.
+    """The answer of a place for a style.
 
     Attributes:
         turn_index: Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
@@ -156,11 +156,11 @@ class StyleResult:
 
     @property
     def nose_deg(self) -> float:
-        """Azimuth that the nose points to, at the refined turn, deg."""
+        """Azimuth of the nose at the refined turn, deg."""
         return wrap(self.turn_refined_deg - self.yaw_deg)
 
     def arc_at(self, turn_deg: float) -> tuple[float, float] | None:
-        """Return the tolerance arc, (from, to) in deg, that a turn lies on; None for no arc.
+        """Return the tolerance arc, (from, to) in deg, that contains a turn; None without one.
 
         Of the peak nearest to it. Both are compared in the whole degrees that are shown.
         """
@@ -173,16 +173,16 @@ class StyleResult:
         return None
 
     def arc_near(self, turn_deg: float) -> tuple[float, float]:
-        """Return the arc that a turn lies on, or else that of the best turn, deg."""
+        """Return the arc that contains a turn, otherwise that of the best turn, deg."""
         return self.arc_at(turn_deg) or self.arc_deg
 
     @property
     def background_deg(self) -> float:
-        """Azimuth of what is straight behind the sitter, at the refined turn, deg."""
+        """Azimuth straight behind the sitter at the refined turn, deg."""
         return wrap(self.turn_refined_deg + 180.0)
 
     def seen_from(self, front_deg: float) -> StyleResult:
-        """Count turns from another azimuth: the photographer stands at `front_deg`.
+        """Return the result with turns counted from the photographer at `front_deg`.
 
         Args:
             front_deg: Panorama azimuth of the photographer, deg.
@@ -257,7 +257,7 @@ def solve_all(
 def asked_for(
     pack: StylePack, every: list[StyleResult], styles: Sequence[str] | None, front_deg: float
 ) -> tuple[StyleResult, ...]:
-    """Of the answers for all styles give those that are wanted, as seen from the photographer.
+    """Select results by style name, with turns counted from the photographer.
 
     Raises `StyleError` if a style is unknown.
     """
@@ -268,7 +268,7 @@ def asked_for(
 
 @dataclass(frozen=True)
 class Searched:
-    """All turns of a place, measured for all styles of a pack."""
+    """All turns of a place, evaluated for all styles of a pack."""
 
     pack: StylePack
     limits: Limits
@@ -306,7 +306,7 @@ class Searched:
 
 
 def quality_scale(light: Floats, picture: int) -> float:
-    """What C is multiplied by, so that one limit (the paper's epsilon) can stand for all places.
+    """Return the factor that makes C comparable between places and heads.
 
     C grows with the exposure and with the number of pixels, and the paper does not state its unit.
     Here it counts light whose texels have a mean luminance of 1, on 100 x 100 pixels.
@@ -319,18 +319,18 @@ def quality_scale(light: Floats, picture: int) -> float:
 
 
 def measure(pack: StylePack, found: Curves) -> Measured:
-    """Measure the curves of all styles, with what decides their grades beside each other."""
+    """Return match, strength and grades of all styles, rivals considered."""
     return among_rivals(pack, measure_alone(pack, found))
 
 
 def among_rivals(pack: StylePack, alone: Measured) -> Measured:
-    """Take yes from pictures that read as another style, as `judge` does."""
+    """Deny yes to pictures that read as another style, as `judge` does."""
     apart = unrivalled(alone.yes, alone.match, pack.rivalry)
     return replace(alone, yes=np.minimum(alone.yes, apart))
 
 
 def measure_alone(pack: StylePack, found: Curves) -> Measured:
-    """Put the curves of all styles on scales that are free of exposure, each style by itself.
+    """Return exposure-free match and strength of each style, without its rivals.
 
     Match is Pearson's correlation of target and picture over the face region. Strength is their
     covariance over the mean of the face, over the same in the target picture. Curves of several
@@ -357,7 +357,7 @@ def solve_on_table(
     counted: CountedLight | None = None,
     limits: Limits = LIMITS,
 ) -> StyleResult:
-    """Find the best turn for painted weights in a light that was prepared, as strokes need it.
+    """Solve painted weights in a prepared light, fast enough for strokes.
 
     Args:
         counted: From `counted_light` for the same active pixels, where it is known already.
@@ -370,7 +370,7 @@ def solve_on_table(
 
 
 def measure_painted(found: PaintedCurves) -> Measured:
-    """Do what `measure` does, for painted weights."""
+    """Return match and strength of painted weights; see `measure`."""
     ratio = found.quality / np.maximum(found.mean, 1e-30)
     strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
     match, none = _match(found.quality, found.norm, found.contrast), np.full(TURNS, np.nan)
@@ -378,7 +378,7 @@ def measure_painted(found: PaintedCurves) -> Measured:
 
 
 def judge_painted(measured: Measured, at: int, limits: Limits, light: LightMap) -> Verdict:
-    """Do what `judge` does, for painted weights at a grid turn."""
+    """Judge painted weights at a grid turn; see `judge`."""
     numbers = float(measured.match[at]), float(measured.strength[at])
     shortfall = light_shortfall(None, *numbers, limits, light, turn_of_index(at))
     return Verdict(shortfall is None, shortfall=shortfall)
@@ -392,7 +392,7 @@ def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float6
 
 
 def proposal(results: Sequence[StyleResult]) -> str | None:
-    """Name the style to propose first: in reach, often wanted, of the best grade and match."""
+    """Return the style to propose first: in reach, common, with the best grade and match."""
 
     def merit(result: StyleResult) -> tuple[bool, bool, bool, float]:
         common = result.name not in RARE
@@ -403,7 +403,7 @@ def proposal(results: Sequence[StyleResult]) -> str | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """What a picture is judged by.
+    """Numbers by which a picture is judged.
 
     Attributes:
         areas: (A,) float64. Means of `AREAS`, any exposure.
@@ -425,7 +425,7 @@ def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float6
 
 
 def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) -> Picture:
-    """Measure one picture as `measure` does all turns.
+    """Measure a single picture; see `measure` for all turns.
 
     Args:
         luminance: (P,) float. Linear, on the head's pixels, any exposure.
@@ -445,7 +445,7 @@ def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) ->
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """How far a picture shows a style; as in `StyleResult`."""
+    """Grade of a picture for a style; fields as in `StyleResult`."""
 
     attainable: bool
     grade: Grade | None = None
@@ -455,7 +455,7 @@ class Verdict:
 
 
 def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdict:
-    """Grade a picture for the style at `row`, beside all others.
+    """Grade a picture for the style at `row`, among its rivals.
 
     Returns:
         Without a shortfall where the style has no signature.
@@ -493,7 +493,7 @@ def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortf
 
 
 def name_equals(results: list[StyleResult]) -> list[StyleResult]:
-    """Let styles that come out at the same turn name each other."""
+    """Fill in `same_picture` of styles that come out at the same turn."""
     turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
     named = []
     for one in results:
@@ -511,7 +511,7 @@ def answer(
     best_index: int,
     judged: Callable[[int], Verdict],
 ) -> StyleResult:
-    """Answer for one style at the turn that is offered.
+    """Build the result of a style at the turn offered.
 
     Args:
         best_index: Grid turn of the best.

@@ -1,4 +1,4 @@
-"""The transport matrix T of a head, in low-rank form, and what it does to light.
+"""The light transport T of a head, in low-rank form.
 
 T maps an environment to a picture of the head (eq. 1 of the paper, B = T L). Its 2,048 columns are
 so alike that a few hundred basis pictures hold them all; stored like that it is small enough to
@@ -35,7 +35,7 @@ _EVEN, _ODD = np.uint16(0), np.uint16(1 << 15)  # what the sign of a half float 
 
 @dataclass(frozen=True, slots=True)
 class TransportHeader:
-    """What a transport is of, and how well it is known.
+    """Origin and accuracy of a transport.
 
     Attributes:
         environment: Rows and columns of the environment, (H, W) with W = 2 H.
@@ -111,7 +111,7 @@ class Transport:
 
 
 def render(transport: Transport, radiance: Floats) -> Float32:
-    """Picture of the head under an environment, B = T L (eq. 1).
+    """Render the head under an environment, B = T L (eq. 1).
 
     Args:
         radiance: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance, at turn 0.
@@ -143,7 +143,7 @@ def render(transport: Transport, radiance: Floats) -> Float32:
 
 
 def parity_of(transport: Transport) -> Float64 | None:
-    """(R,) +1 and -1 for even and odd texel functions; None where some are neither."""
+    """Return +1 and -1, (R,), for even and odd texel functions; None if some are neither."""
     height, width = transport.environment_shape
     rows = transport.texel_basis.reshape(-1, height, width)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
@@ -154,7 +154,7 @@ def parity_of(transport: Transport) -> Float64 | None:
 
 
 def to_image(transport: Transport, values: Floats, background: float = 0.0) -> Float32:
-    """Spread values on the head's pixels (P, ...) into an (N, N, ...) float32 picture."""
+    """Scatter values of the head's pixels, (P, ...), into an (N, N, ...) float32 picture."""
     size = transport.size
     picture = np.full((size * size, *values.shape[1:]), background, np.float32)
     picture[transport.pixels] = values
@@ -162,7 +162,7 @@ def to_image(transport: Transport, values: Floats, background: float = 0.0) -> F
 
 
 def transport_path(name: str) -> Path:
-    """Return where the shipped transport of a head lies, e.g. ``generic`` or ``generic-dark``.
+    """Return the path of a shipped transport, e.g. ``generic`` or ``generic-dark``.
 
     Raises:
         TransportError: If no such head ships.
@@ -179,7 +179,7 @@ def transport_path(name: str) -> Path:
 
 
 def transport_names() -> tuple[str, ...]:
-    """Return the names of the heads whose transports ship with the app."""
+    """Return the names of the heads that ship with a transport."""
     files = (resources() / "transport").glob("*.npz")
     return tuple(
         sorted(f.stem for f in files if not f.stem.endswith((".styles", ".shape", ".views")))
@@ -187,12 +187,12 @@ def transport_names() -> tuple[str, ...]:
 
 
 def load_named(name: str) -> Transport:
-    """Load a shipped transport by name, or any by its path; see `load_transport` for the errors."""
+    """Load a shipped transport by name, or another by its path; errors as `load_transport`."""
     return load_transport(Path(name) if name.endswith(".npz") else transport_path(name))
 
 
 def save_transport(path: Path, transport: Transport) -> str:
-    """Store a transport, atomically, and return its SHA-256.
+    """Save a transport atomically; return its SHA-256.
 
     The bases are stored as half floats; column norms are moved to the pixel side first so that
     they stay far from the half's smallest numbers.
@@ -325,7 +325,7 @@ def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
 
 
 def parse_transport_header(facts: Mapping[str, Any]) -> TransportHeader:
-    """Make a header of what a file says; `CONTRADICTIONS` where it says something else."""
+    """Parse the header of a file; raises one of `CONTRADICTIONS` if it is invalid."""
     known = {f.name for f in fields(TransportHeader)}
     values = {name: value for name, value in facts.items() if name in known}
     values["environment"] = (int(values["environment"][0]), int(values["environment"][1]))

@@ -1,4 +1,4 @@
-"""The one rule: which turn a place offers for a style, whether it is in reach there, and why not.
+"""The rule for the turn of a style, whether it is in reach, and why not.
 
 By the picture objective the best grade goes before the best match: among the turns whose pictures
 have the style's signature, or else come near it (`app.core.solver.signature`), the best match is
@@ -54,7 +54,7 @@ _TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower an
 
 @dataclass(frozen=True)
 class LightMap:
-    """Where light comes from at a place.
+    """Directions from which light comes at a place.
 
     Attributes:
         luminance: (H, W) float64. Environment at turn 0, any exposure, not all black.
@@ -70,12 +70,12 @@ class LightMap:
 
     @cached_property
     def brightest(self) -> float:
-        """Largest mean radiance in any lobe."""
+        """Largest mean radiance of any lobe."""
         return max(float(self.ring(e).max()) for e in _ELEVATIONS_DEG)
 
     @cached_property
     def is_even(self) -> bool:
-        """Whether no direction stands out."""
+        """Whether the light is even."""
         return self.brightest < _EVEN * self.mean
 
     def ring(self, elevation_deg: float) -> Float64:
@@ -86,7 +86,7 @@ class LightMap:
         return np.asarray(np.fft.irfft(spectrum.sum(axis=0), n=width) / total)
 
     def toward(self, lamp: StyleLamp, turn_deg: float) -> float:
-        """Mean radiance in the lobe around a style's lamp when the sitter has turned."""
+        """Return the mean radiance around a style's lamp at a turn."""
         width = self.luminance.shape[1]
         column = ((turn_deg - lamp.azimuth_deg) / 360.0 + 0.5) * width - 0.5
         return float(self.around(lamp)[round(column) % width])
@@ -133,7 +133,7 @@ def light_shortfall(
     light: LightMap,
     turn_deg: float,
 ) -> LightShortfall | None:
-    """Find what about the light keeps a style out of reach; None where it is in reach.
+    """Return the fault of the light that keeps a style out of reach; None if it is in reach.
 
     Args:
         style: None for painted weights, which have no lamps.
@@ -259,7 +259,7 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which turns may be chosen, and what is largest at the one that is.
+    """Permitted turns of each style, and the curve to maximise.
 
     Attributes:
         curve: (..., n) float64. The objective: match where the picture objective chooses, quality C
@@ -418,7 +418,7 @@ _MOST_BYTES: Final = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Certainty:
-    """How far the best turn of each style lies apart on other heads and skins.
+    """Spread of each style's best turn over heads and skins.
 
     Attributes:
         spread_deg: Mean angle by style, deg; styles that were attainable nowhere are not in it.
@@ -429,7 +429,7 @@ class Certainty:
     heads: tuple[str, ...]
 
     def less_certain(self, style: str) -> bool:
-        """Tell whether a style's turn moves further than the tolerance arc reaches."""
+        """Return whether a style's turn differs between heads by more than the tolerance arc."""
         return self.spread_deg.get(style, 0.0) > TOLERANCE_DEG
 
 
@@ -446,7 +446,7 @@ def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
 
 @lru_cache(maxsize=1)
 def shipped_certainty() -> Certainty | None:
-    """Return what ships with the app; None where it is missing, as it only adds a remark."""
+    """Return the shipped certainty; None if it is missing."""
     try:
         return load_certainty(resources() / "evaluation" / "certainty.json")
     except CoreError:

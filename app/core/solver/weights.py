@@ -21,7 +21,7 @@ _ROWS: Final = 512  # taken at once: a copy of the whole basis takes twice as lo
 
 
 def target_weights(luminance: Floats, face: Bools) -> Float64:
-    """Weights of a target picture (eq. 6).
+    """Return the weights of a target picture (eq. 6).
 
     The picture on the face is rescaled linearly to [0, 1] and its mean over the face is
     subtracted; everything outside the face is ignored.
@@ -77,7 +77,7 @@ def region_weights(luminance: Floats, region: Floats) -> Float64:
 
 
 def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -> Float64:
-    """Weights from painted values: zero-mean over the face pixels that are not ignored.
+    """Return weights from painted values: zero-mean over the face pixels in use.
 
     Args:
         values: (P,) float. Painted wish per pixel of the head: larger means brighter. Any offset.
@@ -138,7 +138,7 @@ class PaintedWeights:
 
 
 def painted(transport: Transport, values: Floats, ignored: Bools | None = None) -> PaintedWeights:
-    """Start painting: pre-integrate all pixels once.
+    """Pre-integrate all pixels, to start painting.
 
     Args:
         values: (P,) float. Painted wish per pixel of the head; outside the face it does not count.
@@ -169,7 +169,7 @@ def paint(
     values: Floats,
     ignored: Bools | None = None,
 ) -> PaintedWeights:
-    """Change some pixels; only their rows of the luminance basis are read (eq. 3).
+    """Update changed pixels, reading only their rows of the luminance basis (eq. 3).
 
     Args:
         pixels: (n,) int. Positions among the head's P pixels, each at most once. Those outside the

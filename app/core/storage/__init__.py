@@ -1,1 +1,1 @@
-"""What is kept beside places: settings, libraries, JSON files, locks on folders."""
+"""Settings, libraries, JSON files and folder locks."""

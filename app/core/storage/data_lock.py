@@ -1,4 +1,4 @@
-"""Locks on folders of the user's own, so that two processes never write into one at once.
+"""Lock the user's folders against concurrent writes.
 
 A lock belongs to the operating system and ends with its process, however that ends: after a kill, a
 power cut or the reuse of a process number nothing is left to recover. Some network folders and
@@ -33,7 +33,7 @@ _PATIENCE_S: Final = 5.0
 
 
 class Owner(Enum):
-    """Who has the lock of a data folder."""
+    """Owner of a data folder's lock."""
 
     US = "us"
     ANOTHER_PROCESS = "another process"
@@ -48,13 +48,13 @@ class WindowLock:
     _lock: BaseFileLock | None = field(default=None, repr=False)
 
     def release(self) -> None:
-        """Let another window have the folder."""
+        """Release the lock."""
         if self._lock is not None:
             self._lock.release()
 
 
 def lock_window(home: Path) -> WindowLock:
-    """Try to become the one window of a data folder, which is made where it is missing."""
+    """Try to lock a data folder for one window; the folder is created if missing."""
     path = home / WINDOW_LOCK
     try:
         make_folder(home, private=True)
@@ -71,7 +71,7 @@ def lock_window(home: Path) -> WindowLock:
 
 @contextlib.contextmanager
 def writing(folder: Path) -> Iterator[bool]:
-    """Keep other processes and threads from writing into a folder; nested calls are one.
+    """Lock a folder for writing, reentrant.
 
     Yields whether they are kept off: not where the folder has no locks, or another process does not
     finish in some seconds. What is written then is compared with what is there.

@@ -1,4 +1,4 @@
-"""Moving the data folder to where this version looks for it, once and whole."""
+"""Move the data folder of earlier versions, once."""
 
 from __future__ import annotations
 

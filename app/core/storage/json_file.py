@@ -1,4 +1,4 @@
-"""JSON files of the user's own: written whole, and doubted in every field when they are read.
+"""JSON files: written atomically, and validated field by field.
 
 A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks say what a
 file may hold; nothing here judges what it means.
@@ -43,12 +43,12 @@ _LONGEST_WHOLE: Final = 18  # digits that a 64-bit number can have; more only co
 
 
 class Unfit(ValueError):
-    """A value is not what its name promises."""
+    """A value is invalid."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JsonFile:
-    """What a file holds, or why it does not: only a whole file has any facts."""
+    """Content of a file, or why it is unreadable."""
 
     state: State  # "unreadable": the system does not give it out
     facts: Facts = field(default_factory=dict)
@@ -62,7 +62,7 @@ class JsonFile:
 
 
 def read_json(path: Path, most: int) -> JsonFile:
-    """Read a file that may be anything, of at most so many bytes, without ever failing."""
+    """Read an untrusted JSON file of limited size; never raises."""
     try:
         # A pipe would be waited for, and a device has no end.
         if not stat.S_ISREG(path.stat().st_mode):
@@ -112,7 +112,7 @@ _written: Final[dict[Path, str]] = {}
 
 
 def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | None:
-    """Write a file whole or not at all, and keep what another process wrote meanwhile.
+    """Write a JSON file atomically; a concurrent version is saved beside it.
 
     Args:
         base: Version of the file that the facts were made from, as `read_json` states it; "" where
@@ -180,7 +180,7 @@ def _finite(value: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Turn values into what JSON holds: also times, dataclasses, and numpy's numbers and arrays."""
+    """Convert values to JSON, including times, dataclasses and numpy values."""
     if isinstance(value, np.ndarray):
         return value.astype(np.float64).tolist()
     if isinstance(value, np.generic):
@@ -234,7 +234,7 @@ def _holds(path: Path, data: bytes) -> bool:
 
 
 def carry_unknown(new: Any, known: Any, found: Any) -> Any:
-    """Put back what a newer version has written and this one does not know.
+    """Preserve unknown entries of newer versions.
 
     Returns `found` where nothing has changed, else `new` with the entries that only `found` has.
 
@@ -257,7 +257,7 @@ def carry_unknown(new: Any, known: Any, found: Any) -> Any:
 def take(
     facts: Facts, name: str, check: Check, default: Any, lost: list[_Lost], part: _Lost
 ) -> Any:
-    """Take one entry, or its default where it is missing; an unfit one is removed and listed."""
+    """Take an entry, or its default; an invalid one is removed and listed."""
     if name not in facts:
         return default
     try:
@@ -269,7 +269,7 @@ def take(
 
 
 def clean(words: str) -> str:
-    """Drop what a line of text cannot hold: control characters, line ends, broken letters.
+    """Remove control characters, line ends and broken letters.
 
     Changes of direction go too: they would turn around what stands beside the text.
     """

@@ -1,4 +1,4 @@
-"""A library of the user's own things in a folder: titles, names, and a trash that gives back.
+"""A library of user items in a folder: titles, names, and a trash.
 
 Nothing is overwritten or lost: names are always new, and what is changed or deleted goes into a
 folder ``trash`` inside. A thing counts once its text is there, which is written last.
@@ -65,7 +65,7 @@ _MOST_IN_TRASH: Final = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Damaged:
-    """Something in a library's folder that cannot be read; its files are untouched."""
+    """An unreadable item of a library; its files are untouched."""
 
     path: Path
     error: CoreError
@@ -78,7 +78,7 @@ class Damaged:
 
 @dataclass(frozen=True, slots=True)
 class Trashed:
-    """Something that was put away."""
+    """An item in the trash."""
 
     folder: Path
     name: str
@@ -87,7 +87,7 @@ class Trashed:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """How things of one kind are called, in sentences and on the disk."""
+    """A kind of item: its names in sentences and on disk."""
 
     noun: str
     error: type[CoreError]

@@ -1,4 +1,4 @@
-"""The user's own data are private: what an earlier version made for all to read is closed.
+"""Make the user's data private.
 
 Places hold photos of people and where they were. New folders and files are private when they are
 made (`app.core.base.files`); this is for data folders from before. Nothing else is touched: no

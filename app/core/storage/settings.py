@@ -1,4 +1,4 @@
-"""The settings: one table that the dialog, the file and docs/settings.md all follow.
+"""The settings: one table for the dialog, the file and docs/settings.md.
 
 Each setting is a field of `Settings`, and has its words in `app.words.settings`.
 """
@@ -43,7 +43,7 @@ _SECTIONS: Final = {
 
 
 class SettingsError(CoreError):
-    """A setting is unknown, takes no such value, or cannot be kept."""
+    """A setting is unknown, invalid, or cannot be saved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Setting:
     shown: bool = True
 
     def checked(self, value: object) -> Value:
-        """Return a value as the program uses it.
+        """Return a validated value.
 
         Raises SettingValueError when the setting does not take this value.
         """

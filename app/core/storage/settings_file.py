@@ -31,7 +31,7 @@ _MOST_BYTES: Final = 1 << 20
 
 
 def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
-    """Read the settings; whatever is wrong with the file, there are settings afterwards.
+    """Read the settings; invalid entries get defaults.
 
     Returns a note for each thing that was lost; then the bad file is kept as ``NAME.bak``.
     """

@@ -1,4 +1,4 @@
-"""Studio lamps as environments: how large the photographer's are, and how much fill there is.
+"""Studio lamps as environments: their size, and the lighting ratio.
 
 A lamp's size and the lighting ratio are the photographer's choice; where a style's lamps stand is
 the style's own. Sizes are angles as the sitter sees them: a beauty dish at one metre is as hard as
@@ -40,7 +40,7 @@ _WIDTHS: Final = ", ".join(f"{name}@1.5" for name in MODIFIERS_M)
 
 @dataclass(frozen=True, slots=True)
 class Studio:
-    """The lamps that a photographer has in mind. The default is each style's own, as in the paper.
+    """Lamps of a photographer's studio. The default is each style's own, as in the paper.
 
     Attributes:
         softness_deg: Diameter of every lamp as the sitter sees it; None is each style's own.
@@ -80,7 +80,7 @@ AS_PUBLISHED: Final = Studio()
 
 
 def parse_softness(text: str) -> float | None:
-    """Read the size of a lamp: degrees, a name, or a modifier and its distance.
+    """Parse a lamp size: degrees, a name, or a modifier and its distance.
 
     Returns:
         Degrees; None for "paper", each style's own.
@@ -116,7 +116,7 @@ def parse_softness(text: str) -> float | None:
 
 
 def parse_ratio(text: str) -> float | None:
-    """Read a lighting ratio: "4:1", or "none".
+    """Parse a lighting ratio: "4:1", or "none".
 
     Raises:
         StyleError: If the text is not a lighting ratio.
@@ -149,14 +149,14 @@ RATIO_KEYS: Final = ("none", *(f"{ratio:g}:1" for ratio in RATIOS))
 
 
 def choice_keys(studio: Studio) -> tuple[str, str]:
-    """Write size and ratio as `parse_softness` and `parse_ratio` read them."""
+    """Format size and ratio for `parse_softness` and `parse_ratio`."""
     size, ratio = studio.softness_deg, "none" if studio.ratio is None else f"{studio.ratio:g}:1"
     same = [key for key in SIZE_KEYS if parse_softness(key) == size]
     return same[0] if same else f"{size:g}", ratio
 
 
 def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
-    """Give the lamps of a style in a studio, the fill last."""
+    """Return the lamps of a style in a studio, the fill last."""
     lamps = style.lamps
     if studio.softness_deg is not None:
         lamps = tuple(replace(lamp, diameter_deg=studio.softness_deg) for lamp in lamps)
@@ -168,9 +168,9 @@ def studio_lamps(style: Style, studio: Studio) -> tuple[StyleLamp, ...]:
 
 
 def studio_light(style: Style, studio: Studio, shape: tuple[int, int]) -> Float64:
-    """Environment of a style in a studio, (H, W) float64 radiance at turn 0.
+    """Return the environment of a style in a studio, (H, W) float64 radiance at turn 0.
 
-    The power of each lamp is what an incident meter reads that is pointed at it.
+    The power of a lamp is the reading of an incident meter pointed at it.
     """
     found = np.zeros(shape)
     for lamp in studio_lamps(style, studio):
@@ -181,7 +181,7 @@ def studio_light(style: Style, studio: Studio, shape: tuple[int, int]) -> Float6
 
 @lru_cache(maxsize=256)
 def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
-    """Environment of one lamp of a style, moved far away, at turn 0.
+    """Return the environment of one distant lamp of a style, at turn 0.
 
     Args:
         lamp: Its azimuth counts toward the sitter's left, against the panorama's.
@@ -213,7 +213,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
-    """Return the position of the style with the mirrored lamps, None where there is none."""
+    """Return the index of the style with mirrored lamps; None without one."""
     wanted = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
         if sorted(_facts(lamp) for lamp in other.lamps) == wanted:
@@ -222,7 +222,7 @@ def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
 
 
 def mirror_rows(styles: Sequence[Style]) -> list[int]:
-    """Position of each style's mirror image; its own where there is none."""
+    """Return the index of each style's mirror image; its own without one."""
     twins = (mirror_index(styles, style) for style in styles)
     return [row if twin is None else twin for row, twin in enumerate(twins)]
 

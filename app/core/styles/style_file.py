@@ -1,4 +1,4 @@
-"""A style, and reading its file (TOML), which may have been written by hand, and is checked."""
+"""A style, and the strict reader of its TOML file."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ _LAMP_KEYS: Final = tuple(field.name for field in fields(StyleLamp))
 
 
 def read_style(path: Path) -> Style:
-    """Read a style file and check everything in it.
+    """Read and validate a style file.
 
     Returns:
         Angles in degrees, azimuth in (-180, 180], distance in metres.
@@ -152,7 +152,7 @@ def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, fl
 
 
 class PaintedValues(NamedTuple):
-    """What the file of a painted style says, checked; its weights lie in a file beside it."""
+    """Validated values of a painted style's file; its weights are in a file beside it."""
 
     name: str
     title: str
@@ -167,7 +167,7 @@ class PaintedValues(NamedTuple):
 
 
 def is_painted(path: Path) -> bool:
-    """Tell whether a style file says that its style was painted.
+    """Return whether a style file describes a painted style.
 
     Returns:
         False also for a file that cannot be read.
@@ -179,7 +179,7 @@ def is_painted(path: Path) -> bool:
 
 
 def read_painted(path: Path) -> PaintedValues:
-    """Read the file of a painted style and check everything in it.
+    """Read and validate the file of a painted style.
 
     Returns:
         `size` is the side of its canvas in pixels, `sha256` belongs to its weights.

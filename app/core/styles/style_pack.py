@@ -1,4 +1,4 @@
-"""Style packs: all that `solve` needs of a head and its styles, without the transport itself.
+"""Style packs: the pre-integrated styles of a head, for solving without its transport.
 
 A pack holds the pre-integrated targets F of eq. 3, the search basis for match, and the target
 pictures to show. It is made by `bake` beside the transport and loads in a few milliseconds.
@@ -41,7 +41,7 @@ Float16: TypeAlias = NDArray[np.float16]
 
 @dataclass(frozen=True, slots=True)
 class PackHeader:
-    """Where a pack came from.
+    """Origin of a pack.
 
     Attributes:
         environment: (H, W) of the environments it takes.
@@ -116,12 +116,12 @@ class StylePack:
 
     @cached_property
     def signatures(self) -> Signatures:
-        """What each style is named for."""
+        """Signatures of all styles."""
         return Signatures(tuple(style.signature for style in self.styles))
 
     @cached_property
     def rivals(self) -> tuple[tuple[list[int], list[int]], ...]:
-        """Other styles that may explain each one's picture; then those that are not its mirror.
+        """Rivals that may explain each style's picture; then those without its mirror image.
 
         What hardly lights the face goes with any light on it.
         """
@@ -147,7 +147,7 @@ class StylePack:
         return self.target_rows[:, : self.header.environment[0]]
 
     def seen(self, light: Floats) -> Float64:
-        """Make of an environment what the search looks through.
+        """Convert an environment to the rows that the search uses.
 
         Args:
             light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance at turn 0, or the luminance
@@ -171,7 +171,7 @@ class StylePack:
         return np.stack([region_weights(*each) for each in zip(luminance, regions, strict=True)])
 
     def index(self, name: str) -> int:
-        """Return the position of a style.
+        """Return the index of a style.
 
         Raises:
             StyleError: If the pack has no style of that name.
@@ -188,7 +188,7 @@ class StylePack:
         )
 
     def studio(self, name: str) -> Studio:
-        """The lamps that a style's target is lit by."""
+        """Return the lamps of a style's target."""
         return self.studios[self.index(name)] if self.studios else AS_PUBLISHED
 
     def target(self, name: str) -> Float32:
@@ -197,7 +197,7 @@ class StylePack:
 
 
 def judged_region(style: Style, transport: Transport, region: Float64) -> Float64:
-    """(P,) how much each pixel counts: the face region, or all where a face shows nothing."""
+    """Return pixel weights, (P,): the face region, or the whole head for styles judged by areas."""
     return transport.face.astype(np.float64) if style.signature.areas else region
 
 
@@ -208,7 +208,7 @@ def pack_names() -> tuple[str, ...]:
 
 
 def own_heads(folder: Path) -> tuple[Path, ...]:
-    """Return the transports in a folder that have pack and shape beside them."""
+    """Return the complete heads in a folder: transports with pack and shape."""
     files = sorted(folder.glob("*.npz"))
     return tuple(
         file
@@ -243,7 +243,7 @@ def load_named_pack(head: str) -> StylePack:
 
 
 def load_transport_of(pack: StylePack, head: str) -> Transport:
-    """Load the transport that a pack was made from.
+    """Load the transport of a pack.
 
     Raises:
         TransportError: If the transport cannot be read, or is another one.
@@ -260,7 +260,7 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
 
 
 def pack_path(transport: Path) -> Path:
-    """Return where the style pack of a transport file lies: beside it.
+    """Return the path of the style pack beside a transport.
 
     Examples:
         >>> pack_path(Path("heads/anna.npz")).name, pack_path(Path("anna.styles.npz")).name
@@ -272,7 +272,7 @@ def pack_path(transport: Path) -> Path:
 
 
 def save_pack(path: Path, pack: StylePack) -> str:
-    """Store a pack, atomically, and return its SHA-256."""
+    """Save a pack atomically; return its SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
     twins = _twins(pack)
     header = {**asdict(pack.header), "styles": [asdict(style) for style in pack.styles]}
@@ -303,7 +303,7 @@ def restore(facts: Mapping[str, Any], stored: dict[str, NDArray[Any]]) -> dict[s
 
 
 def rounded(rows: Float32, digits: int = 17) -> Float32:
-    """Round to so many binary digits, to take less room in a file."""
+    """Round to a number of binary digits, so that files compress better."""
     last = 1 << (24 - digits)
     bits = np.ascontiguousarray(rows).view(np.uint32)
     return ((bits + np.uint32(last // 2)) & np.uint32(2**32 - last)).view(np.float32)

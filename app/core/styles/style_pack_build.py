@@ -1,4 +1,4 @@
-"""Making a style pack: targets become weights, weights are pre-integrated, mirror images exact."""
+"""Build style packs: weights from targets, pre-integrated and exactly mirrored."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ def _made(
 
 @dataclass(frozen=True, eq=False)
 class StudioPacks:
-    """Packs of one head for any lamps of the photographer's: prepared once, then quick."""
+    """Packs of a head for other studio lamps: prepared once, then quick."""
 
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
@@ -268,7 +268,7 @@ class StudioPacks:
         return self._relations(_luminance(self.transport, flat))
 
     def pack_for(self, studio: Studio, others: Mapping[str, Studio] | None = None) -> StylePack:
-        """Make the pack whose targets are lit by the photographer's own lamps.
+        """Return the pack with targets under other lamps.
 
         Signatures follow: what a style's own target shows under these lamps is wanted, and the
         least is to it as it is with the style's own lamps. A style whose target would not show it

@@ -1,4 +1,4 @@
-"""Styles: the classic studio set-ups as lamps around the sitter, one TOML file each or each pair.
+"""Styles: classic studio set-ups as lamps around the sitter, one TOML file per style or pair.
 
 A file's name without its ending is the style's name, as used on the command line. Built-in styles
 travel with the program: of a pair the left one, from which the right one follows. A folder of the
@@ -26,7 +26,7 @@ from app.core.text import tr
 
 
 def mirror_name(name: str) -> str:
-    """Name of the mirrored style.
+    """Return the name of the mirrored style.
 
     Returns:
         With ``left-`` and ``right-`` exchanged; other names are their own mirror.
@@ -78,7 +78,7 @@ _TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "L
 
 
 def mirror(style: Style) -> Style:
-    """Mirror a style at the sitter's middle plane.
+    """Return a style mirrored left to right.
 
     Returns:
         Name, side, every lamp's azimuth, and the words left and right exchanged.
@@ -151,7 +151,7 @@ def _built_in() -> tuple[Style, ...]:
 
 
 def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style, ...]:
-    """Choose styles by name.
+    """Select styles by name.
 
     Args:
         names: Iterable[str] or None. Names wanted; None or none at all means every style.

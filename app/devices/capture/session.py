@@ -217,7 +217,7 @@ class Session:
 
     @property
     def owes(self) -> bool:
-        """Whether the camera has not been given back as it was."""
+        """Whether the camera still has changed settings."""
         return self._journal.owes
 
     @property

@@ -274,7 +274,7 @@ class OwnStyles:
         )
 
     def export(self, style: UserStyle, path: Path) -> None:
-        """Write a style to one file."""
+        """Export a style to a file."""
         target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
 
         def work() -> str:

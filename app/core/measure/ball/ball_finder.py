@@ -1,4 +1,4 @@
-"""A mirror ball in a picture: found and measured.
+"""Find and measure a mirror ball in a picture.
 
 A sphere in perspective is a cone of rays. Its outline is where a smooth background ends: the
 outermost of many edges, since a mirror squeezes what is behind it into rings along its rim. The
@@ -50,7 +50,7 @@ _CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no squ
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """A ball as a camera sees it: a cone of rays.
+    """A ball in a picture, as a cone of rays.
 
     `axis`, (3,) float64, is the unit vector to its centre in the camera's axes: right, up, ahead.
     `angle` is half of what it spans, radians; `focal` in pixels of a picture of `shape`, whose
@@ -65,14 +65,14 @@ class Ball:
 
     @classmethod
     def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
-        """Make a ball of a round outline: column, row and radius, pixels."""
+        """Return the ball of a round outline: column, row and radius, pixels."""
         axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
         far = float(np.linalg.norm(axis))
         return cls(axis / far, math.atan(radius / focal / far), focal, shape)
 
     @property
     def radius_px(self) -> float:
-        """About how many pixels its radius has."""
+        """Approximate radius, pixels."""
         return self.focal * math.tan(self.angle) / float(self.axis[2])
 
     @property
@@ -83,17 +83,17 @@ class Ball:
         return np.stack([right, np.cross(self.axis, right)])
 
     def seen_by(self, mm: float) -> Self:
-        """The same outline, seen by a lens of another focal length on 24 x 36."""
+        """Return the same outline for another focal length, on 24 x 36."""
         (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
         focal = focal_px(mm, self.shape)
         return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
 
     def resized(self, shape: tuple[int, int]) -> Ball:
-        """The same ball in the same picture at another size."""
+        """Return the ball for the picture at another size."""
         return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
 
     def moved(self, right: float, up: float, larger: float) -> Ball:
-        """The ball moved, and larger, by shares of its radius."""
+        """Return the ball moved and enlarged, by shares of its radius."""
         spread = math.tan(self.angle)
         axis = self.axis + spread * (np.array([right, up]) @ self.across)
         angle = math.atan(spread * (1.0 + larger))
@@ -120,7 +120,7 @@ def focal_px(mm: float, shape: tuple[int, int]) -> float:
 
 
 def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
-    """Luminance, (h, w), of small coded frames, good enough to look for things in."""
+    """Return the approximate luminance, (h, w), of small coded frames, for detection."""
     total = weights = np.float32(0.0)
     for picture, stop in zip(pictures, stops, strict=True):
         # Only the darkest frame tells what all others clip.
@@ -167,7 +167,7 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
 
 
 def refined(ball: Ball, radiance: Float32) -> Ball:
-    """Fit a ball that was found in a small picture in merged light, (H, W, 3)."""
+    """Refine a ball from a small picture in merged light, (H, W, 3)."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
     outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
     return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)

@@ -42,7 +42,7 @@ class BallFacts:
     ball: Ball
 
     def facts(self) -> dict[str, Any]:
-        """Describe it for JSON."""
+        """Return the facts for JSON."""
         return {"ball": {"width_px": round(2.0 * self.ball.radius_px)}}
 
 

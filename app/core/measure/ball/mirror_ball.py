@@ -1,4 +1,4 @@
-"""What a mirror ball reflects, as a panorama.
+"""Unwrap a mirror ball to a panorama.
 
 A direction is looked up where the ball reflects it: the normal there halves the angle to the
 camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
@@ -76,7 +76,7 @@ _MOST_PERSON_DEG: Final = 25.0
 
 @dataclass(frozen=True, slots=True)
 class BallOptions(WayOptions):
-    """What is known of a ball and its pictures.
+    """Options of a mirror ball.
 
     `second` are the exposures from another side, taken at about azimuth `from_deg` (None: found);
     none if empty. `reflectance` is the mirror's, head on; `pitch_deg` how far the camera looked up.
@@ -95,7 +95,7 @@ class BallOptions(WayOptions):
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What a ball reflects to one photographer, whose place is azimuth 0 of the panorama.
+    """The panorama of a ball from one side; the photographer is at azimuth 0.
 
     `texels`, (H, W, 5) float32, are radiance, and the shares clipped and dark; `weight`, (H, W)
     float32, is how well each is resolved, 0 to 1; 0 where it is blind. `notes` are what to report.
@@ -107,7 +107,7 @@ class Side:
 
     @property
     def blind(self) -> Float32:
-        """1 where nothing was seen, (H, W)."""
+        """Mask of gaps, (H, W), 1 where blind."""
         return (self.weight <= 0.0).astype(np.float32)
 
 
@@ -133,7 +133,7 @@ def unwrap(
 
 
 def find_lens(merged: Merged, ball: Ball, options: BallOptions, token: Token) -> Ball:
-    """Find the focal length that no file states.
+    """Estimate a missing focal length from the background.
 
     Of those by which the picture past the ball is nearly as much like what the rim reflects as by
     any, the shortest: a longer one leaves too little to compare.
@@ -298,7 +298,7 @@ def _camera(ball: Ball, axes: Float64) -> Float32:
 
 
 def metal(cosine: Float32, reflectance: float) -> Float32:
-    """Share of light that a metal reflects, by the cosine of its angle to the normal.
+    """Return the reflectance of a metal by the cosine of incidence.
 
     Fresnel's equations for a conductor (Pharr, Jakob and Humphreys, Physically Based Rendering,
     9.3), unpolarised, with n = k, as it nearly is of chrome, so that one number says it all.
@@ -361,7 +361,7 @@ _LEAST_ALIKE: Final = (0.4, 0.8)  # where somebody said from where, and where no
 
 
 def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
-    """Merge two sides of a ball, each where it resolves well, in the first one's panorama.
+    """Merge two sides of a ball, weighted by resolution, in the first side's panorama.
 
     `from_deg` is about the azimuth at which the second photographer stood, None where nobody said;
     the panoramas themselves tell. ProbeError where they show nothing alike, or the same side.

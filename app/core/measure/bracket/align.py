@@ -1,4 +1,4 @@
-"""Laying a bracket's panoramas on each other, and levelling them by the tilt the camera recorded.
+"""Align the panoramas of a bracket, and level them by the camera's recorded tilt.
 
 Each frame is compared with a reference frame, or with its neighbour where the two share too little.
 Frames that lie on each other are left exactly as they are; so are frames that cannot be compared:
@@ -134,7 +134,7 @@ class Fit:
 
 
 def register(bright: list[Level], dark: list[Level]) -> Fit:
-    """Find the small rotation from the frame with the longer exposure to the other.
+    """Return the small rotation from the longer exposure to the other.
 
     From no motion first, then all round about. Both are from `pyramid`.
     """
@@ -258,7 +258,7 @@ def _error_deg(places: _Places, match: _Match) -> float:
 
 
 def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -> float:
-    """Return how much worse the frames fit when moved by one degree, about any axis."""
+    """Return how much worse the frames fit when rotated by one degree."""
     some = slice(None, None, max(places.codes.size // 1500, 1))
     few = _Places(
         places.vectors[some], places.codes[some], places.slopes[some], places.weights[some]
@@ -366,7 +366,7 @@ def middle_frame(shares: Sequence[float]) -> int:
 
 
 def usable_share(levels: list[Level]) -> float:
-    """Share of the sphere that a frame shows neither clipped nor black."""
+    """Return the share of the sphere that is neither clipped nor black in a frame."""
     valid = levels[0].valid > 0
     elevation = np.pi * (0.5 - (np.arange(valid.shape[0]) + 0.5) / valid.shape[0])
     return float(np.average(valid.mean(axis=1), weights=np.cos(elevation)))
@@ -380,7 +380,7 @@ _STRANGE_DEG: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """How one frame has to be rotated to lie on the reference frame.
+    """The rotation of a frame to the reference frame.
 
     `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
     is: `angle_deg` is too small, or `trusted` is False because the frames could not be
@@ -398,7 +398,7 @@ _ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
 
 
 def reference_of(frames: Sequence[Bytes]) -> int:
-    """Choose the frame that the others are laid on: the middle one if it is well exposed.
+    """Return the reference frame for alignment: the middle one if it is well exposed.
 
     Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
     has at least 60 % as many usable pixels, by solid angle, as the best one.
@@ -407,7 +407,7 @@ def reference_of(frames: Sequence[Bytes]) -> int:
 
 
 def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
-    """Find the small rotations that lay a bracket's panoramas on the reference frame.
+    """Return the rotations of a bracket's panoramas to the reference frame.
 
     `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
     proportions are left alone: their angle of view is not known. So are frames that lie on the
@@ -507,7 +507,7 @@ _CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
 
 @dataclass(frozen=True, slots=True)
 class Levelling:
-    """What has to be done to a bracket so that up is up.
+    """The levelling of a bracket.
 
     `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None if the
     bracket is level or its tilt unknown.

@@ -1,4 +1,4 @@
-"""Answers while frames are still on their way.
+"""Read frames while others are still downloading.
 
 `ArrivingFrames` reads each frame while the next is coming: when the last file is there only its own
 decoding and the merge are left to do. The result equals `measure.bracket.measure.measure` of the
@@ -56,7 +56,7 @@ class _Read:
 
 
 class ArrivingFrames:
-    """Reads frames in worker threads as they come.
+    """Reads frames in worker threads as they arrive.
 
     Use it as a context manager, or call `close`. `expected` is how many frames will come, 0
     where not known: they are held in memory when so many of them fit.
@@ -75,7 +75,7 @@ class ArrivingFrames:
         self._lock = threading.Lock()
 
     def expect(self, count: int) -> None:
-        """Say how many frames will come, before the first is added."""
+        """Set the number of frames, before the first is added."""
         self._expected = count
 
     def prepare(self, pack: StylePack) -> None:
@@ -86,21 +86,21 @@ class ArrivingFrames:
                 self._pool.submit(rehearse, pack)
 
     def add(self, path: Path) -> None:
-        """Start to read a file that is complete; a file that was added before is read again."""
+        """Start to read a complete file; a file added before is read again."""
         self.discard(path)
         with self._lock:
             if not self._token.cancelled:
                 self._reading[path] = self._pool.submit(self._read, path)
 
     def discard(self, path: Path) -> None:
-        """Forget a file, and close what was opened of it."""
+        """Drop a file and close it."""
         with self._lock:
             future = self._reading.pop(path, None)
         if future is not None and not future.cancel():
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Say in one sentence what is wrong with a file, once it has been read; "" if nothing."""
+        """Return the problem of a file once it is read, as a sentence; "" if none."""
         try:
             self._of(path, token)
         except ProbeError as error:

@@ -1,4 +1,4 @@
-"""From files in any order to a bracket: which frames, in which order, at which exposures.
+"""Read a bracket's headers: its frames, their order and exposures.
 
 Nothing here looks at pixels. What makes a merge impossible is a `ProbeError` that names the file;
 what makes it doubtful is a warning that travels with the bracket.
@@ -52,7 +52,7 @@ _GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one f
 def settle_exposures(
     headers: Sequence[Header], times: Sequence[float] | None = None
 ) -> tuple[list[Exposure], list[Remark]]:
-    """Decide the exposure of every frame.
+    """Determine the exposure of every frame.
 
     Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
     EXIF; where no frame states one, it is taken to be the same in all and nothing is known
@@ -242,7 +242,7 @@ def read_bracket(
     alone: bool = False,
     sort_out: bool = False,
 ) -> Bracket:
-    """Read the headers of a bracket's files and put its frames in order.
+    """Read the headers of a bracket and sort its frames.
 
     `paths` are the files in any order, or one folder: then of the pictures in it
     (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
@@ -492,7 +492,7 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
 
 
 def not_all_around(frame: Frame) -> ProbeError:
-    """Make the error for one photograph that is no full panorama, and no two fisheye circles."""
+    """Return the error for a single photo that is neither panorama nor fisheye pair."""
     return ProbeError(
         tr(
             "{name} is {width} x {height}: alone it has to show every direction, and be twice "

@@ -1,4 +1,4 @@
-"""Which code of a darker frame goes with which code of a brighter one, and the steps they show.
+"""Match the codes of frames, and measure their exposure steps.
 
 A response curve can be learned, or checked, from nothing but this relation: where the brighter
 frame of a pair says `a`, the darker one says `b` (the brightness transfer function of Grossberg and
@@ -120,7 +120,7 @@ def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]
 
 
 def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeMatches:
-    """Find which code of the darker frame goes with each code of the brighter one.
+    """Return the code of the darker frame for each code of the brighter one.
 
     `samples`, (K, N, 3) uint8, are the same N places in all K frames, brightest first. `stops`,
     falling, only choose the pairs. ValueError when they do not fit each other.

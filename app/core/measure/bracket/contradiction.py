@@ -1,4 +1,4 @@
-"""Whether two frames of a bracket can be of the same thing, pixel by pixel.
+"""Test whether two frames of a bracket show the same scene, pixel by pixel.
 
 Through the camera's response a code of one frame says which codes a brighter frame can have there.
 Frames are compared as they are coded, which makes clipped and black codes inequalities by
@@ -32,7 +32,7 @@ CLIPPED: Final = 243
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far frames may differ that show the same, in stops and codes.
+    """Permitted difference of frames of the same scene, in stops and codes.
 
     Proxies are means of coded values, and the curve from one exposure to a brighter one is
     concave. So the brighter frame's mean lies under the prediction wherever the averaged area
@@ -71,7 +71,7 @@ class _Prediction:
 
 
 class Predictions:
-    """Predictions between any two frames of a bracket, made when they are needed.
+    """Predictions between frames of a bracket, computed on demand.
 
     `table`, (3, 256) or (K, 3, 256) float64, is the linear light of each code, monotone, in all
     frames or in each; `stops` their exposures.
@@ -101,7 +101,7 @@ class Predictions:
         return self._made[key]
 
     def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
-        """Measure stops from frame `index` to the next where both are well exposed, any channel."""
+        """Return stops from frame `index` to the next where both are well exposed, any channel."""
         logs = np.log2(np.maximum(self._tables, 1e-9)) - np.asarray(self.stops)[:, None, None]
         parts = []
         for channel in range(3):
@@ -113,7 +113,7 @@ class Predictions:
         return np.concatenate(parts)
 
     def as_seen(self, frame: Bytes, source: int, target: int) -> Bytes:
-        """Say what one frame shows in the codes of another one."""
+        """Convert a frame to the codes of another one."""
         step = self.stops[target] - self.stops[source]
         codes = np.arange(256.0)
         table = np.stack(
@@ -127,7 +127,7 @@ class Predictions:
 
 
 def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
-    """Say by how many codes two frames, (h, w, 3) area means, cannot be of the same thing, (h, w).
+    """Return the contradiction of two frames, (h, w, 3) area means, in codes, (h, w).
 
     Of the worst channel, beyond its tolerance; 0 where the frames agree.
     """
@@ -201,7 +201,7 @@ _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place, however
 def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
-    """Give frames beyond their edges what their nearest neighbours show: no contradiction."""
+    """Fill frames beyond their edges from their neighbours, without contradiction."""
     shown = list(frames)
     for index, mask in enumerate(hidden):
         if mask is None:
@@ -219,7 +219,7 @@ def fill_hidden(
 
 
 def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
-    """Say by how many stops most places of neighbouring frames differ beyond what is usual."""
+    """Return the unusual difference of most pixels of neighbouring frames, stops."""
     usual = []
     for k in range(len(frames) - 1):
         off = predictions.apart(frames[k], frames[k + 1], k)

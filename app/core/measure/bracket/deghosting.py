@@ -1,4 +1,4 @@
-"""What moved between the frames of a bracket, and which frames to believe where it did.
+"""Detect motion between the frames of a bracket, and choose the frames to trust there.
 
 People walk and clouds drift while a bracket is taken. Averaging such frames leaves ghosts with
 coloured edges, so every frame gets a mask of where it may be used. Frames that contradict each
@@ -59,7 +59,7 @@ _NAMED: Final = 3  # regions named in the sentence
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """One place in which the frames contradict each other.
+    """A region in which frames contradict each other.
 
     Centre and extent are shares of the width and the height, 0 to 1; `share` is of the sphere
     (panoramas, by solid angle) or of the area; `frames` are left out in at least a part of it, by
@@ -86,7 +86,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """Where which frame can be believed.
+    """Trusted areas of each frame.
 
     `masks`, (h, w) float32 each in the size of the proxies, are 1 where a frame is to be used and
     0 where not, None for a frame that can be used everywhere; no pixel is 0 in all of them.
@@ -109,7 +109,7 @@ def trust(
     known: bool = True,
     sphere: bool = True,
 ) -> Moved:
-    """Find what moved, and say for every frame where it can be used; ValueError if sizes differ.
+    """Detect motion, and return the usable area of each frame; ValueError if sizes differ.
 
     `proxies`, (h, w, 3) uint8 each, are area means of the coded frames at about an eighth of their
     size, all aligned, in any order; twice as wide as high means a panorama, whose left and right

@@ -1,4 +1,4 @@
-"""Frames in a bracket's folder that are no exposures of the series.
+"""Find frames in a folder that do not belong to the bracket.
 
 A camera's own HDR picture, a preview, a picture of another scene or a black one lies beside the
 exposures and states the exposure of one of them. Merged with them it bends the curve and the light.
@@ -75,7 +75,7 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A foreign frame: its number in the bracket, the brightest first, and why it is one."""
+    """A foreign frame: its number in the bracket, brightest first, and the reason."""
 
     frame: int
     reason: Reason
@@ -84,7 +84,7 @@ class Foreign:
 def foreign_frames(
     proxies: Sequence[Bytes], samples: Bytes, choice: ResponseChoice, stops: Stops, mode: Mode
 ) -> tuple[Foreign, ...]:
-    """Find the frames that are no exposures of the series.
+    """Return the frames that do not belong to the series.
 
     `proxies`, (h, w, 3) uint8 each, and `samples`, (K, N, 3) uint8, are of all frames, brightest
     first, which lie on each other; `stops` are as stated, and `choice` is what was chosen for them.

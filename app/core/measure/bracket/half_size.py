@@ -1,4 +1,4 @@
-"""Merging at half size: bright frames are decoded at half their size, dark ones in full.
+"""Merge at half size: bright frames are decoded at half size, dark ones in full.
 
 A panorama is reduced after the merge anyway, and a JPEG decoder makes the means of four codes for
 half the work. Two things are lost in such a mean: the light of four pixels is more than the light
@@ -65,7 +65,7 @@ _BLACK_LIGHT: Final = 1e-7
 
 
 def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
-    """Choose the frames to decode in full: the darkest, and what no other one reaches.
+    """Return the frames to decode in full: the darkest, and those without another in reach.
 
     >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
     ((False, False, True), (False, True, False, False, True))
@@ -79,7 +79,7 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
 
 
 def halvable(frame: Frame) -> bool:
-    """Whether a frame can be decoded at half its size: a plain JPEG that has its end."""
+    """Return whether a frame can be decoded at half size: a plain, complete JPEG."""
     if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
         return False
     with contextlib.suppress(OSError), frame.path.open("rb") as stream:
@@ -123,7 +123,7 @@ class AnchorTables:
 
 @dataclass(frozen=True, slots=True)
 class HalfLight:
-    """How one frame's pixels become weights and radiance at half size.
+    """Tables from a frame's pixels to weights and radiance at half size.
 
     `reach`, (256,) uint8, is the least code of this frame where the anchor's brightest pixel of
     four has the index's code.

@@ -1,4 +1,4 @@
-"""Small movements of a hand between the frames of an ordinary picture's bracket: homographies.
+"""Align handheld brackets of ordinary pictures by homographies.
 
 A rotating camera moves a picture by a homography whatever the scene; what the hand shifts besides
 is small at the distances that are photographed. Each frame is laid on its neighbour in exposure, so
@@ -50,7 +50,7 @@ _NEIGHBOURS: Final = 9.0  # a pixel's noise is its neighbour's, too: errors are 
 
 @dataclass(frozen=True, slots=True)
 class Lay:
-    """How one picture lies on another.
+    """Homography of a picture to the reference.
 
     `homography`, (3, 3) float64, takes pixels of the reference to those of the frame;
     `shift_px` is how far it moves a corner or the middle at most, both in the full frames'
@@ -66,7 +66,7 @@ class Lay:
 
 
 def laid(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
-    """Move a frame as `Lay.homography` says; what it does not show repeats its edge."""
+    """Warp a frame by `Lay.homography`; areas outside repeat its edge."""
     height, width = pixels.shape[:2]
     coded = pixels.dtype != np.float32
     moved = cv2.warpPerspective(
@@ -83,7 +83,7 @@ def laid(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
 def shown(
     proxies: Sequence[Bytes], moves: Sequence[Float64 | None], full: tuple[int, int]
 ) -> list[Float32 | None]:
-    """Say where each frame, once moved, shows something: 1 or 0, of the proxies' size."""
+    """Return the visible area of each moved frame: 1 or 0, at the proxies' size."""
     masks: list[Float32 | None] = []
     for proxy, move in zip(proxies, moves, strict=True):
         small = (proxy.shape[0], proxy.shape[1])
@@ -126,7 +126,7 @@ def blank(picture: Bytes) -> Bools:
 
 
 def reference_of(pictures: Sequence[Bytes]) -> int:
-    """Choose the frame that stays: the middle one if it is well exposed."""
+    """Return the reference frame: the middle one if it is well exposed."""
     return middle_frame([float(_open(picture).mean()) for picture in pictures])
 
 
@@ -139,7 +139,7 @@ def remarks(lays: Sequence[Lay], names: Sequence[str]) -> tuple[Remark, ...]:
 def lay_on_each_other(
     pictures: Sequence[Bytes], stops: Sequence[float], reference: int, scale: float
 ) -> tuple[Lay, ...]:
-    """Find how each picture has to be moved to lie on the reference.
+    """Return the homography of each picture to the reference.
 
     `pictures`, (h, w, 3) uint8, are coded and all reduced alike to `LONGEST` or less; `scale`
     is the full pixels in one of theirs.

@@ -1,4 +1,4 @@
-"""Measure by a bracket: exposures in any order become an HDR panorama.
+"""Measure from a bracket: exposures in any order become an HDR panorama.
 
     files -> bracket -> merged light -> gaps filled -> lamps -> sun, gains, meter readings
           -> clutter filled -> clip audit
@@ -52,7 +52,7 @@ def measure(
     *,
     opener: Opener = open_frame,
 ) -> Measurement:
-    """Measure by exposures of one place, in any order, or one folder of them.
+    """Measure from the exposures of a place, in any order, or one folder.
 
     Pictures of two fisheye circles are stitched. Of one photograph, where the options take it
     alone, the light is rough. Raises as `measurement.Entry`.
@@ -113,7 +113,7 @@ def _without_gaps(found: Measurement, token: Token) -> tuple[Measurement, Float3
 
 
 def finished(found: Measurement, options: MeasureOptions, blind: Float32 | None = None) -> Finished:
-    """Do what can be done to a panorama; other pictures are left as they are."""
+    """Finish a panorama; other pictures are left alone."""
     if not found.bracket.panorama:
         return found.finished
     foot, room = foot_of(found.levelling.rotation), room_below(found.bracket)
@@ -124,7 +124,7 @@ def finished(found: Measurement, options: MeasureOptions, blind: Float32 | None 
 
 
 def room_below(bracket: Bracket) -> float | None:
-    """Count the stops from the darkest frame to the darkest that the camera could have shot."""
+    """Return the stops from the darkest frame to the camera's darkest exposure."""
     known = camera_facts(bracket.frames[0].camera)
     if known is None:
         return None

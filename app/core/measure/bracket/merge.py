@@ -1,4 +1,4 @@
-"""Merging the frames of a bracket to linear light, reduced in the same pass.
+"""Merge the frames of a bracket to linear light, reduced in the same pass.
 
 Last, colours that stand out by no more than the frames' codes leave open are taken back. Rounding,
 noise and JPEG, which stores colour at half the size, leave a code several off. In a channel that
@@ -82,7 +82,7 @@ class _Plan:
 
 
 def reference_exposure(stops: Sequence[float]) -> float:
-    """Exposure of the middle frame, in stops: its saturation is the merged light's unit."""
+    """Return the exposure of the middle frame, stops; its saturation is the unit of the light."""
     return sorted(stops)[len(stops) // 2]
 
 
@@ -349,7 +349,7 @@ _QUIET_PIXELS: Final = 1 << 20
 
 
 def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) -> None:
-    """Take back colours of merged light, (h, w, 3), that stand out, in place.
+    """Reduce colour noise of merged light, (h, w, 3), in place.
 
     `values`, (3, 256) each, are the light of each code of each frame, brightest first, in that
     unit.

@@ -1,4 +1,4 @@
-"""From the frames of a bracket to merged light.
+"""Read, align and merge the frames of a bracket.
 
     opened -> aligned -> response -> what moved -> merged -> (stitched) -> levelled
 
@@ -44,7 +44,7 @@ _SUSPICIOUS: Final = 0.01
 
 
 def check_options(bracket: Bracket, options: MeasureOptions) -> None:
-    """Refuse options that only a panorama can take, and pictures too large for memory."""
+    """Check that options suit ordinary pictures, and that memory suffices."""
     check_size(bracket, options)
     if not bracket.panorama and (options.gains or options.lux or options.masks):
         raise ProbeError(
@@ -54,7 +54,7 @@ def check_options(bracket: Bracket, options: MeasureOptions) -> None:
 
 
 def check_size(bracket: Bracket, options: MeasureOptions) -> None:
-    """Refuse results that would take more memory than a computer can be expected to have."""
+    """Check that a result fits in memory."""
     rows, columns = bracket.shape
     if rows * columns <= _MOST_KEPT or (bracket.panorama and not options.full):
         return
@@ -74,7 +74,7 @@ def check_size(bracket: Bracket, options: MeasureOptions) -> None:
 def merge_bracket(
     bracket: Bracket, options: MeasureOptions, opener: Opener, token: Token, report: Report
 ) -> Measurement:
-    """Merge frames of a 360 camera, bright ones at half their size where that is enough."""
+    """Merge frames of a 360 camera, bright ones at half size if that suffices."""
     halves = () if options.full else _halves(bracket)
     found = merge_frames(bracket, options, opener, token, report, halves)
     if any(halves) and found.moved.share > _SUSPICIOUS:
@@ -93,7 +93,7 @@ def merge_frames(
     halves: Sequence[bool] = (),
     look: Callable[[FrameStack], None] | None = None,
 ) -> Measurement:
-    """Merge frames; what was opened is closed however it ends.
+    """Merge frames, and close their files in any case.
 
     Args:
         halves: Which frames are decoded at half their size.

@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 
 class Reason(Enum):
-    """Why a frame is no exposure of the series."""
+    """Why a frame does not belong to the series."""
 
     BLACK = "black"
     OTHER_SCENE = "other-scene"

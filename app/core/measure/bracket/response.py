@@ -1,4 +1,4 @@
-"""The camera's tone curve, and exposure tags that do not hold: what to undo before merging.
+"""Choose the camera's response curve, and detect wrong exposure tags.
 
 The curve is sRGB (as in the paper that this program implements) unless the bracket says otherwise:
 the steps between the frames are measured (`measure.bracket.brightness_transfer`), and where they
@@ -61,7 +61,7 @@ _OWN_FIT: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """How the codes of a file turn into linear light.
+    """A response curve: the linear light of each code.
 
     `table`, (3, 256) float64, is the linear light of each code in red, green and blue: strictly
     rising, 0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest
@@ -76,7 +76,7 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseChoice:
-    """The curve to merge with, and the exposures to believe, in stops.
+    """Response curve and corrected exposures, in stops.
 
     As stated, except where a tag was found wrong: then they need not fall. `check` is of
     measured against stated steps, before any correction, with sRGB. `tag_errors` are of a fifth
@@ -100,12 +100,12 @@ def srgb_response() -> Response:
 
 
 def srgb_choice() -> ResponseChoice:
-    """Choose the sRGB curve where there is nothing to compare."""
+    """Return the sRGB curve, without a check."""
     return ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
 
 
 def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
-    """Choose the curve to merge a bracket with, and find tags that are wrong.
+    """Choose the response curve of a bracket, and find wrong tags.
 
     `samples`, (K, N, 3) uint8, are the same places in all frames, brightest first, and `stops`
     the stated exposures, falling. Things that moved and frames that are turned by a few degrees
@@ -237,7 +237,7 @@ _USUAL_CONTRAST: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class TagError:
-    """A frame that was exposed otherwise than its file says: brighter by so many stops."""
+    """A frame with a wrong exposure tag, and its error in stops."""
 
     frame: int
     stops: float
@@ -252,7 +252,7 @@ class TagError:
 def explain_by_tags(
     matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
-    """Find the wrong tags that make a known curve, (256,), fit steps that do not agree.
+    """Return wrong tags that reconcile a known curve, (256,), with the measured steps.
 
     Returns exposures to believe, the errors of a fifth of a stop or more, and the check with
     them; None when tags do not explain the steps (then the curve is another one).
@@ -276,7 +276,7 @@ def explain_by_tags(
 def recover_with_tag(
     matches: CodeMatches, stops: Stops, curve: Recovered, check: StepCheck
 ) -> tuple[Recovered, Stops, tuple[TagError, ...], StepCheck] | None:
-    """Recover a curve together with the one exposure that is wrong, of three frames or more.
+    """Recover a curve and one wrong exposure, from three frames or more.
 
     Returns curve, exposures to believe, error, and the check with them; None when no single tag
     makes the frames fit much better.

@@ -1,4 +1,4 @@
-"""Response curves recovered from the bracket itself: one of the camera, or one of each frame.
+"""Recover response curves from a bracket: one for the camera, or one per frame.
 
 Like Debevec and Malik ("Recovering high dynamic range radiance maps from photographs", SIGGRAPH
 1997) the logarithm of the exposure that each code stands for is found by least squares from places
@@ -83,7 +83,7 @@ def recover_curve(
     start: Float64 | None = None,
     hold: float = 0.0,
 ) -> Recovered:
-    """Recover the curve that explains the matching codes, at stated exposures that fall.
+    """Recover the response curve from matching codes, at falling exposures.
 
     The exposure of `free_frame` is not believed but found along with the curve. `start`, (16,)
     float64, are `Recovered.unknowns` to start from. ValueError when there are no matches.
@@ -209,7 +209,7 @@ _LEAST_RISE: Final = 0.2  # of sRGB's between two codes
 def recover_own_curves(
     matches: CodeMatches, stops: Sequence[float]
 ) -> tuple[Float64, tuple[float, ...]]:
-    """Recover each frame's curve, at stated exposures that fall.
+    """Recover a response curve per frame, at falling exposures.
 
     Returns tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0
     to 1, the same for all channels, 1 from the code on that `CodeMatches.whites` names; and the

@@ -1,4 +1,4 @@
-"""Merging one band of rows of all frames: the inner loop of the merge.
+"""Merge one band of rows of all frames: the inner loop.
 
 Everything works on whole planes that stay in the processor's cache, by look-up tables and
 products of OpenCV, which let go of the interpreter's lock: several bands run at the same time.
@@ -40,7 +40,7 @@ _FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """What a band of rows became: red, green, blue, (rows, W) float32 each.
+    """A merged band: red, green, blue, (rows, W) float32 each.
 
     `clipped` and `dark`, (rows, W) uint8, are 255 where the pixel is clipped (black) in every
     frame; None where no pixel is. `clipped_counts` are the clipped pixels in each frame.
@@ -54,7 +54,7 @@ class Band:
 
 @dataclass(slots=True)
 class Sums:
-    """Weighted sums over the frames so far, and what every frame clips or shows as black."""
+    """Weighted sums over frames, and pixels that all frames clip or show as black."""
 
     values: list[Float32] = field(default_factory=list)
     weights: list[Float32] = field(default_factory=list)
@@ -62,7 +62,7 @@ class Sums:
     dark: Bytes | None = None
 
     def add(self, channel: int, value: Float32, weight: Float32, keep: bool) -> None:
-        """Add what a frame says of a channel; to `keep` leaves both planes as they are."""
+        """Add a channel of a frame; `keep` leaves both planes unchanged."""
         if channel < len(self.values):
             cv2.accumulateProduct(value, weight, self.values[channel])
             cv2.accumulate(weight, self.weights[channel])
@@ -72,7 +72,7 @@ class Sums:
         self.weights.append(weight.copy() if keep else weight)
 
     def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
-        """Keep the marks that this frame shares."""
+        """Intersect the marks with those of a frame."""
         self.clipped = clipped if first else _both(self.clipped, clipped)
         self.dark = dark if first else _both(self.dark, dark)
 
@@ -119,7 +119,7 @@ def merge_band(
 
 
 def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
-    """Weigh a frame's pixels by trust; where it has no say it counts as clipped."""
+    """Weight a frame's pixels by trust; untrusted ones count as clipped."""
     cv2.multiply(faint, np.maximum(trust, np.float32(_LEAST_TRUST)), faint)
     ignored = np.asarray((trust < TRUSTED) * np.uint8(255))
     return ignored if clipped is None else ignored | clipped
@@ -160,7 +160,7 @@ class Weights:
 
 
 def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
-    """Weigh pixels by their largest codes, given their weights by the smallest ones."""
+    """Return pixel weights by the largest and smallest codes."""
     tables, none = light.tables, np.empty(0, np.intp)
     top = int(index.max())
     if top < tables.full:
@@ -246,7 +246,7 @@ def keep_hue(
     light: FrameLight,
     trust: Float32 | None,
 ) -> None:
-    """Draw channels near their end towards the largest one where the darkest frame clips.
+    """Preserve the hue of lamps where the darkest frame clips.
 
     A channel that is about to clip says little more than one that does: without this a white lamp
     whose codes are 255, 244, 255 would be magenta. Channels are only ever raised, by nothing at
@@ -289,7 +289,7 @@ def hue_rises(
 
 
 def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
-    """Let light fade into a level below which the brightest frame cannot tell it from none.
+    """Fade light to the floor of the brightest frame.
 
     Glare in the lens and the foot of the tone curve hide what lies below, and its ratios between
     channels are noise: as speckle of all colours. What lies well above stays as it is.

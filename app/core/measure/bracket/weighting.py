@@ -1,4 +1,4 @@
-"""How far each code of each frame is trusted, and what light it stands for.
+"""Weights and radiance of the codes of each frame.
 
 One weight serves all three channels of a pixel, so that no weighting can colour it. It is a
 product of two tables: one looked up with the largest of the three codes (a pixel is clipped when
@@ -119,7 +119,7 @@ class FrameTables:
 
 @dataclass(frozen=True, slots=True)
 class FrameLight:
-    """How one frame's pixels become weights and radiance.
+    """Tables from a frame's pixels to weights and radiance.
 
     Places in the tables are codes, or for float frames the square root of the value as a share
     of `unit`.
@@ -132,7 +132,7 @@ class FrameLight:
 
 
 def clipped_code(table: Float64) -> int:
-    """Find the first code that counts as clipped in a response, (3, 256).
+    """Return the first code that counts as clipped in a response, (3, 256).
 
     254, or less where some channel's response has reached its end before.
     """
@@ -150,7 +150,7 @@ def frame_tables(
     fine: bool = False,
     known: bool = True,
 ) -> FrameTables:
-    """Make the tables of one frame of a bracket.
+    """Return the look-up tables of a frame.
 
     `table`, (3, 256) float64, is the response: linear value in 0..1 of each code, rising.
     `stops` are the exposures of all frames. `fine` makes 65,536 codes, for 16-bit frames.
@@ -186,7 +186,7 @@ def frame_tables(
 def float_tables(
     index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
 ) -> FrameTables:
-    """Make the tables, of 65,536 places by the square root, of a frame that is linear already.
+    """Return the tables of a linear frame, 65,536 entries by square root.
 
     `value` is not meant to be used, the frame's own values are finer.
     """
@@ -229,7 +229,7 @@ def relative_error(value: Float32) -> Float64:
 
 
 def neutral_end(table: Float64) -> Float64:
-    """Let all channels of a response, (3, 256), end at the same value.
+    """Scale the channels of a response, (3, 256), to the same end.
 
     A lamp that clips all three channels must come out neutral. A recovered response can end at
     a different value in each: it is the least certain there, where no frame shows anything
@@ -315,7 +315,7 @@ _LEAST: Final = 1e-12
 
 
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
-    """Measure how far each frame differs from its neighbours, in natural logarithms.
+    """Return the difference of each frame from its neighbours, natural logarithm.
 
     `samples`, (K, N, 3) uint8, are coded values of the same places; `table`, (3, 256) or (K, 3,
     256), linear light of each code; `stops` true exposures. Empty where the frames fit, cannot
@@ -352,7 +352,7 @@ def agree(
     doubt: Sequence[float],
     radiance: Sequence[Float32],
 ) -> None:
-    """Put the mean of what agrees in the place of merged light, where frames are not clipped.
+    """Replace merged light by the mean of agreeing frames, where unclipped.
 
     `bands`, (rows, W, 3) uint8, are the same rows of each frame; `radiance`, three of (rows,
     W), what they were merged to, is changed in place.

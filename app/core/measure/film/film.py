@@ -1,4 +1,4 @@
-"""A film of a turn, read: where the lens stood at each frame, and the light that the face shows."""
+"""Read a film of a turn: the lens azimuth of each frame, and the light on the face."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ _WHOLLY: Final = 0.9  # of a texel of the light, that was seen and is not clippe
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glimpse:
-    """What one frame shows.
+    """Face and background of one frame.
 
     Attributes:
         grey, seen: (N * N,) float32 and bool. The face on the head's pixels; nothing without one.
@@ -78,7 +78,7 @@ class Glimpse:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Film:
-    """What a film of a turn tells.
+    """Result of a film of a turn.
 
     Attributes:
         times_s, trust: (n,) float64. Of each frame: seconds, and how much it counts.
@@ -102,29 +102,29 @@ class Film:
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
 
     def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
-        """Answer for all styles, at turns that were seen."""
+        """Solve all styles at the turns in the film."""
         return solve_all(
             pack, reduce_radiance(self.radiance), is_open=None if self.shown.all() else self.shown
         )
 
     def frame_at(self, turn_deg: float) -> int:
-        """Number of the frame that shows a turn best."""
+        """Return the number of the frame nearest to a turn."""
         away = np.abs((self.noses_deg - turn_deg + 180) % 360 - 180)
         return int(np.argmin(away + 10 * (1 - self.trust)))
 
     def clock_at(self, turn_deg: float) -> str:
-        """When a turn was there, minutes and seconds."""
+        """Return the time of a turn, minutes and seconds."""
         seconds = round(float(self.times_s[self.frame_at(turn_deg)]))
         return f"{seconds // 60}:{seconds % 60:02}"
 
     def facts(self) -> dict[str, Any]:
-        """Describe it for JSON."""
+        """Return the facts for JSON."""
         seen = round(float(self.shown.mean()), 3)
         return {"frames": len(self.times_s), "seen": seen, "still": self.still}
 
     @property
     def notes(self) -> tuple[Remark, ...]:
-        """What is not seen, and how far to trust the rest."""
+        """Sentences about missing turns and the reliability of the rest."""
         notes: list[Remark] = []
         count, heads = int(self.shown.sum()), self.headings
         if count < _WHOLE:
@@ -148,7 +148,7 @@ class _Seen(NamedTuple):
 
 
 class FilmReader:
-    """Takes frames in their order and tells at any time what they show so far.
+    """Reads frames in order; results are available at any time.
 
     The face is looked for in one thread, the background followed in another.
     """
@@ -169,14 +169,14 @@ class FilmReader:
             executor.shutdown(cancel_futures=True)
 
     def add(self, time_s: float, picture: Bytes) -> None:
-        """Look at a frame, (H, W, 3) uint8 sRGB, upright; wait while too many are waiting."""
+        """Add a frame, (H, W, 3) uint8 sRGB, upright; blocks while the queue is full."""
         if len(self._frames) >= _QUEUE:
             self._frames[-_QUEUE].result()
         glimpse = self._looking.submit(self._look, time_s, picture)
         self._frames.append(self._following.submit(self._follow, glimpse, picture))
 
     def check_begin(self) -> None:
-        """Give a film up of which nothing is to be hoped; raises as `film` does."""
+        """Stop early on a hopeless film; raises as `film`."""
         if len(self._frames) not in (_FACELESS, _IDLE):
             return
         seen = [one.result() for one in self._frames]
@@ -189,7 +189,7 @@ class FilmReader:
             raise _no_turn()
 
     def film(self) -> Film:
-        """Tell what the frames show so far.
+        """Return the result of the frames so far.
 
         Raises `ProbeError` where no face is seen, or nothing turns.
         """
@@ -253,20 +253,20 @@ def read_film(
 def flipped(
     frames: Iterable[tuple[float, float, Bytes]],
 ) -> Iterator[tuple[float, float, Bytes]]:
-    """Give frames as `read_film` takes them, left and right swapped."""
+    """Yield frames for `read_film`, mirrored."""
     for time_s, share, picture in frames:
         yield time_s, share, flip(picture)
 
 
 def flip(picture: Bytes) -> Bytes:
-    """Swap left and right of a picture, (H, W, 3) uint8."""
+    """Mirror a picture, (H, W, 3) uint8."""
     return np.ascontiguousarray(picture[:, ::-1])
 
 
 def read_turn(
     glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[Link]
 ) -> Film:
-    """Put what single frames show together."""
+    """Combine the frames of a film."""
     trust = np.array([_trust(one) for one in glimpses])
     if (trust > 0).sum() < _FEWEST:
         raise _no_face()

@@ -1,4 +1,4 @@
-"""How far the camera has gone around at each frame of a film, from what stands behind the sitter.
+"""Track how far the camera has gone around, by the background of a film's frames.
 
 Points of the background that two frames share fix how the camera turned between them; where a wall
 shows none, its shading does, slid over that of the frame before. Frame by frame these rotations
@@ -50,7 +50,7 @@ _UPRIGHT_DEG: Final = 60.0  # from here on the axis of the turn tells what is up
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Background:
-    """Points of a frame beside the sitter.
+    """Feature points of a frame's background.
 
     Attributes:
         places: (N, 2) float32. From the middle to the right and down, by the picture's longer side.
@@ -87,7 +87,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Headings:
-    """Where the lens stood.
+    """Azimuths of the lens.
 
     Attributes:
         turns_deg: (n,) float64. How far the lens has gone around the sitter since the first frame,
@@ -109,7 +109,7 @@ class Headings:
 
 
 def background(picture: Bytes, face: Face | None) -> Background:
-    """Describe what stands beside the sitter.
+    """Return the feature points of the background.
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
@@ -140,7 +140,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
 
 
 def link(before: Background, after: Background) -> Link | None:
-    """Find the points that two frames share; None where too few agree."""
+    """Match two frames; None if too few points agree."""
     pairs = pair(
         before.features.descriptors, after.features.descriptors, after.places, _APART, _ALIKE
     )
@@ -158,7 +158,7 @@ def link(before: Background, after: Background) -> Link | None:
 
 
 def step(before: Background, after: Background, last: Link | None, pace: float = 1.0) -> Link:
-    """Follow the background from one frame to the next.
+    """Return the camera's rotation from one frame to the next.
 
     Args:
         last: The step before, which goes on where nothing is seen.
@@ -221,7 +221,7 @@ def _between(scores: Float64, best: int) -> float:
 def find_headings(
     frames: Sequence[Background], steps: Sequence[Link], focal: float | None = None
 ) -> Headings:
-    """Find how far the camera had gone around at each frame.
+    """Return the azimuth of the lens at each frame.
 
     Args:
         steps: Of `step`, from each frame to the next.

@@ -1,4 +1,4 @@
-"""A film of a turn in a place: its own frames as photographs, and what it says of a measured light.
+"""Compare a film with a measured place, and save its frames as photos.
 
 A panorama tells what light reaches the head, a film what it does to the sitter's own face: where
 both are there, the film is the truth, and by how much the panorama's turns differ from it is told.
@@ -34,7 +34,7 @@ _AGREED_DEG: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """A film beside a place's panorama.
+    """A film compared with a place.
 
     `offset_deg`: azimuth in the panorama at which the lens stood when the film began.
     `apart_deg`: by style that both offer, how much further the film turns than the panorama.
@@ -58,7 +58,7 @@ class Beside:
 def looks_mirrored(
     frames: Iterable[tuple[float, float, Bytes]], index: HeadingIndex
 ) -> bool | None:
-    """Tell whether only the mirror image of a film shows a place; None where neither does.
+    """Return whether only the mirrored film fits a place; None if neither does.
 
     Args:
         frames: A dozen of it, as `read_film` takes them.
@@ -80,7 +80,7 @@ def beside(
     pack: StylePack,
     index: HeadingIndex | None = None,
 ) -> Beside:
-    """Lay a film on a place's panorama by what is behind the sitter, and compare their turns.
+    """Locate a film in a place's panorama by its background, and compare their turns.
 
     Args:
         results: Of the film.

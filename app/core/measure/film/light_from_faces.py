@@ -1,4 +1,4 @@
-"""The light of a place, from one face seen at many turns.
+"""Estimate the light of a place from a face at many turns.
 
 Each turn shows the same head under the same light turned around it; all turns together fix the
 light as deconvolution does, and the exposure of each frame with it. The face's own albedo stays:
@@ -50,13 +50,13 @@ class FaceTurns:
 
     @property
     def turns(self) -> Bools:
-        """(64,) turns that the film shows."""
+        """(64,) bool. Turns in the film."""
         return np.asarray(self.seen.any(axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmedLight:
-    """The light that explains a film.
+    """Light estimated from a film.
 
     Attributes:
         luminance: (H, W) float64. Panorama coordinates, the film's first turn in the middle; mean
@@ -71,7 +71,7 @@ class FilmedLight:
 
 
 def gather(turns_deg: Float64, greys: Float32, seen: Bools, trust: Float64) -> FaceTurns:
-    """Put frames together into one picture for each grid turn.
+    """Combine frames to one picture per grid turn.
 
     Args:
         turns_deg: (n,) float64. Where the nose points at each frame.
@@ -131,7 +131,7 @@ def _transport() -> _Turned:
 def find_light(
     turns: FaceTurns, likely: FilmedLight | None = None, most: Float64 | float = np.inf
 ) -> FilmedLight:
-    """Find the light that explains a face at its turns, and with it what no frame showed.
+    """Estimate the light that explains a face at its turns.
 
     Args:
         likely: What to expect where the face does not tell, and the exposures to begin with.

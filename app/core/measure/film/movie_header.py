@@ -1,4 +1,4 @@
-"""Reads from a film's header what OpenCV leaves out: a mirror, and the camera that took it.
+"""Read mirroring and camera from a film's header, which OpenCV ignores.
 
 A header is `moov` of ISO/IEC 14496-12; the matrix of a track (8.3.2) turns its pictures, and may
 mirror them, as that of a phone's front camera does. OpenCV turns them and leaves the mirror out.
@@ -28,7 +28,7 @@ _FRONT: Final = b"front camera"  # in the lens model of QuickTime's metadata
 
 @dataclass(frozen=True, slots=True)
 class MovieHeader:
-    """What a film says of itself.
+    """Header of a film.
 
     Attributes:
         flip: Axis of a frame, (H, W, 3), as OpenCV turns it, that is still to be reversed; None
@@ -40,12 +40,12 @@ class MovieHeader:
     front_camera: bool = False
 
     def upright(self, picture: Bytes) -> Bytes:
-        """Show a frame of OpenCV, (H, W, 3) uint8, as the film is meant to be seen."""
+        """Return a frame of OpenCV, (H, W, 3) uint8, as the film should be shown."""
         return picture if self.flip is None else np.ascontiguousarray(np.flip(picture, self.flip))
 
 
 def read_movie_header(path: Path) -> MovieHeader:
-    """Read a film's header; one that says nothing is given for a film of another kind."""
+    """Read a film's header; an empty one for unknown formats."""
     try:
         with open_file(path) as stream:
             moov = _moov(stream, path.stat().st_size)

@@ -1,4 +1,4 @@
-"""What a film shows of the place: the backgrounds of its frames as a panorama.
+"""Build a panorama from the backgrounds of a film.
 
 The face is the grey card: the light that explains it says what each frame's exposure was. Lamps
 and windows are clipped as in any single exposure, and what no frame shows is filled from around.
@@ -33,7 +33,7 @@ _DETAIL: Final = (0.2, 5.0)
 def surroundings(
     frames: Sequence[Background], headings: Headings, gains: Float64
 ) -> tuple[FloatImage, Float32] | None:
-    """Lay the backgrounds side by side, and fill the rest; None where they show too little.
+    """Combine the backgrounds and fill the rest; None if they cover too little.
 
     Args:
         gains: (n,) float64. Radiance of linear 1 in each frame; nan where it is not known.
@@ -63,7 +63,7 @@ def surroundings(
 
 
 def with_detail(light: Float64, seen: FloatImage) -> FloatImage:
-    """Give light, (H, W), the detail and colours of what was seen, (h, w, 3); its means stay."""
+    """Add detail and colours of a panorama, (h, w, 3), to light, (H, W), preserving its means."""
     size = (seen.shape[1], seen.shape[0])
     texel = seen.shape[1] / light.shape[1]
     smooth = wrapped_blur(luminance(seen).astype(np.float32), texel)[..., None]

@@ -1,4 +1,4 @@
-"""The clip audit: how much light is missing, and which answers that puts in doubt.
+"""The clip audit: missing light, and the answers that depend on it.
 
 Where every frame is clipped the merged panorama is a lower bound. The audit says how much light
 that concerns, tries what the answers would be if it were brighter, and tells the styles that would
@@ -62,7 +62,7 @@ def choices(
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
-    """Find what decides the turns under each of several lights.
+    """Choose the turns of all styles under each of several lights.
 
     Each is (H, W, 3) radiance or (H, W) luminance at turn 0 in the pack's size, linear Rec.
     709, any exposure. EnvironmentFileError if one is black or not finite.
@@ -78,7 +78,7 @@ def choices(
 
 
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
-    """Share of what a place could give that is lost by turning elsewhere, (S,) or (N, S).
+    """Return the share of a style's range lost by another turn, (S,) or (N, S).
 
     `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
     among the turns allowed, minus its value at the turn taken, over the range of the
@@ -120,7 +120,7 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """How far a style's answer depends on what is clipped; its grid turn as it is, degrees.
+    """Dependence of a style's answer on clipped light; grid turn in degrees.
 
     `cases` are every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored
     light at both ends of its likely range. `worst` is the most given up in any case tried,
@@ -140,13 +140,13 @@ class StyleChange:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the turn may be off by what is clipped."""
+        """Whether clipping puts the turn in doubt."""
         return self.least_stops is not None
 
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """What is clipped in every frame, and what that means.
+    """Result of the clip audit.
 
     `clipped_energy_range` goes from the share of the light in clipped texels as measured, a lower
     bound, 0 to 1, to what it would be if all that is clipped were 6 stops brighter, or, for the
@@ -159,7 +159,7 @@ class Audit:
 
     @property
     def in_doubt(self) -> tuple[str, ...]:
-        """Names of the styles whose turn may be off."""
+        """Names of the doubtful styles."""
         return tuple(style.name for style in self.style_changes if style.in_doubt)
 
 
@@ -176,7 +176,7 @@ def audit(
     grid: LightGrid | None = None,
     blind: Float32 | None = None,
 ) -> Audit:
-    """Say what is clipped in every frame and which answers depend on it.
+    """Audit what is clipped in every frame, and which answers depend on it.
 
     `environment`, (H, W), is the luminance of `merged` reduced to the pack's size, where the
     caller has it already. `restoration` put the sun or a lamp of `merged` back: its likely

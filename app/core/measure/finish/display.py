@@ -1,4 +1,4 @@
-"""The panorama as a person sees it: exposed, tone-mapped, and what is wrong with it marked.
+"""Render panoramas for display, with marks for clipping and masks.
 
 The tones are those of `app.core.base.colour.tone_map`, computed band by band so that a 2,048 wide
 panorama follows a moving exposure control. Pictures here are sRGB bytes.
@@ -31,7 +31,7 @@ MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
 
 
 def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
-    """Exposure of a panorama, (H, W, 3) linear, to look at: the program's, moved by stops."""
+    """Return the display gain of a linear panorama, (H, W, 3), plus an offset in stops."""
     # The same few thousand texels that the rule itself would pick, before their luminance.
     rows = max(radiance.shape[0] // 64, 1)
     columns = max(radiance.shape[1] // 128, 1)
@@ -42,7 +42,7 @@ def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
 def display_panorama(
     radiance: FloatImage, exposure_stops: float = 0.0, width: int = WIDTH
 ) -> Bytes:
-    """Turn linear light, (H, W, 3) of any scale, into sRGB, (rows, width, 3), to look at.
+    """Convert a linear panorama, (H, W, 3), to sRGB, (rows, width, 3).
 
     Brighter (positive) or darker by stops than the program would choose. Rows keep the
     proportion, W / 2 of a panorama. Within one step of `app.core.base.colour.tone_map` of the
@@ -63,7 +63,7 @@ def display_panorama(
 
 
 def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) -> Bytes:
-    """Hatch what was too bright for every frame, in black and white lines, on a copy.
+    """Hatch clipped areas in black and white on a copy.
 
     `display` is (h, w, 3) sRGB; `clipped`, (H, W) of any size of the same proportion, the share
     of each texel, 0 to 1. Marks are widened to two pixels, so that a clipped point is seen too.
@@ -86,7 +86,7 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
 
 
 def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
-    """Tint what a mask removes, with a clear edge, on a copy.
+    """Tint a mask, with an outline, on a copy.
 
     `display` is (h, w, 3) sRGB; `mask`, (H, W) of any size of the same proportion, 1 where
     something is to be removed, 0 to 1.

@@ -1,4 +1,4 @@
-"""Which answers depend on light that an environment does not hold: clipped, or never seen.
+"""Find answers that depend on missing light: clipped, or in gaps.
 
 One rule for every source, whether a photograph, a file with a clipped lamp, or a stitched panorama
 with a gap. The light is changed in all ways that are plausible, and a style whose answer changes
@@ -48,7 +48,7 @@ _GROUND_ROW: Final = 3  # 45 degrees below the horizon and lower
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """Styles whose turn or grade depends on light that is clipped, and on light not seen."""
+    """Styles whose turn or grade depends on clipped light, and on gaps."""
 
     clipped: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
@@ -64,7 +64,7 @@ def doubt_of(
     pack: StylePack,
     objective: Objective = "picture",
 ) -> Doubt | None:
-    """Find the styles in doubt under an environment; None where all its light was measured."""
+    """Return the doubtful styles of an environment; None if all its light was measured."""
     if environment.clipped is None and environment.unseen is None and not environment.rough:
         return None
     radiance = bounded(environment.radiance, _COLUMNS)

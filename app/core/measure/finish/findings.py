@@ -59,7 +59,7 @@ _SMALL: Final = (64, 128)
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What a light is named by, besides itself: medians above and below the horizon."""
+    """Medians of the surroundings above and below the horizon, for naming lights."""
 
     mean: float
     height: int
@@ -68,7 +68,7 @@ class Surroundings:
 
 
 def surroundings_of(merged: Merged, grid: LightGrid) -> Surroundings:
-    """Measure a place for naming its lights."""
+    """Measure the surroundings of a place."""
     height = len(grid.luminance)
     small = cv2.resize(merged.radiance, (_SMALL[1], _SMALL[0]), interpolation=cv2.INTER_AREA)
     up = np.arange(_SMALL[0]) < _SMALL[0] * (0.5 - _HEMISPHERE_DEG / 180.0)
@@ -83,7 +83,7 @@ def surroundings_of(merged: Merged, grid: LightGrid) -> Surroundings:
 
 
 def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -> Source:
-    """Name what a light most likely is.
+    """Classify a light.
 
     Args:
         blueness: Of the light, blue by red.
@@ -120,7 +120,7 @@ def sources_of(
     sun: Light | None = None,
     grid: LightGrid | None = None,
 ) -> tuple[Source, ...]:
-    """Name the lights of a place; `sun`: the light that is known to be the sun."""
+    """Classify the lights of a place; `sun` is the one known to be the sun."""
     grid = light_grid(merged) if grid is None else grid
     place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
     known = None if sun is None else sun.id
@@ -146,7 +146,7 @@ def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
 
 
 def darker_frames(light: Light, merged: Merged, kind: str) -> int:
-    """How many frames, each 2 EV darker than the last, would plausibly hold a clipped light.
+    """Return how many more frames, each 2 EV darker, would probably hold a clipped light.
 
     With absolute luminance that follows from what such lights reach, else from experience.
     """
@@ -209,7 +209,7 @@ _LEAST_SHARE: Final = 0.0005
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """A lamp, a window, the sun, as it is listed.
+    """A lamp, window or the sun, for lists.
 
     `kind` is of `source_of`. Azimuth and elevation are of the centre of its light, the
     diameter of the disc with the same solid angle, degrees. `share` of the place's light, 0 to
@@ -227,7 +227,7 @@ class Lamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
-    """What was found in a place's light.
+    """Lamps and clipping of a place.
 
     `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None if nothing
     is known to be clipped. `map`, (h, w) int8, is which lamp a texel belongs to, -1 for none.
@@ -238,7 +238,7 @@ class Findings:
     map: NDArray[np.int8] | None = field(default=None, repr=False)
 
     def at(self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0) -> Lamp | None:
-        """Return the lamp in a direction of the panorama, or as near as that; None without any."""
+        """Return the lamp in or near a direction of the panorama; None without one."""
         if self.map is None:
             return None
         height, width = self.map.shape
@@ -263,7 +263,7 @@ class Findings:
 
     @property
     def light(self) -> str:
-        """What most shapes a face here: "sun", "lamp", "lamps", "window" or "soft"."""
+        """Main kind of light: "sun", "lamp", "lamps", "window" or "soft"."""
         shares = dict.fromkeys(("sun", "lamp", "window"), 0.0)
         for lamp in self.lamps:
             if lamp.kind in shares:
@@ -289,7 +289,7 @@ def clip_level(stops: Sequence[float]) -> float | None:
 
 
 def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
-    """Mark where a panorama, (H, W, 3), is only known from below: (H, W), 1 or 0.
+    """Return a mask, (H, W), of clipped texels of a panorama, (H, W, 3).
 
     1 where the largest channel reaches the `level` of `clip_level`; None where nothing is
     clipped.
@@ -305,7 +305,7 @@ def find(
     cd_m2: float | None = None,
     clipped: Float32 | None = None,
 ) -> Findings:
-    """Look for the lamps of a place, (H, 2 H, 3) linear Rec. 709, and for what is clipped.
+    """Find lamps and clipping of a place, (H, 2 H, 3) linear Rec. 709.
 
     `level` is the radiance at which it clips (`clip_level`), `cd_m2` the luminance of radiance
     1; None where not known. `clipped`, (H, 2 H), is what is clipped, where that is known of each

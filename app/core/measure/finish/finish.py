@@ -1,4 +1,4 @@
-"""What is done to merged light: sun and lamps put right, clutter filled, audited.
+"""Finish merged light: restore sun and lamps, fill masks, audit clipping.
 
 `changes` says what a change of the light means for the answers: every turn before and after.
 """
@@ -37,7 +37,7 @@ _HALF: Final = 0.5  # of a texel: what is filled by more was not seen
 
 
 def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
-    """Make lamps brighter or darker by stops than they were measured.
+    """Brighten or darken lamps by stops.
 
     Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
     counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
@@ -62,7 +62,7 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """Merged light with everything done to it.
+    """Finished light and its audit.
 
     `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
     to 1. `audit` is of the finished light; None for pictures that are not panoramas. `unseen`,
@@ -91,7 +91,7 @@ def finish(
     alone: str = "",
     blind: Float32 | None = None,
 ) -> Finished:
-    """Do to a merged panorama what the user wants, and audit the result.
+    """Apply the user's corrections to a merged panorama and audit the result.
 
     `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
     stops darker than its darkest frame the camera can go, None where unknown; `alone` names the
@@ -181,7 +181,7 @@ def _cleaned(
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
-    """Say of each lamp whether it is still clipped after something was done to the light."""
+    """Update which lamps are still clipped after corrections."""
     clipped = grid.clipped.ravel()
     return tuple(
         replace(light, clipped=light.clipped and bool(clipped[light.texels].max(initial=0.0) > 0))
@@ -205,7 +205,7 @@ _FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is cal
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What happens to a style's answer.
+    """Change of a style's answer.
 
     Turns are refined, degrees in (-180, 180], positive clockwise; `change_deg` is the shorter
     way from before to after. `given_up` is what the turn before loses under the light after:
@@ -229,7 +229,7 @@ def changes(
     pack: StylePack,
     objective: Objective = "picture",
 ) -> tuple[Change, ...]:
-    """Solve for all styles under two lights and compare.
+    """Compare the answers of all styles under two lights.
 
     Both are (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
     EnvironmentFileError when one is black, not finite or of another size.

@@ -1,4 +1,4 @@
-"""Filling what should not be in the picture from the light around it.
+"""Fill masked areas from the surrounding light.
 
 Under a mask the radiance becomes a membrane: the harmonic function that takes the values around
 the mask (Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is
@@ -39,7 +39,7 @@ _LAMP_RATIO: Final = 2.0
 
 
 def fill(merged: Merged, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> Merged:
-    """Replace what is under a mask, (H, W) float32, by light interpolated from around it.
+    """Replace masked light, (H, W) float32, by interpolation from its surroundings.
 
     1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
     faded out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into
@@ -67,7 +67,7 @@ def fill(merged: Merged, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> M
 
 
 def components(area: Bools) -> list[Bools]:
-    """Split an area of a panorama, (H, W), into parts that touch on the sphere, largest first.
+    """Split an area of a panorama, (H, W), into connected parts, largest first.
 
     Parts that meet at the seam or at a pole are one.
     """

@@ -1,4 +1,4 @@
-"""The lamps of a place: bright regions of the panorama, measured, named A, B, C ...
+"""Find the lamps of a place: bright regions of the panorama, named A, B, C ...
 
 A lamp is a connected region that is more than four times as bright as the mean of the sphere,
 and within a factor of eight of its own peak, so that the sun is not the whole glow around it.
@@ -44,7 +44,7 @@ Source: TypeAlias = Literal["sun", "lamp", "window", "wall", "ground", "sky", "a
 
 @dataclass(frozen=True, slots=True)
 class LightGrid:
-    """A merged panorama reduced for looking at its lamps, (h, w), at most 256 x 512.
+    """A panorama reduced for finding lamps, (h, w), at most 256 x 512.
 
     `luminance` is in the unit of the panorama, `clipped` the share that is clipped in every
     frame, `lost` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
@@ -70,7 +70,7 @@ class LightGrid:
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """A lamp, a window, the sun: anything that stands out of the place's light.
+    """A lamp, a window or the sun.
 
     `id` is "A" for the one that holds most of the light, then "B" ... Azimuth and elevation are
     of the centre of its light, the diameter of the disc with the same solid angle, degrees.
@@ -92,7 +92,7 @@ class Light:
 
 
 def light_grid(merged: Merged) -> LightGrid:
-    """Reduce a full panorama, else ProbeError, to at most 512 x 256 texels."""
+    """Reduce a panorama to at most 512 x 256 texels; raises ProbeError if it is not full."""
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
@@ -113,7 +113,7 @@ def light_grid(merged: Merged) -> LightGrid:
 
 
 def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Find the lamps of a place, at most `MAX_LIGHTS`, the largest share of the light first.
+    """Return the lamps of a place, at most `MAX_LIGHTS`, by falling share of the light.
 
     Empty where no direction stands out. ProbeError if it is not a full panorama, or is black.
     """

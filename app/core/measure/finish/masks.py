@@ -1,4 +1,4 @@
-"""Masks by hand: caps and boxes in degrees, and pictures of masks."""
+"""Manual masks: caps and boxes in degrees, and mask pictures."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _FORMS: Final = tr(
 
 @dataclass(frozen=True, slots=True)
 class MaskSpec:
-    """What a user wants removed, before it is drawn.
+    """Description of a mask.
 
     `numbers` are degrees: the cap's elevation, or the box's azimuth from and to (clockwise) and
     elevation from and to.
@@ -51,7 +51,7 @@ class MaskSpec:
 
 
 def parse_mask(text: str) -> MaskSpec:
-    """Read a mask from the command line; the file of a picture is not opened yet.
+    """Parse a mask option; a mask picture is not opened yet.
 
     ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation), ``box:-20,20,-90,-40``
     (azimuth from and to, clockwise, and elevation from and to), ``suggested``, or the name of a
@@ -74,7 +74,7 @@ def parse_mask(text: str) -> MaskSpec:
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
-    """Draw a mask by hand at a panorama's size: (H, W) float32, 1 where something is removed.
+    """Draw a mask at a panorama's size: (H, W) float32, 1 where light is removed.
 
     ProbeError when a picture cannot be read, or for the kind ``suggested``.
     """
@@ -141,7 +141,7 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
 
 def check_picture_mask(path: Path) -> None:
-    """Look at a mask's header before any work is done; errors as `picture_mask`."""
+    """Check a mask picture's header early; errors as `picture_mask`."""
     _opened(path).close()
 
 

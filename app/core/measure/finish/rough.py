@@ -1,4 +1,4 @@
-"""The light of one photograph: what is clipped is guessed, and the answers that hang on it named.
+"""The light of a single photo: guess clipped light, and find the answers that depend on it.
 
 A lone panorama exposed by the camera itself loses between a tenth and nine tenths of the light.
 What is white in all channels counts as four stops brighter, what is clipped in some as one: of
@@ -59,7 +59,7 @@ _LEAST_LIGHT: Final = 0.004  # of what saturates the frame: code 13
 
 
 def told_clipped(merged: Merged, name: str) -> Merged:
-    """Mark all that is clipped in one coded frame; ProbeError where that, or black, is all."""
+    """Mark clipped texels of a single coded frame; ProbeError if all is clipped or black."""
     largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
         raise ProbeError(
@@ -77,14 +77,14 @@ def told_clipped(merged: Merged, name: str) -> Merged:
 
 
 def brightened(merged: Merged, stops: float = STOPS) -> Merged:
-    """Give what is still clipped the light that it most likely has."""
+    """Brighten clipped light to its most likely value."""
     white, coloured = _shares(merged.radiance, merged.clipped)
     gain = _gain(white, coloured, stops, _COLOURED_STOPS)
     return replace(merged, radiance=merged.radiance * gain)
 
 
 def dimmed(merged: Merged) -> Merged:
-    """Undo `brightened`: the light as it looks."""
+    """Return the light before `brightened`."""
     white, coloured = _shares(merged.radiance, merged.clipped)
     gain = _gain(white, coloured, STOPS, _COLOURED_STOPS)
     return replace(merged, radiance=merged.radiance / gain)
@@ -110,7 +110,7 @@ def rough_audit(
     grid: LightGrid,
     pack: StylePack,
 ) -> Audit:
-    """Say which answers hang on what is clipped in one photograph.
+    """Return the answers that depend on clipping in a single photo.
 
     `looks` is the light before `brightened`, `likely` after; `grid` is of the latter.
     """

@@ -1,4 +1,4 @@
-"""The sun, which no exposure holds: recognising it, and putting its light back.
+"""Recognise a clipped sun and restore its light.
 
 Even the shortest exposure of a 360 camera leaves the disc 10 to 16 stops clipped; what is left is
 under a hundredth of its light. Its place survives, its solid angle and (within a factor) its

@@ -1,1 +1,1 @@
-"""Recognise and stitch unstitched 360 pictures."""
+"""Recognise and stitch pictures with two fisheye circles."""

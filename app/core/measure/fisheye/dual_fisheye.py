@@ -1,4 +1,4 @@
-"""Pictures of two fisheye circles, as cameras store them that do not stitch: seen and measured.
+"""Find the two fisheye circles of unstitched 360 pictures.
 
 A full panorama of 2:1 and an unstitched picture have the same size, and merging the second as the
 first gives an answer that is wrong all over. What tells them apart: two circles of one size, dark
@@ -67,7 +67,7 @@ def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What is known of a camera's lenses before its picture is looked at.
+    """Default lens data of a camera model.
 
     `field_deg` is the angle that the image circle spans; where `focal` is known, the focal length
     as a share of the side of one circle's half of the picture, it counts instead. `turns_deg` is by
@@ -112,7 +112,7 @@ _UNKNOWN: Final = Model(())
 
 
 def model_of(camera: str) -> Model:
-    """Return what is known of a camera by the model that its files state."""
+    """Return the lens data of a camera by the model in its files."""
     name = camera.upper()
     known = (model for model in MODELS if any(part in name for part in model.names))
     return next(known, _UNKNOWN)
@@ -142,7 +142,7 @@ _PICTURE: Final = 0.02  # linear light; what is darker may be anything
 
 @dataclass(frozen=True, slots=True)
 class Circles:
-    """Where the two image circles are, in shares of the picture's shorter side.
+    """Positions of the two image circles, as shares of the picture's shorter side.
 
     The first circle is the left one, or the upper one of circles that stand on each other. Centres
     are (x, y) from the picture's left upper corner to the outer corners of pixels.
@@ -160,7 +160,7 @@ class Circles:
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
-    """Say whether a bracket's small, coded frames are unstitched, and where their circles are.
+    """Return the fisheye circles of a bracket's small, coded frames; None if they are stitched.
 
     ProbeError when some frames are unstitched and others are not.
     """
@@ -189,12 +189,12 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
 
 
 def may_be_circles(shape: tuple[int, int]) -> bool:
-    """Whether a picture of some rows and columns has the proportions of two circles."""
+    """Return whether a picture has the proportions of two circles."""
     return max(shape) / min(shape) <= _WIDEST
 
 
 def find_circles(frame: Bytes) -> Circles | None:
-    """Look for two image circles in one frame, (h, w, 3) uint8; None where there are none.
+    """Return the two image circles of a frame, (h, w, 3) uint8; None without any.
 
     They are beside or above each other, anywhere in a frame of any proportions up to 2.6:1, whole
     or cut off a little. A frame that is too dark to show enough of a rim gives None, too.
@@ -211,7 +211,7 @@ def find_circles(frame: Bytes) -> Circles | None:
 
 
 def check_stitched(radiance: Float32, name: str) -> None:
-    """Refuse light, (h, w, 3) linear, that is two fisheye circles instead of a panorama.
+    """Raise an error if light, (h, w, 3) linear, is two fisheye circles instead of a panorama.
 
     Raises `EnvironmentFileError`.
     """
@@ -227,7 +227,7 @@ def check_stitched(radiance: Float32, name: str) -> None:
 
 
 def unstitched(name: str) -> EnvironmentFileError:
-    """Make the error for two circles where a panorama is needed."""
+    """Return the error for two circles instead of a panorama."""
     return EnvironmentFileError(
         tr("{name} is two fisheye circles, not a stitched panorama.", name=name),
         tr("Merge its bracket with Turnlight, or stitch it with the camera maker's program."),

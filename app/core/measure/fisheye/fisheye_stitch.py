@@ -1,4 +1,4 @@
-"""Two fisheyes back to back: measured in the light that they have brought, and made a panorama.
+"""Calibrate two fisheyes back to back in their merged light, and stitch them.
 
 The frames of an unstitched bracket are merged as they are, circle on circle, where clipping and
 noise are the sensor's own. Only the merged light is resampled, once, and all frames lie on each
@@ -61,7 +61,7 @@ _BACK: Final = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two measured lenses, front first, and how they are joined.
+    """Two calibrated lenses, front first, and their seam.
 
     Arrays are float64. `given` and `seam`, (1440,), go around the seam clockwise from the top as
     the front lens sees it: how many degrees apart both see a thing, and where the seam runs, in
@@ -82,17 +82,17 @@ class Pair:
 
     @property
     def measured(self) -> bool:
-        """Whether enough places agreed to measure the lenses by."""
+        """Whether enough points agreed to calibrate the lenses."""
         return self.blocks >= _LEAST_BLOCKS
 
     @property
     def parallax_deg(self) -> float:
-        """Median of how far apart both lenses see what is at the seam."""
+        """Median parallax of both lenses at the seam."""
         return float(np.median(np.abs(self.given)))
 
 
 def calibrate(merged: Merged, circles: Circles, model: Model) -> Pair:
-    """Measure the lenses of an unstitched picture in its merged light."""
+    """Calibrate the lenses of an unstitched picture in its merged light."""
     light = np.ascontiguousarray(merged.radiance)
     tones = _tones(light, circles)
     pair = _nominal(tones, circles, model)
@@ -455,7 +455,7 @@ _CLEARLY: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Stitching:
-    """What was found out about the lenses and done with them.
+    """Calibration and stitching of the lenses.
 
     `up_deg` is where up was, clockwise from the top of the front lens's circle; "model", "edges" or
     "file" says so.
@@ -468,7 +468,7 @@ class Stitching:
     up_from: str
 
     def facts(self) -> dict[str, Any]:
-        """Describe it for JSON."""
+        """Return the facts for JSON."""
         first, second = self.pair.gains.mean(axis=1)
         facts = {
             "front": self.front,
@@ -492,7 +492,7 @@ class Stitching:
 def circle_size(
     shape: tuple[int, int], circles: Circles, size: tuple[int, int] | None
 ) -> tuple[int, int]:
-    """Rows and columns to merge unstitched frames at, for a panorama of some size."""
+    """Return rows and columns for merging unstitched frames, for a size of panorama."""
     share = _LONGEST / max(shape)
     if size is not None:
         # Twice as fine as the panorama; the circles are some 200 degrees wide.
@@ -502,7 +502,7 @@ def circle_size(
 
 
 def panorama_size(shape: tuple[int, int], circles: Circles, field_deg: float) -> tuple[int, int]:
-    """Rows and columns of a panorama as fine as the circles themselves."""
+    """Return rows and columns of a panorama with the resolution of the circles."""
     columns = 2.0 * circles.radius * min(shape) * 360.0 / field_deg
     rows = max(round(columns / 16.0), 1) * 8
     return rows, 2 * rows

@@ -1,4 +1,4 @@
-"""Measure by unstitched pictures of a 360 camera: two fisheye circles in each."""
+"""Measure from unstitched pictures of a 360 camera, with two fisheye circles each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measure by photos taken all around from one spot: they become an HDR panorama.
+"""Measure from photos taken all around from one spot.
 
     files -> pictures -> what they share -> where they look -> curve, exposures -> merged
           -> gaps filled -> lamps, sun, corrections -> audit
@@ -71,7 +71,7 @@ _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # a panorama's, of a camera's
 
 @dataclass(frozen=True, slots=True)
 class Photograph:
-    """A photograph that was read, and where it looks.
+    """A photo and its direction.
 
     `rotation`, (3, 3) from camera to panorama axes, is None where that could not be found;
     `focal_px` is of `pixels`, (h, w, 3), `small` a tiny copy; the stated one and `points` are
@@ -109,7 +109,7 @@ class Photograph:
 
 @dataclass(frozen=True, slots=True)
 class PhotosOptions(WayOptions):
-    """How photos taken all around are read.
+    """Options of photos taken all around.
 
     Attributes:
         fov_deg: How far around a single wide panorama reaches; None to find out.
@@ -122,12 +122,12 @@ class PhotosOptions(WayOptions):
 
 @dataclass(frozen=True, slots=True)
 class PhotosFacts:
-    """The photos, and where they look."""
+    """Facts about the photos: their directions."""
 
     photographs: tuple[Photograph, ...]
 
     def facts(self) -> dict[str, Any]:
-        """Describe it for JSON."""
+        """Return the facts for JSON."""
         return {"photographs": [_described(each) for each in self.photographs]}
 
 

@@ -1,4 +1,4 @@
-"""Where photographs taken from one point look: rotations and focal lengths, from what they share.
+"""Estimate rotations and focal lengths of photos taken from one point.
 
 Photographs that a turning camera takes are homographies of each other. Pairs are found by RootSIFT
 points and believed as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant
@@ -43,7 +43,7 @@ _LEAN: Final = 0.005
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """Points that two photographs share, (M, 2) float64 each, from the middles of the pictures."""
+    """Matching points of two photos, (M, 2) float64 each, from the picture centres."""
 
     numbers: tuple[int, int]
     points: tuple[Float64, Float64] = field(repr=False)
@@ -55,7 +55,7 @@ class Link:
 
 
 def points_of(picture: Bytes) -> Features:
-    """Describe a photograph, (h, w, 3) uint8, of at most `LONGEST`; places are from its middle."""
+    """Return the features of a photo, (h, w, 3) uint8, with positions from its centre."""
     found = describe(picture, _POINTS)
     return replace(
         found, places=(found.places - np.array(picture.shape[1::-1]) / 2.0).astype(np.float32)
@@ -65,7 +65,7 @@ def points_of(picture: Bytes) -> Features:
 def find_links(
     views: Sequence[Features], pairs: Sequence[tuple[int, int]], token: Token, report: Report
 ) -> list[Link]:
-    """Find which of some pairs of photographs show the same; Cancelled."""
+    """Match pairs of photos; raises Cancelled."""
     links = []
     with ThreadPoolExecutor(2) as pool:
         for done, link in enumerate(pool.map(partial(_link, views, token), pairs)):
@@ -92,7 +92,7 @@ def _link(views: Sequence[Features], token: Token, numbers: tuple[int, int]) -> 
 
 
 def groups(count: int, links: Iterable[Link]) -> list[list[int]]:
-    """Return the photographs that hang together, the largest group first."""
+    """Return connected groups of photos, the largest first."""
     name = np.arange(count)
     for link in links:
         first, second = name[list(link.numbers)]
@@ -103,7 +103,7 @@ def groups(count: int, links: Iterable[Link]) -> list[list[int]]:
 def turn(
     stated: Sequence[float | None], links: Sequence[Link]
 ) -> tuple[dict[int, Float64], dict[int, float], float]:
-    """Find rotations, (3, 3), and focal lengths, pixels, of the photographs that fit each other.
+    """Return rotations, (3, 3), and focal lengths, pixels, of matching photos.
 
     Of the largest group, by number; `stated` are focal lengths. Last, how far apart the points of
     a pair lie, pixels.
@@ -201,7 +201,7 @@ def _equations(
 
 
 def upright(rotations: Mapping[int, Float64], first: int) -> dict[int, Float64]:
-    """Bring rotations to a panorama's axes: the mean camera level, one of them at azimuth 0."""
+    """Align rotations with a panorama: the mean camera level, one photo at azimuth 0."""
     every = np.array(list(rotations.values()))
     sides, mean = every[:, :, 0], -every[:, :, 1].mean(axis=0)
     mean /= np.linalg.norm(mean)

@@ -1,4 +1,4 @@
-"""Light all around from photographs whose directions are known, wherever they came from.
+"""Merge photos with known directions to a panorama of light.
 
 Each photograph is a pinhole picture taken from one point. Texels are sampled several times, each
 sample merged from all photographs that show it as the frames of a bracket are (`weighted_merge`):
@@ -35,7 +35,7 @@ _AHEAD: Final = 0.05  # cosine from the axis
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A photograph, where it looks and how much light its values stand for.
+    """A photo with its direction and exposure.
 
     `pixels`, (h, w, 3), are uint8 codes, or float32 linear where 1 is saturated. `rotation`,
     (3, 3) float64, takes camera axes (right, down, front) to a panorama's (`app.core.base.sphere`).
@@ -55,7 +55,7 @@ class Placed:
         return -math.log2(sum(self.gains) / 3.0)
 
     def look(self, rays: Float32) -> tuple[NDArray[Any], Float32]:
-        """Look up directions, (h, w, 3) in the panorama's axes, in the picture.
+        """Sample the photo at directions, (h, w, 3), in the panorama's axes.
 
         Returns pixels, (h, w, 3), and how far inside the picture they are as a share of half a
         side, (h, w) float32: 0 where there is none.
@@ -85,7 +85,7 @@ def light_around(
     token: Token | None = None,
     report: Report = silent,
 ) -> tuple[Float32, Bools, Float32]:
-    """Merge photographs to the light that comes from all around, (H, W) = `shape`.
+    """Merge photos to a panorama of light, (H, W) = `shape`.
 
     `table`, (3, 256), is the linear light of each code, sRGB's unless given. Returns radiance,
     (H, W, 3) float32 in the unit of the gains, where it is known, (H, W), 0 elsewhere, and the

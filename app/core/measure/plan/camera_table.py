@@ -1,4 +1,4 @@
-"""What each Ricoh Theta is and accepts: the one table of cameras, `resources/cameras/theta.toml`.
+"""The table of cameras, `resources/cameras/theta.toml`: what each Ricoh Theta accepts.
 
 The planner of brackets, the client (`app.devices.profiles`) and the simulated cameras
 (`app.devices.simulated.cameras`) read it, each in its own way: a row here makes a model known
@@ -62,7 +62,7 @@ class CameraFacts:
 
 
 def tuples(value: Any) -> Any:
-    """Make tuples of all lists in a value that was read."""
+    """Convert all lists in a value to tuples."""
     return tuple(map(tuples, value)) if isinstance(value, list) else value
 
 
@@ -93,7 +93,7 @@ CAMERAS: Final = _read()
 
 
 def camera_facts(model: str) -> CameraFacts | None:
-    """Find a model by the name that EXIF or the camera states, None where it is not in the table.
+    """Return a model by its name in EXIF or from the camera; None if it is not in the table.
 
     `model` is for example "RICOH THETA SC2" or "Z1"; blanks around it and in it do not matter.
 

@@ -1,4 +1,4 @@
-"""From a metered exposure to a bracket that a camera can shoot.
+"""Plan a bracket from a metered exposure and the limits of a camera.
 
 ISO and aperture are fixed for the whole bracket and only the shutter moves. Cameras offer nominal
 thirds of a stop, so a wanted exposure is snapped to the nearest one in the logarithm; the exposure
@@ -64,7 +64,7 @@ def _valid(values: Sequence[float]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class PlannedShot:
-    """One frame of a plan: exposure wanted, and really given, in stops above the metered one."""
+    """One frame of a plan: target and actual exposure, in stops above the metered one."""
 
     exposure: Exposure
     wanted_ev: float
@@ -73,7 +73,7 @@ class PlannedShot:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A bracket to be shot, in the order of shooting; `expected_s` with the camera's overhead.
+    """A bracket to shoot, in order; `expected_s` includes the camera's overhead.
 
     The metered exposure comes first, since cameras take the stitching and levelling of all
     frames from the first; then brighter; then darker and darker.
@@ -94,7 +94,7 @@ def plan(
     longest_s: float = LONGEST_S,
     overhead_s: float = OVERHEAD_S,
 ) -> Plan:
-    """Plan a bracket around an exposure that the camera metered by itself.
+    """Plan a bracket around a metered exposure.
 
     "paper" is 0, +2 and -2 EV, at the aperture nearest to the metered one and the lowest ISO at
     which +2 EV takes no longer than `longest_s`. Where even -2 EV would need a shorter exposure

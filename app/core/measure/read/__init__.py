@@ -1,1 +1,1 @@
-"""Read pictures: what their files state, and their pixels."""
+"""Read pictures: metadata and pixels."""

@@ -1,4 +1,4 @@
-"""Where the pixels of a frame come from: memory, the file row by row, or a temporary file.
+"""Decode frames: from memory, from the file row by row, or from a temporary file.
 
 All formats go through OpenImageIO, which reads a JPEG as fast as OpenCV does, keeps the stored
 orientation and the order red, green, blue, reads rows without holding the whole picture, and,
@@ -171,7 +171,7 @@ RowSource: TypeAlias = MemoryRows | RawRows | FileRows
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
-    """Decode a whole frame, (H, W, 3), upright as `Frame.orientation` says.
+    """Decode a whole frame, (H, W, 3), upright by `Frame.orientation`.
 
     uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
     alpha is left out. ProbeError when the file is missing, damaged, cut off, or not what
@@ -191,7 +191,7 @@ def decode(frame: Frame, token: Token) -> Pixels:
 
 
 def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
-    """Mark where a frame is transparent, at another size; None where it is opaque.
+    """Return the transparent area of a frame, at another size; None if it is opaque.
 
     ProbeError when the file is missing or damaged.
     """
@@ -243,7 +243,7 @@ def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
 
 
 def needs_whole_decode(path: Path) -> bool:
-    """Whether a reader must hold the whole picture to give its first row.
+    """Return whether a reader must hold the whole picture for its first row.
 
     Progressive JPEG (its decoder keeps all coefficients, three times the picture's size) and
     interlaced PNG. Everything else is read row by row.
@@ -258,7 +258,7 @@ def needs_whole_decode(path: Path) -> bool:
 
 
 def damaged(path: Path) -> ProbeError:
-    """Say that a frame's file is damaged."""
+    """Return the error for a damaged frame."""
     return ProbeError(tr("{name} is damaged or cut off.", name=path.name), _COPY_AGAIN)
 
 
@@ -332,7 +332,7 @@ _LEAST_PLATEAU: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class OpenedFrame:
-    """One frame after its first pass; whoever holds it closes `source`.
+    """A frame after its first pass; its holder closes `source`.
 
     `proxy`, (h, w, 3), are area means of the frame's own kind; `samples`, (N, 3), the pixels at
     the places that all frames of one shape share; `top` is where linear pixels saturate, 0
@@ -346,7 +346,7 @@ class OpenedFrame:
 
 
 class Opener(Protocol):
-    """Reads a frame for the first time, or hands over one that was read already."""
+    """Opens a frame, or returns one that is open already."""
 
     def __call__(
         self, frame: Frame, *, hold: bool, token: Token, half: bool = False
@@ -355,7 +355,7 @@ class Opener(Protocol):
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Size of the small pictures: an eighth, but at least 256 columns where the frame has them.
+    """Return the size of the small pictures: an eighth, but at least 256 columns if available.
 
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
@@ -366,7 +366,7 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Read a frame for the first time: to `hold` it in memory, or to read it again by rows.
+    """Open a frame: `hold` it in memory, or prepare it for reading by rows.
 
     ProbeError when the file is damaged or cut off, or the disk is full; Cancelled.
     """
@@ -418,7 +418,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
 
 @lru_cache(maxsize=4)
 def sample_places(shape: tuple[int, int]) -> Indices:
-    """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
+    """Return rows and columns of the samples: a fixed jittered grid, from top to bottom."""
     height, width = shape
     step = max(1.0, np.sqrt(height * width / SAMPLES))
     rows, columns = max(1, int(height / step)), max(1, int(width / step))

@@ -14,7 +14,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """How much light one frame was given: exposure time in seconds, ISO and f-number.
+    """Exposure of a frame: time in seconds, ISO and f-number.
 
     `known` is False where ISO or f-number is only assumed.
     """
@@ -31,13 +31,13 @@ class Exposure:
 
     @property
     def ev(self) -> float:
-        """The same in stops; one more is a frame twice as bright."""
+        """Exposure in stops; one more is twice as bright."""
         return math.log2(self.factor)
 
 
 @dataclass(frozen=True, slots=True)
 class LensExposure:
-    """What one lens of the camera did by itself (Ricoh maker note 0x0101, 0x0103)."""
+    """Exposure of one lens (Ricoh maker note 0x0101, 0x0103)."""
 
     shutter_s: float
     iso: float
@@ -45,7 +45,7 @@ class LensExposure:
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Orientation that XMP (GPano) states, in degrees; the compass heading is kept, never used."""
+    """Orientation from XMP (GPano), degrees; the compass heading is never used."""
 
     pitch_deg: float
     roll_deg: float
@@ -54,7 +54,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One exposure of a bracket: what its file says, not its pixels.
+    """A frame of a bracket: metadata, without pixels.
 
     `shape` is rows and columns, `kind` "uint8", "uint16", "half" or "float". `exposure` is from
     EXIF or the user; None where nothing is stated. `primaries` are x and y of red, green, blue and
@@ -80,12 +80,12 @@ class Frame:
 
     @property
     def decoded_bytes(self) -> int:
-        """Bytes that the decoded frame takes in memory; half floats become floats."""
+        """Size of the decoded frame in memory, bytes; half floats become floats."""
         return self.shape[0] * self.shape[1] * 3 * {"uint8": 1, "uint16": 2}.get(self.kind, 4)
 
     @property
     def as_stored(self) -> Frame:
-        """The frame with its rows and columns as they lie in the file."""
+        """Return the frame with rows and columns as stored."""
         rows, columns = self.shape
         shape = (columns, rows) if self.orientation >= 5 else self.shape
         return replace(self, shape=shape, orientation=1)
@@ -117,7 +117,7 @@ class Bracket:
 
 @dataclass(frozen=True, slots=True)
 class Merged:
-    """Linear light of a bracket, with what the bracket could not hold.
+    """Linear light of a bracket, with its clipped and dark shares.
 
     `radiance`, (H, W, 3) float32, is linear Rec. 709, finite, not negative; 1 saturates a frame
     of exposure `reference_ev`, in stops. Where all frames are clipped it is a lower bound.
@@ -137,10 +137,10 @@ class Merged:
 
     @property
     def shares(self) -> Float32:
-        """What is clipped and what is dark, (H, W, 2)."""
+        """Clipped and dark shares, (H, W, 2)."""
         return np.dstack([self.clipped, self.dark])
 
     def moved(self, radiance: Float32, shares: Float32) -> Merged:
-        """The same light after both were resampled; rounding leaves no share beyond 0 and 1."""
+        """Return the light resampled, with shares limited to 0..1."""
         clipped, dark = (np.clip(shares[..., part], 0.0, 1.0) for part in (0, 1))
         return replace(self, radiance=np.ascontiguousarray(radiance), clipped=clipped, dark=dark)

@@ -1,4 +1,4 @@
-r"""The Ricoh maker note: what a Theta did that its EXIF does not say.
+r"""Read the Ricoh maker note of a Theta.
 
 A Theta sets the sensitivity of its two lenses separately, may have levelled the picture already,
 and may have compressed its range. All that stands only in the maker note, which OpenImageIO
@@ -66,7 +66,7 @@ _TIME_LIMITS: Final = (1e-7, 1e5)
 
 @dataclass(frozen=True, slots=True)
 class RicohNote:
-    """What the maker note of a Theta says; empty or None if it is silent."""
+    """Values of a Theta's maker note; empty or None if missing."""
 
     lens_isos: tuple[float, ...] = ()
     lens_shutters_s: tuple[float, ...] = ()
@@ -76,7 +76,7 @@ class RicohNote:
 
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
-    """Read the maker note of a JPEG file; None if it has no note that can be understood."""
+    """Read the maker note of a JPEG file; None without a valid one."""
     try:
         with open_file(path) as stream:
             segment = exif_segment(stream)

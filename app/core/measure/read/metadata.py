@@ -1,4 +1,4 @@
-"""What one file of a bracket says about itself, without its pixels.
+"""Read the metadata of a frame.
 
 Size, kind of number and EXIF come from OpenImageIO's header read; what a Theta says in its maker
 note comes from `measure.read.makernote`. Files come from anywhere: whatever cannot be a frame
@@ -102,7 +102,7 @@ class Header:
 
 
 def read_header(path: Path | str) -> Header:
-    """Read what a picture file says about its exposure and orientation; no pixel is decoded.
+    """Read exposure and orientation of a picture file, without decoding pixels.
 
     `Frame.exposure` is None where no exposure time is stated; where only ISO or f-number is
     missing it is 100 or 1, and the exposure is marked as not known. ProbeError when the file is

@@ -50,7 +50,7 @@ _MOST_UNKNOWN: Final = 0.03
 
 @dataclass(frozen=True, slots=True)
 class FrameStack:
-    """The frames of a bracket that could be read, and what the analyses look at.
+    """The readable frames of a bracket, with small pictures and samples for analysis.
 
     Use it as a context manager, or call `close`: large brackets keep files open. `stops` are
     nominal exposures. `proxies`, (h, w, 3) uint8 each, are area means of the coded values,
@@ -78,7 +78,7 @@ class FrameStack:
 
     @property
     def whole(self) -> tuple[bool, ...]:
-        """Which frames were decoded in full; the others are held at half their size."""
+        """Which frames are at full size; the others are at half size."""
         return tuple(
             not isinstance(source, MemoryRows) or source.pixels.shape[:2] == self.shape
             for source in self.sources
@@ -102,7 +102,7 @@ class FrameStack:
 
 
 def workers(tasks: int) -> int:
-    """How many threads to use for so many independent tasks: at most four, at most the cores."""
+    """Return the number of threads for independent tasks: at most four, at most the cores."""
     return max(1, min(4, os.cpu_count() or 1, tasks))
 
 
@@ -171,7 +171,7 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Move single frames of a stack by `ways`, so that they lie on the others; None: it stays.
+    """Align frames of a stack by `ways`; None leaves a frame alone.
 
     Proxies and samples are taken again; frames that stay are not touched. `seen` as in
     `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
@@ -214,7 +214,7 @@ def _seen_by_all(stack: FrameStack, seen: Sequence[Float32 | None]) -> Bools:
 
 
 def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
-    """Every frame, coded, so small that its longer side has no more than so many pixels."""
+    """Return all frames, coded, reduced to a longest side in pixels."""
     share = min(1.0, longest / max(stack.shape))
     size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
     return [

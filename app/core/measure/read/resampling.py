@@ -1,4 +1,4 @@
-"""Pictures of the sphere at another size or seen another way.
+"""Resample pictures of the sphere.
 
 A `Reduction` makes panoramas smaller while they are being made, band by band, without losing
 energy: the same means as `environment.environment.reduce_radiance`, weighted by solid angle
@@ -35,7 +35,7 @@ _BAND_PIXELS: Final = 400_000
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """From pictures of one size (rows, columns) to another, smaller or equal.
+    """A reduction from one size (rows, columns) to another.
 
     Make it with `Reduction.between`.
     """
@@ -62,11 +62,11 @@ class Reduction:
 
     @property
     def whole(self) -> bool:
-        """Whether nothing is to be reduced."""
+        """Whether the sizes are equal."""
         return self.given == self.wanted
 
     def band_rows(self, pixels: int) -> int:
-        """Rows per band of about so many pixels, in whole periods of rows where they fit."""
+        """Return the rows of a band of about a number of pixels, in whole periods if possible."""
         rows = max(1, pixels // self.given[1])
         period = self.given[0] // math.gcd(self.given[0], self.wanted[0])
         return rows // period * period if period <= rows else rows
@@ -124,7 +124,7 @@ def light_in_bands(
     band: Callable[[int, int], tuple[Float32, Float32]],
     token: Token,
 ) -> tuple[Float32, Float32]:
-    """Make a panorama of light, (*size, 3), and shares of area, (*size, 2), band by band.
+    """Build a panorama of light, (*size, 3), and shares, (*size, 2), band by band.
 
     `band` computes rows ``start..stop`` of both, `samples` times as fine; a band has a multiple of
     `whole` rows. Cancelled.
@@ -168,7 +168,7 @@ _MARGIN: Final = 2
 
 
 def azimuth_elevation(vector: Float64) -> tuple[float, float]:
-    """Azimuth and elevation, degrees, of a vector (3,) of any length but 0."""
+    """Return azimuth and elevation, degrees, of a vector (3,)."""
     x, y, z = (float(part) for part in vector)
     return float(np.degrees(np.arctan2(-x, z))), float(np.degrees(np.arctan2(y, np.hypot(x, z))))
 
@@ -204,7 +204,7 @@ class Chart:
         return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
 
     def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
-        """Look a panorama, (H, W) or (H, W, C), up at the chart's pixels, side by side.
+        """Sample a panorama, (H, W) or (H, W, C), at the chart's pixels.
 
         Bilinearly and across its seam; float32 or uint8 as given.
         """
@@ -224,7 +224,7 @@ class Chart:
         return np.asarray(cv2.remap(wide, column, row, cv2.INTER_LINEAR, borderMode=border))
 
     def place(self, shape: tuple[int, int], rows: slice) -> tuple[FloatImage, FloatImage]:
-        """Find where some rows of a panorama of that shape lie on the chart.
+        """Return the positions of a panorama's rows on the chart.
 
         Columns and rows, (rows, W) float32 each, whole numbers at pixels' middles; beyond
         the edges where a texel is not on the chart.
@@ -285,7 +285,7 @@ def log_light(light: Float32) -> Float32:
 
 
 def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
-    """Correlation of two panoramas where both see, the second turned by columns."""
+    """Return the correlation of two panoramas on their common area, the second rotated."""
     weight = weights[0] * np.roll(weights[1], shift, axis=1)
     total = max(float(weight.sum()), 1e-9)
     off = [t - float((t * weight).sum()) / total for t in (looks[0], np.roll(looks[1], shift, 1))]

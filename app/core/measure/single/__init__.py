@@ -1,1 +1,1 @@
-"""Estimate light from a single picture."""
+"""Estimate light from a single 360 photo."""

@@ -1,4 +1,4 @@
-"""Measure by one photograph of all directions; how bright its clipped light is remains a guess."""
+"""Measure from a single 360 photo; clipped light is guessed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure by one panorama, or one picture of two fisheye circles.
+    """Measure from one panorama, or one picture with two fisheye circles.
 
     More than one is a bracket. Raises as `measurement.Entry`.
     """

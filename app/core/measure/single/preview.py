@@ -1,4 +1,4 @@
-"""A live preview as light: one small picture, exposed by the camera itself, on the way to a spot.
+"""Estimate light from live preview pictures.
 
 Auto exposure clips what matters most: of 23 panoramas metered as a Theta S does, the preview loses
 between a tenth and nine tenths of the light. What is clipped counts as three stops brighter, with
@@ -34,7 +34,7 @@ _BEST: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class PreviewLight:
-    """What one picture tells: the likely light, and that in which small clipped patches are lamps.
+    """Light of a preview: the likely one, and one with small clipped patches as lamps.
 
     Both are (H, W, 3) float32, linear Rec. 709, any scale; `clipped_share` is of the likely light.
     """
@@ -46,7 +46,7 @@ class PreviewLight:
 
 @dataclass(frozen=True, slots=True)
 class RoughAnswer:
-    """One of the best styles by a preview; `unsure`: its turn depends on what is clipped."""
+    """A style of a rough answer; `unsure` if its turn depends on clipped light."""
 
     result: StyleResult
     unsure: bool
@@ -86,7 +86,7 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
 
 
 def rough_answers(seen: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
-    """Name the best styles of a preview, at most three: by grade, then by match."""
+    """Return the best styles of a preview, at most three, by grade, then match."""
     reach = [one for one in solve_all(pack, seen.light) if one.attainable]
     best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
     found = choices(pack, [seen.light, seen.lamps])

@@ -256,7 +256,7 @@ class PaintFiles:
             self._view.ask_file("import_style", "")
 
     def import_style(self, path: Path) -> None:
-        """Take in a style that somebody exported."""
+        """Import an exported style."""
         self._own_styles.take_in(
             path, lambda style: self._offer(style, tr("{title} imported.", title=style.title))
         )
