@@ -19,8 +19,8 @@ from types import ModuleType
 from typing import Final, NoReturn
 
 from app import __version__
-from app.commands.console import imports_whole, one_line, plain_streams, stop_code
-from app.commands.instruments import INSTRUMENTS, instrument
+from app.commands.shared.console import imports_whole, one_line, plain_streams, stop_code
+from app.commands.shared.instruments import INSTRUMENTS, instrument
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.memory import MemoryShort, check_limit, is_memory_short
 from app.core.storage.data_move import settle_data

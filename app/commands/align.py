@@ -9,18 +9,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, argument, check_ending, check_outputs
-from app.commands.printing import answer, say
+from app.commands.shared.arguments import add_json, argument, check_ending, check_outputs
+from app.commands.shared.printing import answer, say
 from app.core.base.angles import direction_of
 from app.core.base.errors import CoreError
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.base.phrases import percent
 from app.core.localization.align import align, laid_over
 from app.core.localization.homography import Alignment
 from app.core.localization.picture_file import PictureFile, read_picture
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.text import tr
-from app.words.turns import direction_words
+from app.words.phrases.turns import direction_words
 
 _LONGEST: Final = 4096  # pixels of the longer side; points are found in far smaller pictures
 _USUAL_FOV_DEG: Final = 60.0

@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.commands.arguments import add_json, argument, check_outputs, yaw_degrees
-from app.commands.printing import ProgressPrinter, answer
+from app.commands.shared.arguments import add_json, argument, check_outputs, yaw_degrees
+from app.commands.shared.printing import ProgressPrinter, answer
 from app.core.baking.scene import HeadMesh
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources

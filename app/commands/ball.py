@@ -8,9 +8,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from app.commands.arguments import add_json, argument, degrees, finite
 from app.commands.merge import add_wishes, options_of, write
-from app.commands.printing import ProgressPrinter
+from app.commands.shared.arguments import add_json, argument, degrees, finite
+from app.commands.shared.printing import ProgressPrinter
 from app.core.base.errors import ProbeError
 from app.core.measure.ball.mirror_ball import REFLECTANCE, BallOptions
 from app.core.measure.ways import measure

@@ -10,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, argument, check_outputs
-from app.commands.console import stopping
-from app.commands.printing import ProgressPrinter, answer, fields, say
-from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
+from app.commands.shared.arguments import add_json, argument, check_outputs
+from app.commands.shared.console import stopping
+from app.commands.shared.printing import ProgressPrinter, answer, fields, say
+from app.commands.shared.probe_words import PARTS, probe_facts, probe_table, wrote
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
 from app.core.measure.bracket.arriving import ArrivingFrames
@@ -38,7 +38,7 @@ from app.devices.theta.client import Info, OscClient
 from app.devices.theta.discovery import FoundCamera, check_address, discover, look_at, remember
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.link import Credentials, Link
-from app.words.preview import rough_words
+from app.words.measure.preview import rough_words
 from app.words.progress import progress_words
 from app.words.remarks import sentences
 

@@ -10,29 +10,29 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, argument, check_ending, check_outputs
-from app.commands.printing import ProgressPrinter, answer, fields, points, say, short
+from app.commands.shared.arguments import add_json, argument, check_ending, check_outputs
+from app.commands.shared.printing import ProgressPrinter, answer, fields, points, say, short
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.localization.features import build_index
+from app.core.measure.film.comparison import GLANCES, beside, looks_mirrored
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, FilmReader, flipped
 from app.core.measure.film.frames import film_frames
-from app.core.measure.film.in_place import GLANCES, beside, looks_mirrored
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.measure.options import MeasureOptions
 from app.core.measure.ways import measure
-from app.core.places.saved_remarks import facts_of
+from app.core.places.saved.saved_remarks import facts_of
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
-from app.words.directions import SHORT_SIDES
-from app.words.film import beside_words, mirror_words
+from app.words.measure.ways import beside_words, mirror_words
+from app.words.phrases.directions import SHORT_SIDES
+from app.words.phrases.turns import turn_words
 from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
-from app.words.turns import turn_words
 
 _EVERY_S: Final = 5.0  # of the film
 

@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from app.commands.arguments import add_json, argument
-from app.commands.printing import ProgressPrinter, answer, fields, say
+from app.commands.shared.arguments import add_json, argument
+from app.commands.shared.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions

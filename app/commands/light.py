@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.commands.arguments import (
+from app.commands.shared.arguments import (
     add_lens,
     add_questions,
     argument,
@@ -23,7 +23,7 @@ from app.commands.arguments import (
     finite,
     studio_facts,
 )
-from app.commands.printing import (
+from app.commands.shared.printing import (
     answer,
     fields,
     numbers,
@@ -37,7 +37,7 @@ from app.core.base.arrays import Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.environment.environment import read_environment, reduce
-from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.measure.fisheye.circles import check_stitched
 from app.core.portrait.head_views import load_views_of
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.aside import seen_aside
@@ -69,9 +69,9 @@ from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.words.directions import aside_words, placement_words
 from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
-from app.words.quantities import metres
+from app.words.phrases.directions import aside_words, placement_words
+from app.words.phrases.quantities import metres
 from app.words.reach import reason_sentence
 from app.words.remarks import sentences
 

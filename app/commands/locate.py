@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, argument
-from app.commands.printing import ProgressPrinter
+from app.commands.shared.arguments import add_json, argument
+from app.commands.shared.printing import ProgressPrinter
 from app.core.localization.features import build_index
 from app.core.localization.photo_check import Sought, read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama

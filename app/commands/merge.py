@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import (
+from app.commands.shared.arguments import (
     add_json,
     argument,
     check_drawing,
@@ -18,10 +18,16 @@ from app.commands.arguments import (
     check_outputs,
     mask_files,
 )
-from app.commands.printing import ProgressPrinter, answer, say
-from app.commands.probe_words import clutter_facts, own_facts, probe_facts, probe_table, wrote
+from app.commands.shared.printing import ProgressPrinter, answer, say
+from app.commands.shared.probe_words import (
+    clutter_facts,
+    own_facts,
+    probe_facts,
+    probe_table,
+    wrote,
+)
 from app.core.base.errors import ProbeError
-from app.core.base.images import write_exr, write_hdr, write_png
+from app.core.base.imaging.images import write_exr, write_hdr, write_png
 from app.core.measure.finish.masks import check_picture_mask, parse_mask
 from app.core.measure.finish.tripod_detection import suggest
 from app.core.measure.measurement import Measurement
@@ -29,7 +35,7 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import ENDINGS
 from app.core.measure.ways import measure
 from app.core.text import tr
-from app.words.masks import clutter_name, clutter_reason
+from app.words.measure.masks import clutter_name, clutter_reason
 from app.words.remarks import sentences
 
 _WRITERS: Final = (".exr", ".hdr")

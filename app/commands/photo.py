@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from app.commands.arguments import add_json, argument
-from app.commands.printing import answer, say, short
+from app.commands.shared.arguments import add_json, argument
+from app.commands.shared.printing import answer, say, short
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FaceLight, read_light
@@ -26,11 +26,11 @@ from app.core.solver.solve import proposal, solve_all
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import Style, select
 from app.core.text import tr
-from app.words.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
-from app.words.face_reading import UNREAD
-from app.words.quantities import stops_words
+from app.words.phrases.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
+from app.words.phrases.quantities import stops_words
+from app.words.phrases.turns import turn_words
+from app.words.portrait.face_reading import UNREAD
 from app.words.reach import grade_words
-from app.words.turns import turn_words
 
 FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, add --mirrored."

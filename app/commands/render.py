@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from app.commands.arguments import (
+from app.commands.shared.arguments import (
     MOST_DEG,
     add_json,
     add_layer,
@@ -20,13 +20,13 @@ from app.commands.arguments import (
     head_files,
     yaw_degrees,
 )
-from app.commands.printing import answer, say
+from app.commands.shared.printing import answer, say
 from app.core.base.errors import CoreError
-from app.core.base.images import write_exr, write_png
+from app.core.base.imaging.images import write_exr, write_png
 from app.core.environment.environment import read_environment
 from app.core.portrait.render import check_height, render_head
 from app.core.text import tr
-from app.words.face_light import catchlight_words
+from app.words.portrait.face_light import catchlight_words
 from app.words.remarks import sentences
 
 _WRITERS: Final = (".png", ".exr")

@@ -17,8 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from app.commands.arguments import add_json, argument
-from app.commands.printing import answer, say
+from app.commands.shared.arguments import add_json, argument
+from app.commands.shared.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.files import os_errors_as

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from app.commands.arguments import (
+from app.commands.shared.arguments import (
     add_lens,
     add_questions,
     argument,
@@ -22,7 +22,7 @@ from app.commands.arguments import (
     head_files,
     studio_facts,
 )
-from app.commands.printing import (
+from app.commands.shared.printing import (
     answer,
     fields,
     numbers,
@@ -34,12 +34,12 @@ from app.commands.printing import (
 from app.core.base.angles import whole, wrap
 from app.core.base.arrays import Bytes, Floats
 from app.core.base.errors import StyleError
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.base.paths import user_data
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.environment.environment_file import is_linear
 from app.core.measure.finish.doubt import Doubt, doubt_of
-from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.measure.fisheye.circles import check_stitched
 from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.measure.ways import measure
 from app.core.painting.library import list_user_styles
@@ -56,12 +56,12 @@ from app.core.solver.solve import StyleResult
 from app.core.styles.style_pack import StylePack, load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
-from app.words.directions import LIGHTINGS, SHORT_SIDES, aside_words
-from app.words.doubts import doubt_words
+from app.words.measure.doubts import doubt_words
+from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
+from app.words.phrases.turns import direction_words, size_words
 from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
 from app.words.styles import caution_words
-from app.words.turns import direction_words, size_words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,9 +8,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from app.commands.arguments import add_json, argument, degrees
 from app.commands.merge import add_corrections, corrections, write
-from app.commands.printing import ProgressPrinter
+from app.commands.shared.arguments import add_json, argument, degrees
+from app.commands.shared.printing import ProgressPrinter
 from app.core.measure.photos.measure import PhotosOptions
 from app.core.measure.ways import measure
 from app.core.text import tr

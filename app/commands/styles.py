@@ -7,8 +7,8 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.commands.arguments import add_json, argument
-from app.commands.printing import answer, fields
+from app.commands.shared.arguments import add_json, argument
+from app.commands.shared.printing import answer, fields
 from app.core.base.errors import StyleError
 from app.core.base.paths import user_data
 from app.core.faces.finder import find_faces

@@ -26,9 +26,9 @@ from app.core.portrait.pictures import WELL
 from app.core.text import tr
 from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
-from app.words.masks import clutter_name
-from app.words.quantities import stops_words, upper_first
-from app.words.turns import signed
+from app.words.measure.masks import clutter_name
+from app.words.phrases.quantities import stops_words, upper_first
+from app.words.phrases.turns import signed
 
 _MARGIN: Final = 24.0
 _SCALE_ROOM: Final = 28.0
@@ -55,7 +55,7 @@ def preview(
             already.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). sRGB, for `app.core.base.images.write_png`; the
+        NDArray[np.uint8], (rows, columns, 3). sRGB, for `images.write_png`; the
         panorama in it is 2,048 wide.
     """
     shown = display_panorama(merged.radiance, exposure_stops) if display is None else display

@@ -24,9 +24,8 @@ from app.core.text import tr
 from app.export import result_card as card
 from app.export.canvas import Canvas, Point, shorten, text_width, wrap_text
 from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
-from app.words.directions import BARE_SIDES
-from app.words.heads import head_words
-from app.words.turns import (
+from app.words.phrases.directions import BARE_SIDES
+from app.words.phrases.turns import (
     arc_words,
     direction_words,
     signed,
@@ -34,6 +33,7 @@ from app.words.turns import (
     turn_words,
     walking_words,
 )
+from app.words.portrait.heads import head_words
 
 _COLUMNS: Final = 6
 _GAP: Final = 12.0

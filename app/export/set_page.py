@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base import images
 from app.core.base.angles import direction_of, ends_of, whole, wrap
 from app.core.base.colour import FloatImage
 from app.core.base.files import atomic_write_bytes
+from app.core.base.imaging import images
 from app.core.guidance.mode import Mode
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
 from app.core.text import tr
@@ -38,16 +38,21 @@ from app.export.set_plan import WIDTH as PLAN_WIDTH
 from app.export.set_plan import draw_curved_arrow, draw_lamp, draw_plan, draw_warning, overlap
 from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print, draw_degrees, draw_logo, draw_meter, draw_tag
-from app.words.directions import lens_words, light_words, sitter_words
-from app.words.face_light import catchlight_words, flow_words, glare_sentence, ratio_sentence
-from app.words.quantities import contrast_words, upper_first
-from app.words.turns import (
+from app.words.phrases.directions import lens_words, light_words, sitter_words
+from app.words.phrases.quantities import contrast_words, upper_first
+from app.words.phrases.turns import (
     arc_words,
     clock_words,
     direction_words,
     size_words,
     turn_words,
     walking_words,
+)
+from app.words.portrait.face_light import (
+    catchlight_words,
+    flow_words,
+    glare_sentence,
+    ratio_sentence,
 )
 
 STRIP_WIDTH: Final = 706.0

@@ -15,8 +15,8 @@ from app.core.text import tr
 from app.export.canvas import Box, Canvas, Colour, Point, circle_points, sector, text_width
 from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print
-from app.words.directions import elevation_words
 from app.words.lights import share_words
+from app.words.phrases.directions import elevation_words
 
 WIDTH: Final = 340.0
 HEIGHT: Final = 348.0

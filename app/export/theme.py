@@ -10,7 +10,7 @@ from typing import Final
 
 from app.core.base.angles import at_turn
 from app.export.canvas import Anchor, Box, Canvas, Colour, Point, text_width
-from app.words.turns import signed
+from app.words.phrases.turns import signed
 
 
 class Dark:

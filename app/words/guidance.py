@@ -9,8 +9,8 @@ from app.core.base.angles import Direction, whole
 from app.core.guidance.guide import NOSE_DEG, Guide, Phase
 from app.core.guidance.mode import Mode
 from app.core.text import tr
-from app.words import turns
-from app.words.directions import lens_words, nose_words, sitter_words
+from app.words.phrases import turns
+from app.words.phrases.directions import lens_words, nose_words, sitter_words
 
 # There; nearly; and before it. One number at a time: how far it is stands in large type already.
 _IN_LIGHT: Final = (

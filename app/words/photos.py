@@ -8,7 +8,7 @@ from typing import Final
 from app.core.localization.photo_check import PHOTO_ENDINGS, Sought
 from app.core.localization.recapture_registration import Registered
 from app.core.text import tr
-from app.words.turns import direction_words
+from app.words.phrases.turns import direction_words
 
 PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
 """Photos, as a dialog for files offers them."""

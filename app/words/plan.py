@@ -8,7 +8,7 @@ from app.core.base.angles import wrap
 from app.core.guidance.mode import Mode
 from app.core.guidance.plan import Mark, Plan
 from app.core.text import tr
-from app.words.directions import direction_words, lens_words
+from app.words.phrases.directions import direction_words, lens_words
 
 
 @dataclass(frozen=True, slots=True)

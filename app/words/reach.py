@@ -25,7 +25,7 @@ from app.core.solver.shortfall import (
     Shortfall,
 )
 from app.core.text import tr, tr_plural
-from app.words.quantities import contrast_words, lower_first
+from app.words.phrases.quantities import contrast_words, lower_first
 
 
 class _Reason(NamedTuple):

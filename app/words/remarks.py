@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from typing import Final
 
 from app.core.base.remarks import PlainRemark, Remark
-from app.words import bracket, merged_light, panorama, places, ways
+from app.words import places
+from app.words.measure import bracket, merged_light, panorama, ways
 from app.words.sentences import Sentences, written
 
 _TABLES: Final = (

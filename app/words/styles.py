@@ -6,7 +6,7 @@ from app.core.painting.user_style import UserStyle
 from app.core.solver.turn_choice import spread_of
 from app.core.styles.style_file import Style, StyleLamp
 from app.core.text import tr
-from app.words.directions import face_direction_words, place_words
+from app.words.phrases.directions import face_direction_words, place_words
 
 
 def side_words(style: Style | UserStyle) -> str:

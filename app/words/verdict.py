@@ -12,12 +12,12 @@ from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import Studio
 from app.core.styles.styles import Style
 from app.core.text import tr, tr_plural
-from app.words.directions import LENS_CHOICES, aside_words
 from app.words.lamps import studio_words
-from app.words.quantities import contrast_words
+from app.words.phrases.directions import LENS_CHOICES, aside_words
+from app.words.phrases.quantities import contrast_words
+from app.words.phrases.turns import turn_words
 from app.words.reach import grade_words, nearly_sentence, out_of_reach_spoken
 from app.words.styles import side_words
-from app.words.turns import turn_words
 
 _UNLIKE: Final = 10  # of 100: a match under it is no likeness at all
 _SPOKEN_SIDES: Final = {

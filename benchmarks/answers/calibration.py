@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from app.core.base.files import atomic_write_text
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.portrait.pictures import greyed, panorama
 from app.core.solver.solve import StyleResult, solve_all

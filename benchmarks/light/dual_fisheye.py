@@ -30,7 +30,7 @@ import cv2
 import numpy as np
 
 from app.core.base.colour import luminance
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.base.sphere import direction, directions, positions
 from app.core.environment.environment import (
     read_environment,
@@ -38,10 +38,10 @@ from app.core.environment.environment import (
     solid_angles,
 )
 from app.core.measure.bracket.measure import measure
-from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.lights import find_lights
-from app.core.measure.fisheye.fisheye_stitch import Stitching
+from app.core.measure.fisheye.stitch import Stitching
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all

@@ -32,14 +32,14 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32
 from app.core.base.files import atomic_write_text
-from app.core.base.images import write_image
+from app.core.base.imaging.images import write_image
 from app.core.environment.environment import (
     Environment,
     read_environment,
     reduce,
     solid_angles,
 )
-from app.core.measure.finish.audit import choices
+from app.core.measure.finish.clip_audit import choices
 from app.core.measure.finish.doubt import doubt_of
 from app.core.solver.turn_choice import grade_at
 from app.core.styles.style_pack import StylePack, load_named_pack

@@ -28,16 +28,16 @@ import numpy as np
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.half_size import anchors
 from app.core.measure.bracket.merge import SIZE, merge
-from app.core.measure.bracket.response import Response
 from app.core.measure.bracket.weighting import doubts
 from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
 from app.core.measure.read.pixels import open_frames
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter
-from benchmarks.light.brackets import enlarged, make_bracket
 from benchmarks.light.memorial_map import read_map
+from benchmarks.light.shots.brackets import enlarged, make_bracket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -288,7 +288,7 @@ def memorial(folder: Path) -> dict[str, float]:
     scale, over the three channels of all pixels inside the pictures' common area (shifted borders
     are marked by pure blue) whose published value is not 0.
     """
-    from app.core.measure.bracket.response import choose_response
+    from app.core.measure.bracket.curve.response import choose_response
 
     listed = [
         line.split()

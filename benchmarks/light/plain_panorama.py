@@ -40,7 +40,7 @@ from app.core.environment.environment import (  # noqa: E402
 )
 from app.core.environment.environment_file import read_panorama  # noqa: E402
 from app.core.measure.bracket.measure import measure  # noqa: E402
-from app.core.measure.finish.audit import choices, given_up  # noqa: E402
+from app.core.measure.finish.clip_audit import choices, given_up  # noqa: E402
 from app.core.measure.finish.rough import STOPS, brightened, doubts, guesses  # noqa: E402
 from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402

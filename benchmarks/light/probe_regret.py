@@ -21,8 +21,8 @@ import numpy as np
 from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
-from app.core.measure.finish.audit import audit
-from app.core.measure.finish.finish import still_clipped
+from app.core.measure.finish.clip_audit import audit
+from app.core.measure.finish.corrections import still_clipped
 from app.core.measure.finish.lights import light_grid
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import plan
@@ -30,13 +30,13 @@ from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 from benchmarks.light.sun_restored import SUNS, load
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-from app.core.measure.finish.audit import given_up  # noqa: E402
+from app.core.measure.finish.clip_audit import given_up  # noqa: E402
 from app.core.measure.finish.sun import SkyWord, direct_normal_lux  # noqa: E402
 from app.core.measure.plan.camera_table import camera_facts  # noqa: E402
 from benchmarks.speed.plain_search import choose  # noqa: E402

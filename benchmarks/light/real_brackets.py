@@ -26,8 +26,8 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.bracket import read_bracket
-from app.core.measure.bracket.handheld import laid
+from app.core.measure.bracket.alignment.handheld import laid
+from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions

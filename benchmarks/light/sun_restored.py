@@ -29,7 +29,7 @@ from app.core.environment.environment import (
     solid_angles,
 )
 from app.core.measure.bracket.measure import measure
-from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.finish.lights import find_lights
 from app.core.measure.finish.sun import SkyWord, direct_normal_lux, restore
 from app.core.measure.options import MeasureOptions
@@ -40,7 +40,7 @@ from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter as meter_with
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 from benchmarks.speed.plain_search import choose
 
 ROOT = Path(__file__).resolve().parents[2]

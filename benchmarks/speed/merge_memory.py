@@ -36,7 +36,7 @@ import cv2, numpy, OpenImageIO
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.measure.bracket.merge import SIZE, merge
 from app.core.measure.read.pixels import open_frames
-from app.core.measure.bracket.response import srgb_response
+from app.core.measure.bracket.curve.response import srgb_response
 imported = peak()
 files = sorted(Path(sys.argv[2]).iterdir())
 width = int(sys.argv[3])

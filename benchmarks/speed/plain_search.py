@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Floats
-from app.core.measure.finish.audit import choices
+from app.core.measure.finish.clip_audit import choices
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective
 from app.core.styles.style_pack import StylePack
@@ -40,5 +40,5 @@ def choose(
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
-    """Find what decides the turns under a light; see `app.core.measure.finish.audit.choices`."""
+    """Find what decides the turns under a light; see `clip_audit.choices`."""
     return choices(pack, [light], objective, limits)[0]

@@ -32,11 +32,11 @@ from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.detail import Detail
 from app.ui.screens.styles.gallery import Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
-from app.words.face_light import glare_sentence, stops_words
 from app.words.lights import share_words
-from app.words.quantities import contrast_words
+from app.words.phrases.quantities import contrast_words
+from app.words.phrases.turns import arc_words, direction_words, size_words
+from app.words.portrait.face_light import glare_sentence, stops_words
 from app.words.reach import grade_words
-from app.words.turns import arc_words, direction_words, size_words
 
 Values = Mapping[str, object]
 _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from app.core.base.errors import CoreError
-from app.core.measure.bracket.bracket import read_bracket
+from app.core.measure.bracket.grouping import read_bracket
 from app.devices.capture.session import Session
 from app.devices.errors import DeviceError
 from tests.faulty_camera.faults import FAULTS

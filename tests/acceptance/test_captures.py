@@ -19,8 +19,8 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import read_header
 from app.devices.simulated.exposure_maker import Sight
 from app.devices.simulated.scene import Scene
-from benchmarks.light.brackets import enlarged
-from benchmarks.light.views import view_of
+from benchmarks.light.shots.brackets import enlarged
+from benchmarks.light.shots.views import view_of
 from tests.acceptance.test_probe import light
 from tests.faulty_camera.models import PERSONALITIES
 from tests.helpers.cameras import Rig

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from app.devices.mjpeg import MAX_FRAME_BYTES, MjpegParser, boundary_of, decode
 from app.devices.simulated.exif import with_segments
-from benchmarks.light.brackets import jpeg
+from benchmarks.light.shots.brackets import jpeg
 
 QUICK = 400
 LONG = 12_000

@@ -20,7 +20,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
-from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.camera_table import camera_facts
@@ -31,8 +31,8 @@ from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
 from app.devices.simulated.optics import meter, saturation_cd_m2
 from app.words.remarks import sentences
-from benchmarks.light.brackets import enlarged, write_bracket
 from benchmarks.light.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
+from benchmarks.light.shots.brackets import enlarged, write_bracket
 from benchmarks.speed.plain_search import choose
 from tests.helpers.people import with_person
 from tests.helpers.quick import sample_first

@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 
 from app.core.base.paths import resources
-from benchmarks.speed.timing.bars import BARS
-from benchmarks.speed.timing.rows import Row
+from benchmarks.speed.timing.runner.bars import BARS
+from benchmarks.speed.timing.runner.rows import Row
 from tests.helpers.pace import pace
 
 ROOT = Path(__file__).resolve().parents[2]

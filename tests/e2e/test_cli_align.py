@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from app.cli import main
 from app.commands import align as command
-from app.core.base.image_input import upright
+from app.core.base.imaging.image_input import upright
 from app.core.localization.picture_file import read_picture
 from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama

@@ -17,9 +17,9 @@ from app.core.base.errors import Cancelled
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack import pack_path, save_pack
 from benchmarks.speed.timing import command, growth, merge
-from benchmarks.speed.timing.bars import BARS
-from benchmarks.speed.timing.rows import Case, Peer, Row
-from benchmarks.speed.timing.run import Bench, run_all
+from benchmarks.speed.timing.runner.bars import BARS
+from benchmarks.speed.timing.runner.rows import Case, Peer, Row
+from benchmarks.speed.timing.runner.run import Bench, run_all
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
 NAMES = [
@@ -55,11 +55,11 @@ def head(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     header = dataclasses.replace(pack.header, transport_sha256=digest)
     save_pack(pack_path(path), dataclasses.replace(pack, header=header))
     # One call each: what is tested here is what is said, not how fast it is.
-    monkeypatch.setattr("benchmarks.speed.timing.rows.clock", _once)
+    monkeypatch.setattr("benchmarks.speed.timing.runner.rows.clock", _once)
     monkeypatch.setattr(growth, "clock", _once)
     monkeypatch.setattr(merge, "_ROUNDS", 1)
     monkeypatch.setattr(command, "run_all", partial(run_all, shape=(256, 512)))
-    monkeypatch.setattr("benchmarks.speed.timing.run.start_case", _nothing)
+    monkeypatch.setattr("benchmarks.speed.timing.runner.run.start_case", _nothing)
     return str(path)
 
 

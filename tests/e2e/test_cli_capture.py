@@ -19,7 +19,7 @@ import pytest
 
 from app.cli import main
 from app.commands import capture as command
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import from_radiance, read_environment
@@ -35,7 +35,7 @@ from app.devices.simulated.preview import LivePicture
 from app.devices.theta.discovery import FoundCamera
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 from tests.helpers.camera_command import FAULTY, GOOD
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -204,7 +204,7 @@ def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path:
 def test_the_second_interrupt_ends_at_once() -> None:
     program = (
         "import os, signal, time\n"
-        "from app.commands.console import stopping\n"
+        "from app.commands.shared.console import stopping\n"
         "from app.core.base.progress import Token\n"
         "token = Token()\n"
         "with stopping(token):\n"
@@ -222,7 +222,7 @@ def test_the_second_interrupt_ends_at_once() -> None:
 
 
 def test_signals_are_as_before_afterwards() -> None:
-    from app.commands.console import stopping
+    from app.commands.shared.console import stopping
 
     before = signal.getsignal(signal.SIGINT)
     with stopping(Token()):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
 from benchmarks.answers.evaluation.tables import load_tables, save_tables, tables_path
 

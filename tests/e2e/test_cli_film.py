@@ -12,7 +12,7 @@ import pytest
 from app.cli import main
 from app.core.base.angles import difference
 from app.core.base.arrays import Bytes
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.progress import Token, silent
 from app.core.environment.environment import read_environment
 from app.core.localization.features import build_index

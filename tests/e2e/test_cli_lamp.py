@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from app import cli
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from tests.helpers.dark_room import bracket, phone, room
 
 

@@ -13,7 +13,7 @@ import pytest
 from app.cli import main
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp, lamps_folder, read_lamp_file
 from app.core.solver.head_shape import save_shape, shape_path

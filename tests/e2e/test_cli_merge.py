@@ -22,7 +22,7 @@ from app.core.measure.read.frame import Exposure
 from app.core.styles.styles import NAMES
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 
 EV100 = 9.0
 
@@ -102,7 +102,7 @@ def test_the_environment_is_the_light_that_was_there(
 
 
 def _written(light: Any, folder: Path) -> Path:
-    from app.core.base.images import write_exr
+    from app.core.base.imaging.images import write_exr
 
     write_exr(folder / "true.exr", light)
     return folder / "true.exr"

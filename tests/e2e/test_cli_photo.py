@@ -12,7 +12,7 @@ import pytest
 from app.cli import main
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.places.light import store_environment
+from app.core.places.files.light import store_environment
 from tests.helpers.photos import photo_bytes
 from tests.unit.test_faces import portrait
 from tests.unit.test_facing import taken

@@ -15,7 +15,7 @@ import requests
 from app.cli import main
 from app.commands.simulate_camera import MEAN_CD_M2, scene_scale
 from app.core.base.colour import luminance
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
 from app.core.environment.environment import from_radiance, solid_angles
 from tests.helpers.camera_command import first_line, interrupt, running

@@ -14,7 +14,7 @@ import pytest
 from app.cli import main
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance, srgb_encode
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.environment.environment import read_environment
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack import pack_path, save_pack

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import requests
 
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from tests.faulty_camera.__main__ import main
 from tests.faulty_camera.faults import FAULTS
 from tests.helpers.camera_command import FAULTY, first_line, interrupt, running

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from functools import partial
 
 from app.commands import simulate_camera
-from app.commands.arguments import add_json, argument
-from app.commands.console import one_line
+from app.commands.shared.arguments import add_json, argument
+from app.commands.shared.console import one_line
 from app.core.base.errors import CoreError
 from app.devices.clock import SystemClock
 from tests.faulty_camera.camera import FaultyCamera

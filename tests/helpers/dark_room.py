@@ -17,7 +17,7 @@ from app.core.base.sphere import directions, rotation
 from app.core.environment.environment import reduce_radiance
 from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import GENERIC, CameraModel
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.errors import CoreError
-from app.core.base.image_input import picture_bytes
-from app.core.base.image_input import read_picture as read_small
+from app.core.base.imaging.image_input import picture_bytes
+from app.core.base.imaging.image_input import read_picture as read_small
 from app.core.environment.environment import read_environment
 from app.core.environment.environment_file import is_linear
 from app.core.localization.photo_check import is_panorama, read_photo

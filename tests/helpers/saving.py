@@ -20,8 +20,8 @@ from app.core.base.errors import CoreError
 from app.core.painting.canvas import make_canvas
 from app.core.painting.library import list_user_styles, save_user_style, update_user_style
 from app.core.painting.session import Draft, load_draft, save_draft
+from app.core.places.files.light import read_light, store_environment
 from app.core.places.library import list_places
-from app.core.places.light import read_light, store_environment
 from app.core.places.store import create_place, read_place, write_place
 from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp, update_lamp
@@ -49,7 +49,7 @@ def bench_into(folder: str) -> int:
     """``turnlight bench -o`` without its minutes of measuring."""
     from app.cli import main
     from benchmarks.speed.timing import command
-    from benchmarks.speed.timing.run import Bench
+    from benchmarks.speed.timing.runner.run import Bench
 
     machine = {"cores": 1, "words": "x" * 9000}
     with patch.object(command, "run_all", lambda *_, **__: Bench((), 1e9, (), machine)):

@@ -43,6 +43,8 @@ LEAKS = [
 ]
 
 
+MOST_MODULES = 15
+
 QT = {"PySide6", "shiboken6", "pyqtgraph", "superqt", "qtpy", "qtawesome"}
 
 NETWORK_COMMANDS = (
@@ -238,3 +240,16 @@ def test_an_answer_without_a_sheet_needs_no_qt() -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_packages_hold_at_most_15_modules() -> None:
+    folders = [path for part in ("app", "benchmarks") for path in (ROOT / part).rglob("*")]
+    counts = {
+        folder.relative_to(ROOT).as_posix(): len(
+            [file for file in folder.glob("*.py") if file.name != "__init__.py"]
+        )
+        for folder in folders
+        if folder.is_dir()
+    }
+    assert counts["app/core/measure/bracket"] > 5
+    assert {name: count for name, count in counts.items() if count > MOST_MODULES} == {}

@@ -34,13 +34,13 @@ BYTES_ONLY = {"readNetFromONNX", "readNetFromTFLite", "readNet", "load_dict", "t
 """Used in one place each, which is tested by itself."""
 
 ONLY = {
-    "app/core/base/networks.py": {"readNetFromONNX", "readNetFromTFLite"},
+    "app/core/base/imaging/networks.py": {"readNetFromONNX", "readNetFromTFLite"},
     "app/core/baking/scene.py": {"load_dict"},
     "app/ui/widgets/dialogs.py": {"toLocalFile"},  # Windows, where every name is text
 }
 
 OTHERWISE = {
-    ("app/core/base/video.py", "open_url"): "its callers give an address or a native path",
+    ("app/core/base/imaging/video.py", "open_url"): "its callers give an address or a native path",
     ("app/devices/webcam/opencv.py", "_opened"): "a number",
 }
 

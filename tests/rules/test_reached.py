@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import COMMANDS
-from app.commands.instruments import INSTRUMENTS
+from app.commands.shared.instruments import INSTRUMENTS
 from app.ui.overlays import OVERLAYS
 from app.ui.screens.registry import SCREENS
 from tests.helpers.import_graph import libraries, unreached

@@ -15,7 +15,7 @@ from app.core.base.angles import wrap
 from app.core.places.place import Place
 from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
 from app.ui.screens.styles.gallery_view import LensSheet
-from app.words.directions import LENS_CHOICES
+from app.words.phrases.directions import LENS_CHOICES
 from tests.helpers.styles_screen import Table, head, scene_light
 from tests.ui.test_screen_styles import Shown
 

@@ -13,7 +13,7 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.base.images import write_image
+from app.core.base.imaging.images import write_image
 from app.ui.overlays.find import FindBody
 from app.ui.overlays.layers import LayersBody
 from app.ui.presenters.model import Step

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.base.angles import arc_width, at_turn, difference
-from app.ui.plots.geometry import (
+from app.ui.plots.parts.geometry import (
     Dial,
     arrow_shape,
     head_outline,
@@ -21,7 +21,7 @@ from app.ui.plots.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.mapping import StripScale, Viewport, label_step
+from app.ui.plots.parts.mapping import StripScale, Viewport, label_step
 
 ANGLES = st.floats(-720.0, 720.0, allow_nan=False)
 

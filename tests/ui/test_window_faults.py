@@ -36,7 +36,7 @@ from app.ui.screens.turn.parts_view import Well
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
-from app.words.quantities import place_name
+from app.words.phrases.quantities import place_name
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.cameras import Rig
 from tests.helpers.fragile_webcam import FragileWebcam

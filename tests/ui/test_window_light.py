@@ -15,7 +15,7 @@ import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication
 
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.ui.presenters.model import Step
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.screen_view import LightScreen

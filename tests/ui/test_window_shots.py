@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
-from app.core.places.shots import is_frame, read_shots
+from app.core.places.files.shots import is_frame, read_shots
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.parts_view import ShotsLine, ShotsSheet
 from app.ui.shell.frame import DropVeil

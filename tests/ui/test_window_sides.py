@@ -22,7 +22,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import difference, wrap
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.cards_view import StyleCard, TurnWords

@@ -19,7 +19,7 @@ from app.core.measure.read.frame import Exposure, Pose
 from app.core.measure.read.metadata import read_header
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.light.brackets import develop, make_bracket, write_bracket
+from benchmarks.light.shots.brackets import develop, make_bracket, write_bracket
 from tests.helpers.people import mean_luminance, with_person
 
 BRACKET = [Exposure(t, 100.0, 2.0) for t in (1.0 / 60.0, 1.0 / 15.0, 1.0 / 250.0)]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app import __version__, cli, desktop
-from app.commands.instruments import INSTRUMENTS
+from app.commands.shared.instruments import INSTRUMENTS
 from app.core.base.errors import Cancelled, CoreError, StyleError
 from app.core.text import set_language, tr
 from app.devices.errors import DeviceError, DownloadFailed

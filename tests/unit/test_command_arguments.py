@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.commands.arguments import check_outputs
+from app.commands.shared.arguments import check_outputs
 from app.core.base.errors import CoreError
 from tests.helpers.hostile_files import write_picture
 

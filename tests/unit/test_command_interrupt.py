@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app import cli
-from app.commands.console import imports_whole
+from app.commands.shared.console import imports_whole
 from app.core.base.files import atomic_write
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as on POSIX")

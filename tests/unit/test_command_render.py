@@ -13,7 +13,7 @@ import pytest
 from app.commands import render as command
 from app.core.base import colour
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.environment.environment import reduce_light
 from app.core.portrait import render as head_render
 from app.core.solver.transport import Transport, load_named, render, to_image

@@ -15,8 +15,8 @@ import pytest
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.measure.fisheye.fisheye_stitch import Stitching
 from app.core.measure.fisheye.remarks import CirclesStitched
+from app.core.measure.fisheye.stitch import Stitching
 from app.devices.capture import preparation, shooting, single
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session

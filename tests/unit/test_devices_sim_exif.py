@@ -23,7 +23,7 @@ from app.devices.simulated.cameras import (
     CameraModel,
 )
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
-from benchmarks.light.brackets import shoot
+from benchmarks.light.shots.brackets import shoot
 
 EXPOSURE = Exposure(0.01666666, 125.0, 2.0)
 GREY = np.full((32, 64, 3), 100.0, dtype=np.float32)

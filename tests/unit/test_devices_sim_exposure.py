@@ -16,8 +16,8 @@ from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.read.frame import Exposure, Pose
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
 from app.devices.simulated.optics import saturation_cd_m2
-from benchmarks.light.brackets import develop, enlarged, jpeg, shoot
 from benchmarks.light.camera_curves import CURVES, GAMMA_18, LOG, SRGB, Curve
+from benchmarks.light.shots.brackets import develop, enlarged, jpeg, shoot
 
 EXPOSURE = Exposure(1.0 / 60.0, 100.0, 2.0)
 LEVEL = saturation_cd_m2(EXPOSURE)

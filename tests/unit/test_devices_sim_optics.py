@@ -8,11 +8,11 @@ import pytest
 
 from app.core.base import sphere
 from app.core.environment.environment import energy, from_radiance, reduce_radiance, solid_angles
-from app.core.measure.bracket.align import tilt_rotation
+from app.core.measure.bracket.alignment.levelling import tilt_rotation
 from app.core.measure.read.frame import Pose
 from app.devices.simulated.optics import column_gains
-from benchmarks.light.brackets import bloomed, enlarged
-from benchmarks.light.views import view_of
+from benchmarks.light.shots.brackets import bloomed, enlarged
+from benchmarks.light.shots.views import view_of
 from tests.helpers.shared import SHARED, needs_shared
 
 

@@ -25,7 +25,7 @@ from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import VirtualClock
 from app.devices.errors import CaptureFailed, Unreachable
 from app.devices.simulated.cameras import THETA_V, THETA_Z1, CameraModel
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 
 LIGHT = np.full((16, 32, 3), 200.0, np.float32)
 SHUTTERS = (1 / 60, 1 / 15, 1 / 250)

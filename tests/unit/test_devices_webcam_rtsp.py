@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.base.video import OPEN_S, open_url
+from app.core.base.imaging.video import OPEN_S, open_url
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState

@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import app
-from app.core.base.image_input import picture_bytes
-from app.core.places.frames import small_picture
-from app.core.places.shots import Shot, thumbnail_of
+from app.core.base.imaging.image_input import picture_bytes
+from app.core.places.files.frames import small_picture
+from app.core.places.files.shots import Shot, thumbnail_of
 from app.ui.presenters.places_list import _thumbnail
 
 SHOT = Shot("a.jpg", "2026-11-21T14:05:00", True, "loop", "Loop", 0.0, key="shot-0001")

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write
-from app.core.base.images import write_exr, write_png
+from app.core.base.imaging.images import write_exr, write_png
 
 
 def test_png_keeps_every_byte(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.base import sphere
 from app.core.base.angles import difference
 from app.core.base.errors import CoreError
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import compare, find_heading, judged, see, support

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from app.core.localization import features
 from app.core.localization.features import HeadingIndex, keep_index, read_index
+from app.core.places.files.originals import sweep
 from app.core.places.library import delete_place, restore_place
-from app.core.places.originals import sweep
 from app.core.places.store import create_place, summarise
 
 NAME = "background.points"

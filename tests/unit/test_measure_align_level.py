@@ -13,7 +13,7 @@ from app.core.base.angles import wrap
 from app.core.base.colour import luminance, panorama_exposure, to_bytes, tone_map
 from app.core.base.sphere import angle_of, direction, remap_frame, rotation
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.align import first_shot, levelling, tilt_rotation
+from app.core.measure.bracket.alignment.levelling import first_shot, levelling, tilt_rotation
 from app.core.measure.read.frame import Bracket, Frame, Pose
 from tests.helpers.shared import SHARED, needs_shared
 from tests.helpers.verticals import edge_normals, leans_deg, tilt_deg

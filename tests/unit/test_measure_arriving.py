@@ -17,7 +17,7 @@ from app.core.measure.bracket.arriving import ArrivingFrames, rehearse
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read import decoding as frame_preprocessing
+from app.core.measure.read import opening as frame_preprocessing
 from app.core.measure.read.decoding import MemoryRows
 from app.core.measure.read.frame import Exposure, Frame
 from app.core.measure.read.metadata import read_header
@@ -25,7 +25,7 @@ from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from app.words.remarks import sentences
-from benchmarks.light.brackets import write_bracket
+from benchmarks.light.shots.brackets import write_bracket
 
 SHAPE = (256, 512)
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.environment.environment import energy, read_environment, reduce_radiance
-from app.core.measure.finish.audit import DOUBT, GAINS, Audit, audit, given_up
+from app.core.measure.finish.clip_audit import DOUBT, GAINS, Audit, audit, given_up
+from app.core.measure.finish.corrections import apply_gains
 from app.core.measure.finish.findings import Findings, Lamp, advise, darker_frames, find, sources_of
-from app.core.measure.finish.finish import apply_gains
 from app.core.measure.finish.lights import Source, find_lights
 from app.core.measure.finish.remarks import BlindMatters, MaybeSun, MoreLampsClipped
 from app.core.measure.finish.sun import restore
@@ -22,7 +22,7 @@ from app.core.measure.read.frame import Merged
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.styles.style_pack import StylePack, load_named_pack
-from app.words.directions import direction_words
+from app.words.phrases.directions import direction_words
 from app.words.remarks import remark_words, sentences
 from benchmarks.speed.plain_search import choose
 from tests.helpers.probes import clip, place, sunny_place

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
-from app.core.measure.bracket.bracket import MAX_FRAMES, read_bracket
+from app.core.measure.bracket.grouping import MAX_FRAMES, read_bracket
 from app.words.remarks import sentences
 from tests.helpers.exif_bytes import (
     RATIONAL,

@@ -15,13 +15,13 @@ from app.core.base import sphere
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.measure.bracket.bracket import read_bracket
 from app.core.measure.bracket.contradiction import CLOSE, LOOSE, Predictions, contradiction
+from app.core.measure.bracket.curve.response import Response, srgb_response
 from app.core.measure.bracket.deghosting import Moved, trust
+from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.merge import merge
-from app.core.measure.bracket.response import Response, srgb_response
-from app.core.measure.read.decoding import proxy_shape
 from app.core.measure.read.frame import Exposure
+from app.core.measure.read.opening import proxy_shape
 from app.core.measure.read.pixels import open_frames
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import load_named_pack
@@ -29,8 +29,8 @@ from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import meter
 from app.words.remarks import sentences
-from benchmarks.light.brackets import develop
 from benchmarks.light.camera_curves import curve_named
+from benchmarks.light.shots.brackets import develop
 from tests.helpers.people import mean_luminance, with_person
 from tests.helpers.quick import quick_first, sample_first
 

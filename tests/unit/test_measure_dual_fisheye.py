@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from app.cli import main
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import EnvironmentFileError, ProbeError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
 from app.core.environment.environment import read_environment, reduce_radiance, solid_angles
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.measure.bracket.measure import measure
-from app.core.measure.fisheye.dual_fisheye import (
+from app.core.measure.fisheye.circles import (
     MODELS,
     Lens,
     check_stitched,
     find_circles,
     recognise,
 )
-from app.core.measure.fisheye.fisheye_stitch import Stitching
+from app.core.measure.fisheye.stitch import Stitching
 from app.core.measure.options import MeasureOptions
 from app.core.measure.single.preview import preview_light
 from app.core.measure.ways import measure as measure_files

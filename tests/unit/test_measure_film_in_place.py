@@ -14,12 +14,12 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import ProbeError
 from app.core.environment.environment import from_radiance
 from app.core.localization.features import build_index
+from app.core.measure.film.comparison import Beside, beside, looks_mirrored
 from app.core.measure.film.film import Film, flipped, read_film
-from app.core.measure.film.in_place import Beside, beside, looks_mirrored
-from app.core.places.shots import is_frame, keep_film_frames, read_shots
+from app.core.places.files.shots import is_frame, keep_film_frames, read_shots
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.style_pack import load_named_pack
-from app.words.film import beside_words, mirror_words
+from app.words.measure.ways import beside_words, mirror_words
 from tests.helpers.films import turn_frames
 from tests.helpers.quick import quick_first
 from tests.unit.test_facing import place

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import EnvironmentFileError
-from app.core.measure.finish.finish import Change, changes, masking_changes
+from app.core.measure.finish.turn_changes import Change, changes, masking_changes
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack
 from app.words.remarks import remark_words

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from app.cli import main
 from app.core.base.colour import srgb_encode
 from app.core.environment.environment import read_environment
+from app.core.measure.bracket.curve.response import choose_response
 from app.core.measure.bracket.foreign_frames import Foreign, foreign_frames
 from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.remarks import Reason
-from app.core.measure.bracket.response import choose_response
 from app.core.measure.options import MeasureOptions
 from app.core.places.intake import sort_out
 from app.devices.simulated.exif import Tags, exif_segment, with_segments

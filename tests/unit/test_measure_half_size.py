@@ -16,17 +16,18 @@ from app.core.base.colour import luminance, srgb_decode, srgb_encode
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import read_environment, reduce_radiance
+from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.half_size import anchors, halvable
 from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.merge import merge
-from app.core.measure.bracket.response import Response
-from app.core.measure.read.decoding import MemoryRows, decode, decode_half, proxy_shape, shrunk
+from app.core.measure.read.decoding import MemoryRows, decode, decode_half
 from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
+from app.core.measure.read.opening import proxy_shape, shrunk
 from app.core.measure.read.pixels import FrameStack, open_frames
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from app.words.remarks import sentences
-from benchmarks.light.brackets import make_bracket, write_bracket
+from benchmarks.light.shots.brackets import make_bracket, write_bracket
 from tests.helpers.quick import sample_first
 
 CURVE = Response(

@@ -17,14 +17,14 @@ from app.core.base.errors import Cancelled
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import energy, read_environment, reduce_radiance
+from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.merge import merge
-from app.core.measure.bracket.response import Response
 from app.core.measure.bracket.weighting import Scheme
 from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
 from app.core.measure.read.pixels import FrameStack, open_frames
 from app.devices.simulated.cameras import GENERIC
 from app.devices.simulated.optics import meter
-from benchmarks.light.brackets import enlarged, make_bracket
+from benchmarks.light.shots.brackets import enlarged, make_bracket
 
 SRGB = Response(
     "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)

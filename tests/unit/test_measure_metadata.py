@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
-from app.core.measure.bracket.bracket import metered_exposure
+from app.core.measure.bracket.exposures import metered_exposure
 from app.core.measure.read.frame import Exposure, LensExposure, Pose
 from app.core.measure.read.metadata import read_header
 from app.words.remarks import sentences

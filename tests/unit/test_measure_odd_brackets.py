@@ -12,11 +12,11 @@ import pytest
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.bracket import read_bracket
+from app.core.measure.bracket.alignment.handheld import laid, lay_on_each_other
+from app.core.measure.bracket.curve.response import srgb_response
 from app.core.measure.bracket.deghosting import trust
-from app.core.measure.bracket.handheld import laid, lay_on_each_other
+from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.measure import measure
-from app.core.measure.bracket.response import srgb_response
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.pixels import open_frames

@@ -17,7 +17,7 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token, silent
 from app.core.base.sphere import angles_of, rotation
 from app.core.environment.environment import read_environment
-from app.core.measure.photos.photo_places import find_links, groups, points_of, turn, upright
+from app.core.measure.photos.rotations import find_links, groups, points_of, turn, upright
 from benchmarks.light.stitch_photos import AXES, photograph, placed_off
 
 SIZE = (480, 360)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from app.core.base import sphere
 from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.progress import Token
-from app.core.measure.read.decoding import RawRows, needs_whole_decode, proxy_shape
+from app.core.measure.read.decoding import RawRows, needs_whole_decode
 from app.core.measure.read.frame import Bracket, Exposure, Frame
+from app.core.measure.read.opening import proxy_shape
 from app.core.measure.read.pixels import open_frames, relaid
 from app.words.remarks import sentences
 

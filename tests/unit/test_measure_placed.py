@@ -14,7 +14,7 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.core.base.sphere import directions, rotation
-from app.core.measure.photos.placed import Placed, light_around
+from app.core.measure.photos.mosaic import Placed, light_around
 
 AXES = np.diag([-1.0, -1.0, 1.0])  # of a level camera that looks at azimuth 0
 SHAPE = (64, 128)

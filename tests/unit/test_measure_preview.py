@@ -12,7 +12,7 @@ from app.core.base.colour import luminance, srgb_encode, to_bytes
 from app.core.environment.environment import SHAPE, energy
 from app.core.measure.single.preview import answers_of, preview_light, rough_answers
 from app.core.styles.style_pack import StylePack, load_named_pack
-from app.words.preview import rough_words
+from app.words.measure.preview import rough_words
 from tests.helpers.probes import place
 
 

@@ -11,19 +11,19 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
-from app.core.measure.bracket.brightness_transfer import (
+from app.core.measure.bracket.curve.brightness_transfer import (
     MeasuredStep,
     StepCheck,
     check_matches,
     match_codes,
     reach,
 )
-from app.core.measure.bracket.response import (
+from app.core.measure.bracket.curve.response import (
     ResponseChoice,
     choose_response,
     srgb_response,
 )
-from app.core.measure.bracket.response_recovery import srgb_table
+from app.core.measure.bracket.curve.response_recovery import srgb_table
 from app.words.remarks import sentences
 from benchmarks.light.camera_curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
 from tests.helpers.brackets import (

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.environment.environment import reduce_light
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement

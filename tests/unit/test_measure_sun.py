@@ -14,7 +14,7 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.environment.environment import energy, read_environment, reduce_radiance
-from app.core.measure.finish.audit import given_up
+from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.finish.lights import find_lights
 from app.core.measure.finish.sun import (
     SkyWord,

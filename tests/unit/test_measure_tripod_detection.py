@@ -24,7 +24,7 @@ from app.core.measure.finish.tripod_detection import (
 )
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.resampling import Chart
-from app.words.masks import clutter_name, clutter_reason
+from app.words.measure.masks import clutter_name, clutter_reason
 from tests.helpers.shared import SHARED, needs_shared
 
 SCENES = ("city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset")

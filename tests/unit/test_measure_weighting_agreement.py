@@ -11,9 +11,9 @@ import pytest
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.brightness_transfer import match_codes
+from app.core.measure.bracket.curve.brightness_transfer import match_codes
+from app.core.measure.bracket.curve.response_recovery import srgb_table
 from app.core.measure.bracket.measure import measure
-from app.core.measure.bracket.response_recovery import srgb_table
 from app.core.measure.bracket.weighting import doubts
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions

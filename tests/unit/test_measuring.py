@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.core.base.remarks import PlainRemark
-from app.core.measure.finish.finish import finish
+from app.core.measure.finish.corrections import finish
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.places.measurement import capture_facts, location_of, merged_light

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.core.base.image_input import open_image, read_picture
-from app.core.base.images import write_exr, write_png
+from app.core.base.imaging.image_input import open_image, read_picture
+from app.core.base.imaging.images import write_exr, write_png
 from app.core.base.native import native_path, path_from_library, path_in_url, url_of
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment

@@ -19,9 +19,9 @@ from pathlib import Path
 
 import pytest
 
+from app.core.places.files.light import read_light
+from app.core.places.files.originals import sweep
 from app.core.places.library import list_places, list_trash
-from app.core.places.light import read_light
-from app.core.places.originals import sweep
 from app.core.places.store import create_place, read_place, write_place
 from tests.helpers.waiting import until
 
@@ -36,8 +36,8 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 import numpy as np
-from app.core.places.light import store_environment
-from app.core.places.originals import adopt_files
+from app.core.places.files.light import store_environment
+from app.core.places.files.originals import adopt_files
 from app.core.places.library import delete_place, restore_place
 from app.core.places.store import create_place, read_place, write_place
 base = Path(sys.argv[1])

@@ -20,13 +20,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
-from app.core.base.image_input import open_image
-from app.core.base.images import write_exr
+from app.core.base.imaging.image_input import open_image
+from app.core.base.imaging.images import write_exr
 from app.core.environment.environment import Environment, from_radiance, reduce
 from app.core.environment.environment_file import read_panorama
-from app.core.places import light as light_module
+from app.core.places.files import light as light_module
+from app.core.places.files.light import fingerprint_of, read_light, storable, store_environment
 from app.core.places.library import list_places
-from app.core.places.light import fingerprint_of, read_light, storable, store_environment
 from app.core.places.place import Place, PlaceError, results_to_json
 from app.core.places.remarks import LightChanged
 from app.core.places.store import create_place, drop_merged, read_place, write_place

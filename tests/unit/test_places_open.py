@@ -15,15 +15,15 @@ import pytest
 
 from app.cli import main
 from app.core.base.errors import Cancelled, CoreError
-from app.core.base.images import write_exr, write_png
+from app.core.base.imaging.images import write_exr, write_png
 from app.core.base.paths import resources
 from app.core.base.progress import Progress, Token, silent
 from app.core.painting.canvas import from_style, make_canvas
 from app.core.painting.library import save_user_style
 from app.core.painting.user_style import UserStyle
+from app.core.places.files.originals import adopt_files
 from app.core.places.load import NotFinished, last_opened, load_place
 from app.core.places.open import OpenOptions, open_paths
-from app.core.places.originals import adopt_files
 from app.core.places.place import OpenPlace
 from app.core.places.resume import drop_empty_place, list_unfinished
 from app.core.places.save import FolderState, folder_state, save_anywhere

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Progress, Task, Token
-from app.core.places.originals import adopt_files, publish, safe_file_name, sweep
+from app.core.places.files.originals import adopt_files, publish, safe_file_name, sweep
 from app.core.places.place import PlaceError
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="pipes and links as on POSIX")

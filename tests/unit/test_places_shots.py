@@ -10,10 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.places import shots as places_shots
-from app.core.places.place import PlaceError
-from app.core.places.remarks import PhotosLost
-from app.core.places.shots import (
+from app.core.places.files import shots as places_shots
+from app.core.places.files.shots import (
     SHOTS,
     Shot,
     add_shot,
@@ -23,6 +21,8 @@ from app.core.places.shots import (
     read_shots,
     thumbnail_of,
 )
+from app.core.places.place import PlaceError
+from app.core.places.remarks import PhotosLost
 
 SHOT = Shot(
     name="IMG_1.JPG",

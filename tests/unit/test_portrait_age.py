@@ -15,8 +15,8 @@ from app.core.portrait.age import (
     light_age,
     sun_moved_deg,
 )
-from app.words.age import age_words
-from app.words.quantities import ago_words
+from app.words.phrases.quantities import ago_words
+from app.words.portrait.age import age_words
 
 NOON = datetime(2026, 3, 20, 12, 0, tzinfo=UTC)
 

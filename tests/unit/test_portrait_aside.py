@@ -19,7 +19,7 @@ from app.commands import render as render_command
 from app.core.base.archive import write_sealed
 from app.core.base.colour import luminance
 from app.core.base.errors import TransportError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.paths import resources
 from app.core.environment.environment import Environment
 from app.core.measure.finish.findings import Findings

@@ -29,7 +29,7 @@ from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import StyleLamp
-from app.words.face_light import catchlight_words
+from app.words.portrait.face_light import catchlight_words
 from scenes.portraits.files import save_head
 from tests.helpers.quick import quick_first
 

@@ -13,7 +13,7 @@ import pytest
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
-from app.core.base.images import write_exr, write_image
+from app.core.base.imaging.images import write_exr, write_image
 from app.core.base.paths import resources
 from app.core.base.remarks import PlainRemark
 from app.core.environment.environment import read_environment

@@ -15,11 +15,11 @@ import pytest
 
 from app.core.base import files
 from app.core.base.errors import CoreError
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
 from app.core.places import resume
+from app.core.places.files.light import read_light
 from app.core.places.library import list_places
-from app.core.places.light import read_light
 from app.core.places.resume import list_unfinished
 from app.core.places.store import read_place
 from app.core.storage.settings import Settings
@@ -154,7 +154,7 @@ def test_a_message_names_what_is_wrong_and_no_temporary_file() -> None:
 
 def half_a_place(table: Table, tmp_path: Path) -> Path:
     """A place whose photographs were copied when the program was killed."""
-    from app.core.places.originals import adopt_files
+    from app.core.places.files.originals import adopt_files
     from app.core.places.store import create_place
 
     rng = np.random.default_rng(3)

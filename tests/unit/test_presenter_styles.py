@@ -26,7 +26,7 @@ from app.core.styles.styles import NAMES, RARE, load_styles
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
-from app.words.face_light import ratio_line, ratio_sentence
+from app.words.portrait.face_light import ratio_line, ratio_sentence
 from app.words.reach import reason_sentence
 from app.words.verdict import close_to
 from tests.helpers.pace import units

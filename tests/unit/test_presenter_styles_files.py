@@ -15,8 +15,8 @@ from app.core.painting.user_style import UserStyle
 from app.core.places.place import CaptureFacts, Place
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
-from app.words.face_light import ratio_sentence
-from app.words.quantities import contrast_words
+from app.words.phrases.quantities import contrast_words
+from app.words.portrait.face_light import ratio_sentence
 from tests.helpers.styles_screen import Table, head, scene_light
 
 

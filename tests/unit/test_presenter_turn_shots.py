@@ -19,7 +19,7 @@ from app.core.faces.light_reading import FaceLight
 from app.core.faces.pose import Pose
 from app.core.faces.style_check import Check
 from app.core.localization.photo_check import Taken
-from app.core.places.shots import read_shots
+from app.core.places.files.shots import read_shots
 from app.core.portrait.head import Head
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from app.core.base.files import atomic_write_text, file_opener, make_folder
-from app.core.base.images import write_png
+from app.core.base.imaging.images import write_png
 from app.core.base.progress import Token
 from app.core.painting.canvas import make_canvas
 from app.core.painting.library import save_user_style, update_user_style
 from app.core.painting.session import Draft, save_draft
+from app.core.places.files.light import store_environment
+from app.core.places.files.originals import adopt_files
 from app.core.places.library import delete_place
-from app.core.places.light import store_environment
-from app.core.places.originals import adopt_files
 from app.core.places.store import create_place
 from app.core.storage.privacy import tighten
 from app.core.storage.settings import Settings

@@ -22,7 +22,7 @@ from app.export import result_card as card
 from app.export import result_sheet as sheet
 from app.export.canvas import SCALE, Canvas, text_width, wrap_text
 from app.export.theme import Dark, draw_meter
-from app.words.heads import head_words
+from app.words.portrait.heads import head_words
 from benchmarks.speed.plain_portrait import portrait
 
 pytestmark = pytest.mark.usefixtures("qapp")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.images import write_exr, write_hdr
+from app.core.base.imaging.images import write_exr, write_hdr
 from app.core.environment.environment import solid_angles
 from app.core.second_light.lamp_presets import KINDS, powers_of
 from app.core.second_light.library import read_lamp_file

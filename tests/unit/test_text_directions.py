@@ -5,7 +5,12 @@ from __future__ import annotations
 import pytest
 
 from app.core.second_light.placements import direction
-from app.words.directions import direction_words, face_direction_words, light_words, placement_words
+from app.words.phrases.directions import (
+    direction_words,
+    face_direction_words,
+    light_words,
+    placement_words,
+)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.base.phrases import shutter_words
-from app.words.quantities import ev_words, lux_words, metres, read_metres, time_words
+from app.words.phrases.quantities import ev_words, lux_words, metres, read_metres, time_words
 
 CEST = timezone(timedelta(hours=2))
 NOW = datetime(2026, 11, 21, 14, 5, tzinfo=CEST)

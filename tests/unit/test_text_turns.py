@@ -13,8 +13,8 @@ from app.core.base import sphere
 from app.core.base.angles import Direction, direction_of, whole, wrap
 from app.core.guidance.mode import Mode
 from app.core.solver.solve import solve_all
-from app.words import turns
-from app.words.directions import light_words
+from app.words.phrases import turns
+from app.words.phrases.directions import light_words
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 
 TURNS = st.floats(-179.4, 179.4)

@@ -22,16 +22,25 @@ from app.core.solver.search import curves, quality_curves
 from app.core.solver.solve import measure
 from app.core.styles.style_pack import load_named_pack, load_transport_of
 from benchmarks.speed.plain_search import matrix
-from benchmarks.speed.timing import growth, machine, merge, run, start
-from benchmarks.speed.timing.bars import BARS, Bar, missed
+from benchmarks.speed.timing import growth, merge, start
 from benchmarks.speed.timing.environments import environment_cases
 from benchmarks.speed.timing.growth import Growth, grow, growth_json, growth_svg
 from benchmarks.speed.timing.headings import heading_cases
 from benchmarks.speed.timing.lens import lens_cases
 from benchmarks.speed.timing.pictures import gallery_case, picture_cases
 from benchmarks.speed.timing.preview import preview_case
-from benchmarks.speed.timing.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
-from benchmarks.speed.timing.run import find_peers, run_all
+from benchmarks.speed.timing.runner import machine, run
+from benchmarks.speed.timing.runner.bars import BARS, Bar, missed
+from benchmarks.speed.timing.runner.rows import (
+    Case,
+    Peer,
+    PeerCase,
+    Row,
+    bandwidth,
+    clock,
+    time_all,
+)
+from benchmarks.speed.timing.runner.run import find_peers, run_all
 from benchmarks.speed.timing.search import plain_match, plain_quality, product_match
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
@@ -161,7 +170,7 @@ def hurry(monkeypatch: pytest.MonkeyPatch) -> None:
         work()
         return [0.001]
 
-    monkeypatch.setattr("benchmarks.speed.timing.rows.clock", once)
+    monkeypatch.setattr("benchmarks.speed.timing.runner.rows.clock", once)
     monkeypatch.setattr(growth, "clock", once)
 
 

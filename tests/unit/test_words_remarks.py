@@ -15,7 +15,7 @@ import pytest
 from app.core.base.remarks import PlainRemark, Remark
 from app.core.measure.finish.remarks import ClippingSafe, RoughTurns, SunRestored
 from app.core.places import remarks as place_remarks
-from app.core.places.saved_remarks import KINDS, facts_of, remarks_of
+from app.core.places.saved.saved_remarks import KINDS, facts_of, remarks_of
 from app.core.storage.json_file import Unfit
 from app.words.remarks import SENTENCES, remark_words
 

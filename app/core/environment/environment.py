@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.errors import EnvironmentFileError
-from app.core.base.image_input import CLIPPED, UNSEEN
+from app.core.base.imaging.image_input import CLIPPED, UNSEEN
 from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded, row_edges
 from app.core.base.sphere import solid_angles as solid_angles
@@ -103,7 +103,7 @@ class Environment:
 
 
 def kept_shares(clipped: Float32 | None, unseen: Bools | None) -> dict[str, Float32]:
-    """Return the extra channels for `app.core.base.images.write_exr`, (H, W) each."""
+    """Return the extra channels for `app.core.base.imaging.images.write_exr`, (H, W) each."""
     planes: dict[str, Float32] = {}
     if clipped is not None and clipped.any():
         planes[CLIPPED] = clipped

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import FloatImage, to_rec709
 from app.core.base.errors import EnvironmentFileError
-from app.core.base.image_input import (
+from app.core.base.imaging.image_input import (
     CLIPPED,
     COPY_AGAIN,
     ROUGH,

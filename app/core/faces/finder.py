@@ -19,7 +19,7 @@ import numpy as np
 from app.core.base.archive import read_arrays
 from app.core.base.arrays import Bytes, Float32, Float64, Indices
 from app.core.base.errors import CoreError
-from app.core.base.networks import read_network
+from app.core.base.imaging.networks import read_network
 from app.core.base.paths import resources
 from app.core.text import tr
 

@@ -25,7 +25,7 @@ from app.core.base import sphere
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.files import open_file, os_errors_as
-from app.core.base.image_input import (
+from app.core.base.imaging.image_input import (
     clear_error,
     is_unwieldy,
     open_image,
@@ -37,9 +37,9 @@ from app.core.base.image_input import (
 )
 from app.core.base.progress import Token
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.align import levelling
+from app.core.measure.bracket.alignment.levelling import levelling
 from app.core.measure.finish.display import WIDTH, display_panorama
-from app.core.measure.fisheye.dual_fisheye import check_stitched, find_circles, unstitched
+from app.core.measure.fisheye.circles import check_stitched, find_circles, unstitched
 from app.core.measure.read.decoding import decode
 from app.core.measure.read.frame import Bracket, Frame
 from app.core.measure.read.metadata import read_header

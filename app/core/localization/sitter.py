@@ -26,7 +26,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32
 from app.core.base.errors import CoreError
-from app.core.base.networks import read_network
+from app.core.base.imaging.networks import read_network
 from app.core.base.paths import resources
 from app.core.faces.finder import Face, find_faces
 from app.core.localization.heading_conversion import offset_angle

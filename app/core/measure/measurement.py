@@ -13,12 +13,13 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.base.progress import Report, Token
 from app.core.base.remarks import Remark
 from app.core.environment.environment import Environment, from_radiance, kept_shares
-from app.core.measure.bracket.align import Alignment, Levelling
+from app.core.measure.bracket.alignment.align import Alignment
+from app.core.measure.bracket.alignment.handheld import Lay
+from app.core.measure.bracket.alignment.levelling import Levelling
+from app.core.measure.bracket.curve.response import ResponseChoice, srgb_choice
 from app.core.measure.bracket.deghosting import Moved
 from app.core.measure.bracket.foreign_frames import LeftOut
-from app.core.measure.bracket.handheld import Lay
-from app.core.measure.bracket.response import ResponseChoice, srgb_choice
-from app.core.measure.finish.finish import Finished
+from app.core.measure.finish.corrections import Finished
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket, Merged
 

@@ -28,8 +28,8 @@ from app.core.base.files import (
     os_errors_as,
     words_of,
 )
-from app.core.base.image_input import clear_error, open_image, read_start
-from app.core.base.images import write_image
+from app.core.base.imaging.image_input import clear_error, open_image, read_start
+from app.core.base.imaging.images import write_image
 from app.core.painting.canvas import (
     MAX_SIZE,
     MIN_SIZE,

@@ -19,7 +19,7 @@ from app.core.base.files import open_file
 from app.core.base.remarks import PlainRemark, Remark
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.measure.read.frame import Exposure
-from app.core.places.saved_remarks import facts_of, remarks_of
+from app.core.places.saved.saved_remarks import facts_of, remarks_of
 from app.core.storage.json_file import (
     Check,
     Unfit,

@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.core.base.errors import CoreError
+from app.core.places.files.light import read_light
 from app.core.places.library import list_places
-from app.core.places.light import read_light
 from app.core.places.place import OpenPlace, Place, PlaceError
 from app.core.places.resume import UnfinishedPlace, find_unfinished
 from app.core.places.store import PLACE, read_place, summarise

@@ -15,14 +15,14 @@ from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.finish.findings import find
 from app.core.measure.finish.lights import Light, light_grid
 from app.core.measure.finish.sun import find_sun, sun_core
-from app.core.measure.fisheye.dual_fisheye import check_stitched
+from app.core.measure.fisheye.circles import check_stitched
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import HEAD, MeasureOptions
 from app.core.measure.read.frame import Exposure
 from app.core.measure.ways import measure
+from app.core.places.files.light import storable
 from app.core.places.intake import Intake
 from app.core.places.library import list_places
-from app.core.places.light import storable
 from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Place
 from app.core.places.store import read_place
 from app.core.second_light.scale import stated_white

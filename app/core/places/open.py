@@ -10,12 +10,12 @@ from pathlib import Path
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Progress, Report, Task, Token
 from app.core.measure.options import HEAD
+from app.core.places.files.shots import keep_film_frames
 from app.core.places.intake import Intake, sort_out
 from app.core.places.load import load_place
 from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
-from app.core.places.shots import keep_film_frames
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack
 

@@ -19,8 +19,8 @@ from app.core.base.errors import CoreError
 from app.core.base.remarks import Remark
 from app.core.base.visible import STEERING
 from app.core.places.remarks import LostPart
-from app.core.places.saved_reasons import sentence_of, shortfall_of
-from app.core.places.saved_remarks import facts_of, remarks_of
+from app.core.places.saved.saved_reasons import sentence_of, shortfall_of
+from app.core.places.saved.saved_remarks import facts_of, remarks_of
 from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.shortfall import Shortfall

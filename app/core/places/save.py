@@ -11,8 +11,8 @@ from pathlib import Path
 
 from app.core.base.files import make_folder, os_errors_as
 from app.core.base.progress import Token
-from app.core.places.light import store_environment
-from app.core.places.originals import ORIGINALS, adopt_files
+from app.core.places.files.light import store_environment
+from app.core.places.files.originals import ORIGINALS, adopt_files
 from app.core.places.place import OpenPlace, Place, PlaceError
 from app.core.places.store import PLACE, create_place, drop_merged, read_place, write_place
 from app.core.solver.place_light import PlaceLight

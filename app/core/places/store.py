@@ -35,8 +35,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import make_folder, os_errors_as
 from app.core.base.remarks import Remark
 from app.core.environment.environment import read_environment
-from app.core.places.journal import JOURNAL
-from app.core.places.originals import (
+from app.core.places.files.originals import (
     LITTER,
     ORIGINALS,
     STAGED,
@@ -45,6 +44,7 @@ from app.core.places.originals import (
     sweep,
     told_by_folder,
 )
+from app.core.places.journal import JOURNAL
 from app.core.places.place import (
     ENVIRONMENT_NAME,
     VERSION,

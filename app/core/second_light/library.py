@@ -29,8 +29,8 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.files import make_folder, os_errors_as, words_of
-from app.core.base.image_input import clear_error, open_image
-from app.core.base.images import write_exr, write_png
+from app.core.base.imaging.image_input import clear_error, open_image
+from app.core.base.imaging.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.base.remarks import Remark
@@ -39,7 +39,7 @@ from app.core.environment.environment import from_radiance
 from app.core.environment.environment_file import read_panorama
 from app.core.measure.options import MeasureOptions
 from app.core.measure.ways import measure
-from app.core.places.light import fingerprint_of
+from app.core.places.files.light import fingerprint_of
 from app.core.second_light.captured import (
     LARGEST,
     CapturedLamp,

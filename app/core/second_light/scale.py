@@ -22,7 +22,7 @@ import numpy as np
 
 from app.core.base.arrays import Floats
 from app.core.base.errors import CoreError
-from app.core.base.image_input import open_image
+from app.core.base.imaging.image_input import open_image
 from app.core.environment.environment import solid_angles
 from app.core.solver.search import luminance_of
 from app.core.text import tr

@@ -21,7 +21,7 @@ from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import atomic_write_bytes, file_opener, flush_folder
 from app.core.base.phrases import listed
 from app.core.base.progress import Token
-from app.core.measure.bracket.bracket import EQUAL_STOPS
+from app.core.measure.bracket.grouping import EQUAL_STOPS
 from app.core.measure.read.metadata import read_header
 from app.core.places.journal import SessionFrame
 from app.core.text import tr

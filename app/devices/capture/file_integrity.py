@@ -19,10 +19,10 @@ from typing import Final
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file, os_errors_as
-from app.core.base.image_input import open_image
+from app.core.base.imaging.image_input import open_image
 from app.core.base.phrases import listed, shutter_words
 from app.core.base.progress import Token
-from app.core.measure.bracket.bracket import rendered_frames
+from app.core.measure.bracket.grouping import rendered_frames
 from app.core.measure.bracket.half_size import is_whole
 from app.core.measure.plan.planner import Plan
 from app.core.measure.read.frame import Exposure

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from app.core.base.errors import Cancelled, CoreError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.progress import Progress, Token, span
 from app.core.base.remarks import Remark
 from app.core.measure.bracket.arriving import ArrivingFrames

@@ -15,14 +15,14 @@ from typing import Literal
 
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.base.images import write_exr
+from app.core.base.imaging.images import write_exr
 from app.core.base.progress import PhraseReport, Token
 from app.core.localization.recapture_registration import Registered, register_again
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import PlannedShot
 from app.core.measure.single.preview import RoughAnswer, answers_of
 from app.core.measure.ways import measure
-from app.core.places.frames import small_picture
+from app.core.places.files.frames import small_picture
 from app.core.places.journal import SessionJournal
 from app.core.places.measurement import NamePlace, place_of_capture
 from app.core.places.place import Place

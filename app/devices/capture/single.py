@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import file_opener
-from app.core.measure.bracket.bracket import metered_exposure
+from app.core.measure.bracket.exposures import metered_exposure
 from app.core.measure.plan.planner import CameraLimits, Plan, PlannedShot, plan
 from app.core.measure.read.frame import Exposure
 from app.core.measure.read.metadata import read_header

@@ -20,7 +20,7 @@ from typing import Final, NamedTuple
 
 from app.core.base.files import os_errors_as
 from app.core.base.progress import Token
-from app.core.measure.bracket.bracket import EQUAL_STOPS, MAX_FRAMES
+from app.core.measure.bracket.grouping import EQUAL_STOPS, MAX_FRAMES
 from app.core.text import tr, tr_plural
 from app.devices.capture.file_integrity import (
     Arrival,

@@ -13,10 +13,10 @@ from typing import Final
 import cv2
 import numpy as np
 
-from app.core.base import video
 from app.core.base.arrays import Bytes
+from app.core.base.imaging import video
+from app.core.base.imaging.video import LARGEST, fitted, open_url
 from app.core.base.native import native_path
-from app.core.base.video import LARGEST, fitted, open_url
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.opencv import Capture, CaptureStream

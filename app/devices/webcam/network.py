@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 from urllib.parse import quote
 
 from app.core.base.arrays import Bytes
-from app.core.base.video import fitted, open_url
+from app.core.base.imaging.video import fitted, open_url
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.errors import DeviceError

@@ -12,7 +12,7 @@ from typing import Any, Final, Protocol, TypeVar
 import cv2
 
 from app.core.base.arrays import Bytes
-from app.core.base.video import as_rgb, quiet
+from app.core.base.imaging.video import as_rgb, quiet
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.protocol import (

@@ -30,7 +30,7 @@ from app.ui.widgets.layouts import column, stacked
 from app.ui.widgets.lists import THING, BareList, Inks, Lines
 from app.ui.widgets.paint import RIGHT, put_text, text_width
 from app.words.lamps import lamp_title
-from app.words.quantities import time_words
+from app.words.phrases.quantities import time_words
 from app.words.settings import SECTIONS, title
 from app.words.styles import full_title
 

@@ -10,8 +10,8 @@ from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPolygon
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.text import tr
-from app.ui.plots.base import Plot, polygon
-from app.ui.plots.geometry import arrow_shape
+from app.ui.plots.parts.base import Plot, polygon
+from app.ui.plots.parts.geometry import arrow_shape
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import pen
 

@@ -18,13 +18,13 @@ from PySide6.QtGui import QFont, QPainter, QPen
 
 from app.core.base.angles import whole, wrap
 from app.core.text import tr
-from app.ui.plots.base import closed_path, draw_text, snap
-from app.ui.plots.geometry import Point
 from app.ui.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
+from app.ui.plots.parts.base import closed_path, draw_text, snap
+from app.ui.plots.parts.geometry import Point
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
-from app.words.quantities import metres
+from app.words.phrases.quantities import metres
 
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring

@@ -15,8 +15,8 @@ from PySide6.QtGui import (
 
 from app.core.solver.head_shape import HeadShape
 from app.core.text import tr
-from app.ui.plots.base import Plot, arrow_step, disc
-from app.ui.plots.geometry import Point
+from app.ui.plots.parts.base import Plot, arrow_step, disc
+from app.ui.plots.parts.geometry import Point
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 

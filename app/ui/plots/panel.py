@@ -10,7 +10,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QWidget
 
-from app.ui.plots.mapping import Viewport
+from app.ui.plots.parts.mapping import Viewport
 
 _Item = TypeVar("_Item", bound=QGraphicsItem)
 

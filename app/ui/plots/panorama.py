@@ -20,9 +20,9 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import difference, whole, wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
-from app.ui.plots.base import Plot, arrow_step
-from app.ui.plots.mapping import Viewport
-from app.ui.plots.marks import (
+from app.ui.plots.parts.base import Plot, arrow_step
+from app.ui.plots.parts.mapping import Viewport
+from app.ui.plots.parts.marks import (
     MarkerGrip,
     Marks,
     SceneLamp,
@@ -30,7 +30,7 @@ from app.ui.plots.marks import (
     draw_scale,
 )
 from app.ui.theme import px, theme
-from app.words.turns import turn_words
+from app.words.phrases.turns import turn_words
 
 if TYPE_CHECKING:
     from app.ui.plots.panorama_items import PanoramaDrawing

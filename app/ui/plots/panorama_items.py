@@ -10,13 +10,13 @@ from PySide6.QtGui import QColor, QPainter
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
-from app.ui.plots.base import disc, draw_text
-from app.ui.plots.geometry import Point
-from app.ui.plots.items import Group, Line, Mark, around
-from app.ui.plots.layers import Hatching, PanoramaLayer
-from app.ui.plots.mapping import Viewport
-from app.ui.plots.marks import Marks, SceneLamp
 from app.ui.plots.panel import Panel
+from app.ui.plots.parts.base import disc, draw_text
+from app.ui.plots.parts.geometry import Point
+from app.ui.plots.parts.items import Group, Line, Mark, around
+from app.ui.plots.parts.layers import Hatching, PanoramaLayer
+from app.ui.plots.parts.mapping import Viewport
+from app.ui.plots.parts.marks import Marks, SceneLamp
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import pen
 

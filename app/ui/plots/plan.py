@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import arc_width, at_turn, difference
 from app.core.guidance.plan import Kind, Mark, Plan
 from app.core.text import tr
-from app.ui.plots.base import Plot, closed_path, disc, draw_text, polygon
-from app.ui.plots.geometry import Point, head_outline, sector
+from app.ui.plots.parts.base import Plot, closed_path, disc, draw_text, polygon
+from app.ui.plots.parts.geometry import Point, head_outline, sector
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box, faint, pen, text_width

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import at_turn, wrap
 from app.core.text import tr
-from app.ui.plots.base import TurnPlot, disc, draw_text
-from app.ui.plots.geometry import (
+from app.ui.plots.parts.base import TurnPlot, disc, draw_text
+from app.ui.plots.parts.geometry import (
     Dial,
     Point,
     finely,
@@ -28,10 +28,10 @@ from app.ui.plots.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.items import Curve, Draw, Mark, Marks, Pieces
+from app.ui.plots.parts.items import Curve, Draw, Mark, Marks, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
-from app.words.turns import arc_words, turn_words
+from app.words.phrases.turns import arc_words, turn_words
 
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
 _CORE: Final = 26.0  # radius of the value 0: the head stands inside it

@@ -12,11 +12,11 @@ from PySide6.QtGui import QMouseEvent, QPainter, QPainterPath, QPen, QResizeEven
 
 from app.core.base.angles import wrap
 from app.core.text import tr
-from app.ui.plots.base import draw_text
-from app.ui.plots.geometry import Point
-from app.ui.plots.items import Mark, Overlay, Pieces
 from app.ui.plots.lamps import LampPlot, draw_best, draw_lamp
-from app.ui.plots.marks import draw_corners
+from app.ui.plots.parts.base import draw_text
+from app.ui.plots.parts.geometry import Point
+from app.ui.plots.parts.items import Mark, Overlay, Pieces
+from app.ui.plots.parts.marks import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, faint, pen
 

@@ -21,15 +21,15 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
 from app.core.text import tr
-from app.ui.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
-from app.ui.plots.geometry import Point
-from app.ui.plots.items import around
-from app.ui.plots.layers import PanoramaLayer
-from app.ui.plots.mapping import Viewport
-from app.ui.plots.marks import draw_corners
+from app.ui.plots.parts.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
+from app.ui.plots.parts.geometry import Point
+from app.ui.plots.parts.items import around
+from app.ui.plots.parts.layers import PanoramaLayer
+from app.ui.plots.parts.mapping import Viewport
+from app.ui.plots.parts.marks import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, faint, pen
-from app.words.turns import turn_words
+from app.words.phrases.turns import turn_words
 
 WeightSign: TypeAlias = Literal["plus", "minus"]
 

@@ -9,7 +9,7 @@ from app.core.base.phrases import percent
 from app.core.text import tr, tr_plural
 from app.ui.presenters.model import COMPUTING, CameraSeen, Step, out_of_reach
 from app.ui.presenters.services import Presenter, Services, View, sound_words
-from app.words.quantities import time_words
+from app.words.phrases.quantities import time_words
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000

@@ -18,7 +18,7 @@ from app.core.storage.library import Damaged
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import Studio
 from app.core.text import tr
-from app.words.heads import head_title
+from app.words.portrait.heads import head_title
 
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle

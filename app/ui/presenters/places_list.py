@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.image_input import read_picture
+from app.core.base.imaging.image_input import read_picture
 from app.core.places.library import (
     TrashedPlace,
     delete_place,
@@ -28,8 +28,8 @@ from app.core.text import tr, tr_plural
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
+from app.words.phrases.quantities import day_words, time_words
 from app.words.places import trouble_words
-from app.words.quantities import day_words, time_words
 
 T = TypeVar("T")
 

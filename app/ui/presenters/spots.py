@@ -26,10 +26,10 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
-from app.words.quantities import time_words
+from app.words.phrases.quantities import time_words
+from app.words.phrases.turns import leeway_words, turn_words
 from app.words.reach import reason_sentence
 from app.words.styles import full_title
-from app.words.turns import leeway_words, turn_words
 
 _JOB: Final = "spots"
 _SIZE: Final = (256, 320)  # of a picture, rows and columns: all styles take half a second

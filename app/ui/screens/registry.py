@@ -12,7 +12,7 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-from app.words.turns import size_words, turn_words
+from app.words.phrases.turns import size_words, turn_words
 
 
 class ScreenPresenter(Protocol):

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.commands.arguments import check_ending, check_outputs
-from app.commands.printing import (
+from app.commands.shared.arguments import check_ending, check_outputs
+from app.commands.shared.printing import (
     ProgressPrinter,
 )
 from app.core.base.errors import CoreError, HeadError

@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from app.commands.arguments import check_outputs, head_files
-from app.commands.console import (
+from app.commands.shared.arguments import check_outputs, head_files
+from app.commands.shared.console import (
     stopping,
 )
-from app.commands.printing import (
+from app.commands.shared.printing import (
     ProgressPrinter,
 )
 from app.core.base.errors import CoreError, TransportError
@@ -18,9 +18,9 @@ from app.core.base.files import atomic_write_text
 from app.core.base.progress import Token
 from app.core.portrait.head_views import load_views_of
 from app.core.styles.style_pack import load_named_pack, load_transport_of
-from benchmarks.speed.timing.bars import BARS
-from benchmarks.speed.timing.rows import MEMORY
-from benchmarks.speed.timing.run import as_json, run_all
+from benchmarks.speed.timing.runner.bars import BARS
+from benchmarks.speed.timing.runner.rows import MEMORY
+from benchmarks.speed.timing.runner.run import as_json, run_all
 
 if TYPE_CHECKING:
     import argparse
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
     from benchmarks.speed.timing.growth import Growth
-    from benchmarks.speed.timing.rows import Row
-    from benchmarks.speed.timing.run import Bench
+    from benchmarks.speed.timing.runner.rows import Row
+    from benchmarks.speed.timing.runner.run import Bench
 
 _SPEED: Final = "speed.json"
 _GROWTH: Final = "growth.json"

@@ -17,7 +17,7 @@ from app.core.environment.environment import (
     reduce_radiance,
     solid_angles,
 )
-from benchmarks.speed.timing.rows import Case, PeerCase
+from benchmarks.speed.timing.runner.rows import Case, PeerCase
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -16,9 +16,9 @@ from app.core.measure.bracket.measure import measure
 from app.core.solver.place_light import picture_at, pictures_at, prepare
 from app.core.solver.search import build_tables, curves
 from benchmarks.answers.evaluation.report.svg import Series, growth_plot
-from benchmarks.speed.timing.machine import describe_machine, load_average
 from benchmarks.speed.timing.merge import debevec, decoded, make_bracket
-from benchmarks.speed.timing.rows import clock
+from benchmarks.speed.timing.runner.machine import describe_machine, load_average
+from benchmarks.speed.timing.runner.rows import clock
 from benchmarks.speed.timing.search import lively, plain_quality
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
-    from benchmarks.speed.timing.rows import Work
+    from benchmarks.speed.timing.runner.rows import Work
 
 Sizes: TypeAlias = tuple[float, ...]
 

@@ -13,7 +13,7 @@ from app.core.environment.environment import read_environment
 from app.core.localization.features import build_index, describe
 from app.core.localization.heading import SEARCHING, find_heading
 from app.core.measure.finish.display import display_panorama
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,7 +12,7 @@ from app.core.solver.face import region_in_view
 from app.core.solver.lens_search import LensWish, match_curves, solve_lens, view_tables
 from app.core.solver.search import curves
 from app.core.solver.solve import measure
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 from benchmarks.speed.timing.search import lively, plain_match
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from app.core.second_light.contrast import prepare_face
 from app.core.second_light.placements import COUNT
 from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek
 from app.core.solver.relighting_cache import normalised
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 from benchmarks.speed.timing.search import lively
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from app.core.base.progress import Token
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
-    from benchmarks.speed.timing.rows import Work
+    from benchmarks.speed.timing.runner.rows import Work
 
 Float32: TypeAlias = NDArray[np.float32]
 

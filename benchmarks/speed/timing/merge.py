@@ -17,8 +17,8 @@ from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.plan.planner import plan
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
-from benchmarks.light.brackets import write_bracket
-from benchmarks.speed.timing.rows import Case, PeerCase
+from benchmarks.light.shots.brackets import write_bracket
+from benchmarks.speed.timing.runner.rows import Case, PeerCase
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,7 +15,7 @@ from app.core.solver.relighting_cache import light_table
 from app.core.solver.transport import render
 from app.core.solver.weights import target_weights
 from benchmarks.speed.plain_search import matrix
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 from benchmarks.speed.timing.search import lively, plain_match
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from app.core.solver.transport import render, to_image
 from app.core.solver.weights import paint, painted, target_weights
 from benchmarks.speed.plain_portrait import portrait
 from benchmarks.speed.plain_search import matrix, preintegrate
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 from benchmarks.speed.timing.search import lively
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
-    from benchmarks.speed.timing.rows import PeerCase
+    from benchmarks.speed.timing.runner.rows import PeerCase
 
 Float32: TypeAlias = NDArray[np.float32]
 

@@ -12,7 +12,7 @@ from app.core.environment.environment import read_environment
 from app.devices.clock import SystemClock
 from app.devices.mjpeg import MjpegParser, decode
 from app.devices.simulated.preview import LivePicture, preview_pieces
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

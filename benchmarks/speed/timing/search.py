@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.solver.search import SearchTables, build_tables, curves, quality_curves
 from app.core.solver.solve import measure, solve_all
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,7 +13,7 @@ import app
 from app import commands
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.paths import resources
-from benchmarks.speed.timing.rows import Case
+from benchmarks.speed.timing.runner.rows import Case
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

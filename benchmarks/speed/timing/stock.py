@@ -14,7 +14,7 @@ from app.core.base.errors import BakeError
 from app.core.base.paths import resources
 from app.core.environment.environment import enlarge, read_environment, reduce
 from app.core.solver.transport import render
-from benchmarks.speed.timing.rows import PeerCase
+from benchmarks.speed.timing.runner.rows import PeerCase
 
 if TYPE_CHECKING:
     from app.core.solver.transport import Transport

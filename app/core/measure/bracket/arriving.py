@@ -25,8 +25,10 @@ from app.core.measure.bracket.merging import merge_bracket
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read.decoding import (
-    MemoryRows,
+from app.core.measure.read.decoding import MemoryRows
+from app.core.measure.read.frame import Bracket, Exposure, Frame
+from app.core.measure.read.metadata import read_header
+from app.core.measure.read.opening import (
     OpenedFrame,
     open_frame,
     proxy_shape,
@@ -34,8 +36,6 @@ from app.core.measure.read.decoding import (
     sampled,
     shrunk,
 )
-from app.core.measure.read.frame import Bracket, Exposure, Frame
-from app.core.measure.read.metadata import read_header
 from app.core.measure.read.pixels import MEMORY_BYTES, workers
 from app.core.styles.style_pack import StylePack
 

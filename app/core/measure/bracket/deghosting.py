@@ -35,8 +35,8 @@ from app.core.measure.bracket.contradiction import (
     misfit,
     worst,
 )
+from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.remarks import Motion, MovedPart, MuchMotion
-from app.core.measure.bracket.response import Response
 
 _BLACK: Final = 8  # below it a code says "at most" rather than "this much"
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region

@@ -5,7 +5,7 @@ exposures and states the exposure of one of them. Merged with them it bends the 
 It shows by this: the other frames agree with each other, by one curve and their stated exposures,
 and it contradicts them over a large part of the picture, whatever exposure it is given.
 
-A frame that only states a wrong exposure is measured (`measure.bracket.response`). What moved, and
+A frame that only states a wrong exposure is measured (`curve.response`). What moved, and
 light that changed a little, contradicts in places only (`app.core.measure.bracket.deghosting`).
 """
 
@@ -28,14 +28,14 @@ from app.core.measure.bracket.contradiction import (
     contradiction,
     worst,
 )
-from app.core.measure.bracket.remarks import ForeignFrame, Reason
-from app.core.measure.bracket.response import (
+from app.core.measure.bracket.curve.response import (
     Mode,
     ResponseChoice,
     Stops,
     choose_response,
     srgb_response,
 )
+from app.core.measure.bracket.remarks import ForeignFrame, Reason
 
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
 """Half a stop, so that light that flickers or a cloud is no reason to leave a frame out."""

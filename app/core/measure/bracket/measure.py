@@ -25,18 +25,19 @@ from app.core.base.sphere import rotate_light
 from app.core.environment.environment import energy
 from app.core.environment.holes import GOES_ON, canvas
 from app.core.environment.remarks import PartUnseen
-from app.core.measure.bracket.bracket import read_bracket
+from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.merging import check_options, merge_bracket
+from app.core.measure.finish.corrections import Finished, finish
 from app.core.measure.finish.display import display_panorama
-from app.core.measure.finish.finish import Finished, finish
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.finish.tripod_detection import foot_of
-from app.core.measure.fisheye.dual_fisheye import may_be_circles
+from app.core.measure.fisheye.circles import may_be_circles
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.camera_table import camera_facts
-from app.core.measure.read.decoding import Opener, open_frame, transparent
+from app.core.measure.read.decoding import transparent
 from app.core.measure.read.frame import Bracket, Exposure
+from app.core.measure.read.opening import Opener, open_frame
 from app.core.text import tr
 
 _BLACK: Final = 0.0024  # linear: code 8, as compression leaves of black

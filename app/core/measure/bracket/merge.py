@@ -23,8 +23,8 @@ import numpy as np
 from app.core.base.arrays import Float32, Indices
 from app.core.base.colour import to_rec709
 from app.core.base.progress import Progress, Report, Task, Token, silent
+from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.half_size import HalfLight, half_lights, merge_halved
-from app.core.measure.bracket.response import Response
 from app.core.measure.bracket.weighted_merge import Band, lift_black, merge_band
 from app.core.measure.bracket.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
 from app.core.measure.read.decoding import Pixels, row_bands

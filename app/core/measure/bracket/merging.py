@@ -20,21 +20,22 @@ from app.core.base.errors import ProbeError
 from app.core.base.progress import Progress, Report, Task, Token, span
 from app.core.base.remarks import Remark
 from app.core.base.sphere import remap_frame, rotate_light
-from app.core.measure.bracket import align, deghosting, handheld
-from app.core.measure.bracket.align import Levelling, first_shot, levelling
-from app.core.measure.bracket.bracket import not_all_around
+from app.core.measure.bracket import deghosting
+from app.core.measure.bracket.alignment import align, handheld
+from app.core.measure.bracket.alignment.levelling import Levelling, first_shot, levelling
+from app.core.measure.bracket.curve.response import ResponseChoice, choose_response
 from app.core.measure.bracket.foreign_frames import Foreign, LeftOut, foreign_frames
+from app.core.measure.bracket.grouping import not_all_around
 from app.core.measure.bracket.half_size import anchors, halvable, is_whole
 from app.core.measure.bracket.merge import SIZE, merge
-from app.core.measure.bracket.response import ResponseChoice, choose_response
 from app.core.measure.bracket.weighting import doubts
-from app.core.measure.finish.finish import Finished
-from app.core.measure.fisheye.dual_fisheye import Circles, recognise
-from app.core.measure.fisheye.fisheye_stitch import circle_size, to_panorama
+from app.core.measure.finish.corrections import Finished
+from app.core.measure.fisheye.circles import Circles, recognise
+from app.core.measure.fisheye.stitch import circle_size, to_panorama
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read.decoding import Opener, open_frame
 from app.core.measure.read.frame import Bracket, Merged
+from app.core.measure.read.opening import Opener, open_frame
 from app.core.measure.read.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.text import tr
 

@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.base.native import native_path
-from app.core.base.video import (
+from app.core.base.imaging.video import (
     LARGEST,
     VideoError,
     as_rgb,
@@ -21,6 +20,7 @@ from app.core.base.video import (
     not_a_video,
     open_url,
 )
+from app.core.base.native import native_path
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.text import tr
 

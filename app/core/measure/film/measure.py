@@ -13,7 +13,7 @@ from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_f
 from app.core.measure.film.frames import film_frames
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.measure.film.remarks import FrontCamera
-from app.core.measure.finish.finish import Finished
+from app.core.measure.finish.corrections import Finished
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions, WayOptions
 from app.core.measure.read.frame import Bracket, Merged

@@ -18,7 +18,7 @@ from app.core.base.sphere import wrapped
 from app.core.environment.environment import reduce_radiance
 from app.core.measure.film.headings import Background, Headings
 from app.core.measure.finish.inpainting import fill
-from app.core.measure.photos.placed import Placed, light_around
+from app.core.measure.photos.mosaic import Placed, light_around
 from app.core.measure.read.frame import Merged
 from app.core.measure.read.resampling import wrapped_blur
 

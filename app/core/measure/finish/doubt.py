@@ -25,7 +25,7 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment, reduce_light, solid_angles
-from app.core.measure.finish.audit import choices, given_up
+from app.core.measure.finish.clip_audit import choices, given_up
 from app.core.measure.finish.rough import DOUBT, brightened, dimmed, doubts, guesses
 from app.core.measure.read.frame import Merged
 from app.core.solver.turn_choice import Choice, Objective, grade_at

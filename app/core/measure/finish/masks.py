@@ -14,7 +14,7 @@ import numpy as np
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.files import os_errors_as
-from app.core.base.image_input import (
+from app.core.base.imaging.image_input import (
     clear_error,
     is_unwieldy,
     open_image,

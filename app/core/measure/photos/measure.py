@@ -32,17 +32,19 @@ from app.core.environment.environment import solid_angles
 from app.core.environment.holes import GOES_ON
 from app.core.localization.features import Features, shrunk
 from app.core.localization.picture_file import read_picture, shows_circles
-from app.core.measure.bracket.bracket import pictures_in
+from app.core.measure.bracket.curve.response import ResponseChoice, choose_response, srgb_choice
+from app.core.measure.bracket.grouping import pictures_in
 from app.core.measure.bracket.merge import SIZE
-from app.core.measure.bracket.response import ResponseChoice, choose_response, srgb_choice
 from app.core.measure.bracket.weighting import CLIPPED_CODE
+from app.core.measure.finish.corrections import finish
 from app.core.measure.finish.display import display_panorama
-from app.core.measure.finish.finish import finish
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.fisheye import measure as fisheye
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions, WayOptions
-from app.core.measure.photos.photo_places import (
+from app.core.measure.photos.mosaic import Placed, light_around
+from app.core.measure.photos.remarks import CameraMoved, GapsFilled, OneExposure, PhotosLeftOut
+from app.core.measure.photos.rotations import (
     LONGEST,
     find_links,
     groups,
@@ -50,8 +52,6 @@ from app.core.measure.photos.photo_places import (
     turn,
     upright,
 )
-from app.core.measure.photos.placed import Placed, light_around
-from app.core.measure.photos.remarks import CameraMoved, GapsFilled, OneExposure, PhotosLeftOut
 from app.core.measure.read.frame import Bracket, Frame, Merged
 from app.core.measure.read.metadata import read_header
 from app.core.text import tr

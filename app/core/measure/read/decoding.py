@@ -12,19 +12,17 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.arrays import Bools, Float32, Indices
+from app.core.base.arrays import Bools
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
-from app.core.base.image_input import as_stored, clear_error, open_image, read_rows, upright
+from app.core.base.imaging.image_input import as_stored, clear_error, open_image, read_rows, upright
 from app.core.base.progress import Token
 from app.core.measure.read.frame import Frame
 from app.core.text import tr
@@ -311,158 +309,3 @@ def _harmless(error: str, at_end: bool) -> bool:
     if "premature end" in lowered:
         return at_end
     return "jpeg" in lowered and "extraneous" in lowered
-
-
-SAMPLES: Final = 20_000
-"""About how many pixels are sampled."""
-
-_REDUCTION: Final = 8
-_MIN_PROXY_WIDTH: Final = 256
-# Sums of so many rows, as many pixels of three channels beside each other, to their means.
-_MEANS: Final = {
-    size: np.tile(np.eye(3, dtype=np.float32), (size, 1)) * np.float32(size**-2)
-    for size in (_REDUCTION, _REDUCTION // 2)
-}
-_SEED: Final = 20190820
-# A value that so large a share of the pixels comes this near to is where the frame was cut.
-_PLATEAU: Final = 0.9995
-_PLATEAU_SHARE: Final = 1e-5
-_LEAST_PLATEAU: Final = 4
-
-
-@dataclass(frozen=True, slots=True)
-class OpenedFrame:
-    """A frame after its first pass; its holder closes `source`.
-
-    `proxy`, (h, w, 3), are area means of the frame's own kind; `samples`, (N, 3), the pixels at
-    the places that all frames of one shape share; `top` is where linear pixels saturate, 0
-    where not.
-    """
-
-    source: RowSource
-    proxy: Pixels = field(repr=False)
-    samples: Pixels = field(repr=False)
-    top: float
-
-
-class Opener(Protocol):
-    """Opens a frame, or returns one that is open already."""
-
-    def __call__(
-        self, frame: Frame, *, hold: bool, token: Token, half: bool = False
-    ) -> OpenedFrame:
-        """Do what `open_frame` does."""
-
-
-def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of the small pictures: an eighth, but at least 256 columns if available.
-
-    >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
-    ((336, 672), (128, 256), (100, 200))
-    """
-    height, width = shape
-    wanted = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
-    return max(1, round(height * wanted / width)), wanted
-
-
-def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame: `hold` it in memory, or prepare it for reading by rows.
-
-    ProbeError when the file is damaged or cut off, or the disk is full; Cancelled.
-    """
-    places = sample_places(frame.shape)
-    if half:
-        pixels = decode_half(frame, token)
-        proxy = shrunk(pixels, proxy_shape(frame.shape))
-        return OpenedFrame(MemoryRows(pixels), proxy, sampled(pixels, places // 2), 0.0)
-    if hold or frame.orientation != 1 or needs_whole_decode(frame.path):
-        pixels = decode(frame, token)
-        source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
-        proxy = shrunk(pixels, proxy_shape(frame.shape))
-        return OpenedFrame(source, proxy, sampled(pixels, places), _top(pixels))
-    rows = FileRows(frame)
-    try:
-        return _by_rows(rows, frame, places, token)
-    finally:
-        # A closed file opens itself again; until the merge nothing needs to stay open.
-        rows.close()
-
-
-def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> OpenedFrame:
-    """Read a frame once by rows without keeping it."""
-    height = frame.shape[0]
-    small = proxy_shape(frame.shape)
-    # Whole rows of the small picture per step, each from the rows that it covers.
-    per_step = max(1, READ_ROWS * small[0] // height)
-    proxies: list[Pixels] = []
-    samples: Pixels | None = None
-    rest: Pixels | None = None
-    done, top = 0, 0.0
-    for start, stop in row_bands(small[0], per_step):
-        token.check()
-        first, last = start * height // small[0], -(-stop * height // small[0])
-        pixels = source.rows(done, last)
-        # A row that two small rows share was read in the step before.
-        if rest is not None and first < done:
-            pixels = np.concatenate([rest[first - done :], pixels])
-        top = max(top, _top(pixels))
-        proxies.append(shrunk(pixels, (stop - start, small[1])))
-        inside = (places[:, 0] >= done) & (places[:, 0] < last)
-        if samples is None:
-            samples = np.empty((len(places), 3), pixels.dtype)
-        samples[inside] = pixels[places[inside, 0] - first, places[inside, 1]]
-        rest, done = pixels[-1:].copy(), last
-    assert samples is not None
-    return OpenedFrame(source, np.concatenate(proxies), samples, top)
-
-
-@lru_cache(maxsize=4)
-def sample_places(shape: tuple[int, int]) -> Indices:
-    """Return rows and columns of the samples: a fixed jittered grid, from top to bottom."""
-    height, width = shape
-    step = max(1.0, np.sqrt(height * width / SAMPLES))
-    rows, columns = max(1, int(height / step)), max(1, int(width / step))
-    jitter = np.random.default_rng(_SEED).random((2, rows, columns))
-    row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
-    column = (np.arange(columns) + jitter[1]) * (width / columns)
-    places = np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
-    places.flags.writeable = False  # every caller gets the same
-    return places
-
-
-def sampled(pixels: Pixels, places: Indices) -> Pixels:
-    """Pixels at places, (N, 3)."""
-    return np.asarray(pixels[places[:, 0], places[:, 1]])
-
-
-def _top(pixels: Pixels) -> float:
-    """Where linear pixels saturate: their maximum, if more than a stray few share it, else 0."""
-    if pixels.dtype != np.float32:
-        return 0.0
-    largest = pixels.max(axis=-1)
-    finite = largest[np.isfinite(largest)]
-    top = float(finite.max(initial=0.0))
-    flat = np.count_nonzero(finite >= top * _PLATEAU)
-    return top if flat >= max(_LEAST_PLATEAU, finite.size * _PLATEAU_SHARE) else 0.0
-
-
-def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
-    """Area means."""
-    if pixels.shape[:2] == shape:
-        return pixels.copy()
-    if pixels.dtype == np.uint8:
-        for size, means in _MEANS.items():
-            if pixels.shape[:2] == (size * shape[0], size * shape[1]):
-                return _means(pixels, shape, size, means)
-    return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))
-
-
-def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
-    """Area means of blocks of bytes: OpenCV's, bit for bit, in two thirds of its time."""
-    small = np.empty((*shape, 3), np.uint8)
-    for start, stop in row_bands(shape[0], READ_ROWS // size):
-        rows = pixels[start * size : stop * size]
-        sums = np.add.reduce(rows.reshape(stop - start, size, -1), axis=1, dtype=np.uint16)
-        values = sums.astype(np.float32).reshape(-1, len(means)) @ means
-        small[start:stop] = np.rint(values).reshape(stop - start, shape[1], 3)
-    return small

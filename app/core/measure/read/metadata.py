@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.errors import ProbeError
-from app.core.base.image_input import (
+from app.core.base.imaging.image_input import (
     COPY_AGAIN,
     first_bytes,
     is_unwieldy,

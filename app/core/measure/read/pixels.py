@@ -24,19 +24,21 @@ from app.core.base.remarks import Remark
 from app.core.measure.read.decoding import (
     READ_ROWS,
     MemoryRows,
-    OpenedFrame,
-    Opener,
     Pixels,
     RawRows,
     RowSource,
+    row_bands,
+)
+from app.core.measure.read.frame import Bracket, Frame
+from app.core.measure.read.opening import (
+    OpenedFrame,
+    Opener,
     open_frame,
     proxy_shape,
-    row_bands,
     sample_places,
     sampled,
     shrunk,
 )
-from app.core.measure.read.frame import Bracket, Frame
 from app.core.measure.read.remarks import FrameUnread
 from app.core.text import tr
 

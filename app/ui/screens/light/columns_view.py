@@ -33,7 +33,7 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
 from app.ui.widgets.paint import MIDDLE, RIGHT, STALE, Painted, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame, Menu, Scroll, Surface
-from app.words.quantities import metres
+from app.words.phrases.quantities import metres
 
 HEIGHT: Final = 76
 """Of a row, logical pixels at scale 1."""

@@ -37,7 +37,7 @@ from app.ui.presenters.services import Folders, Services
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
 from app.words.lamps import GUIDE, lamp_title, mask_warnings
-from app.words.quantities import metres, read_metres
+from app.words.phrases.quantities import metres, read_metres
 from app.words.remarks import sentences
 
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {

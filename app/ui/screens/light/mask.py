@@ -18,7 +18,7 @@ from app.core.text import tr
 from app.ui.presenters.file_changes import FileChange
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-from app.words.quantities import lux_words
+from app.words.phrases.quantities import lux_words
 
 Point: TypeAlias = tuple[float, float]
 

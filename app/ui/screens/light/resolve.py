@@ -41,11 +41,11 @@ from app.ui.screens.light.state import (
 )
 from app.ui.screens.styles.cards import side_line
 from app.ui.screens.styles.gallery import Kept
-from app.words.directions import lens_words, light_words, lit_aside_words, placement_words
 from app.words.lamps import lamp_title, power_share, power_words, stops_down
-from app.words.quantities import contrast_words, metres, upper_first
+from app.words.phrases.directions import lens_words, light_words, lit_aside_words, placement_words
+from app.words.phrases.quantities import contrast_words, metres, upper_first
+from app.words.phrases.turns import signed, turn_words
 from app.words.reach import reason_line, reason_sentence, too_soft_words
-from app.words.turns import signed, turn_words
 from app.words.verdict import whole_of
 
 GAIN: Final = 10

@@ -44,7 +44,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import add, column, grid, row, stacked
 from app.ui.widgets.messages import Empty, StaleVeil
 from app.ui.widgets.surfaces import Room
-from app.words.quantities import lux_words
+from app.words.phrases.quantities import lux_words
 
 _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it if you can.")
 

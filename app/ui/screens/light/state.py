@@ -20,7 +20,7 @@ from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
 from app.ui.presenters.services import Services
 from app.ui.screens.light.mask import MaskEdit
-from app.words.quantities import lux_words
+from app.words.phrases.quantities import lux_words
 
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
-from app.ui.plots.base import Plot
+from app.ui.plots.parts.base import Plot
 from app.ui.screens.paint.face_view import FaceItems
 from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown, head_words
 from app.ui.screens.paint.tools_view import Viewing, ZoomBox, fitting

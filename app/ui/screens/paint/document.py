@@ -48,9 +48,9 @@ from app.ui.presenters.saving import disk_words
 from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook, LiveState
 from app.words.painting import advice_words
+from app.words.phrases.turns import arc_words, direction_lines, signed, size_words
 from app.words.reach import out_of_reach_sentence, reason_sentence
 from app.words.styles import side_words
-from app.words.turns import arc_words, direction_lines, signed, size_words
 
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8

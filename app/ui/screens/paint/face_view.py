@@ -18,12 +18,12 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
-from app.ui.plots.base import device_ratio
-from app.ui.plots.geometry import Point
-from app.ui.plots.items import Mark, Overlay
-from app.ui.plots.marks import draw_corners
 from app.ui.plots.mask_canvas import BrushSign, draw_brush_ring
 from app.ui.plots.panel import Panel
+from app.ui.plots.parts.base import device_ratio
+from app.ui.plots.parts.geometry import Point
+from app.ui.plots.parts.items import Mark, Overlay
+from app.ui.plots.parts.marks import draw_corners
 from app.ui.screens.paint.state import HeadLook
 from app.ui.screens.paint.tools_view import Viewing
 from app.ui.theme import px, theme

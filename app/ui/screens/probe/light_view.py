@@ -28,7 +28,7 @@ from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import MIDDLE, Painted, box, faint, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame, Scroll
-from app.words.quantities import ev_words
+from app.words.phrases.quantities import ev_words
 
 _CARDS: Final = 3
 _FILLS: Final = {

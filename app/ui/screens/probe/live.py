@@ -25,8 +25,8 @@ from app.devices.theta.link import Link
 from app.ui.presenters.services import Services
 from app.ui.screens.probe.cameras import CameraFinder
 from app.ui.screens.probe.state import Live, RoughCard
-from app.words.directions import place_words
-from app.words.turns import direction_words, size_words
+from app.words.phrases.directions import place_words
+from app.words.phrases.turns import direction_words, size_words
 
 KEY: Final = "live-preview"
 _ANSWER: Final = "live-answer"

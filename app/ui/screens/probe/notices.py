@@ -24,12 +24,12 @@ from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
-from app.words.directions import direction_words, elevation_words
 from app.words.lights import NAMES, STILL_CLIPPED, share_words
+from app.words.phrases.directions import direction_words, elevation_words
+from app.words.phrases.quantities import ev_words
+from app.words.phrases.turns import signed
 from app.words.progress import progress_words
-from app.words.quantities import ev_words
 from app.words.remarks import remark_words, sentences
-from app.words.turns import signed
 
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (

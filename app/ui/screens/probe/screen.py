@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.findings import Findings
-from app.core.places.frames import frame_pictures
+from app.core.places.files.frames import frame_pictures
 from app.core.places.place import Place
 from app.core.portrait.age import Age, Kind, light_age
 from app.core.solver.place_light import PlaceLight
@@ -42,7 +42,7 @@ from app.ui.screens.probe.state import (
     ProbeView,
 )
 from app.ui.screens.probe.taking import Taking
-from app.words.age import age_words
+from app.words.portrait.age import age_words
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""

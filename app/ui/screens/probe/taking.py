@@ -12,7 +12,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
 from app.core.localization.recapture_registration import Registered
-from app.core.places.frames import clipped_in
+from app.core.places.files.frames import clipped_in
 from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
 from app.core.text import tr
@@ -39,9 +39,9 @@ from app.ui.screens.probe.notices import (
     trouble_notice,
 )
 from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
+from app.words.measure.preview import rough_words
 from app.words.photos import registration_words
-from app.words.preview import rough_words
-from app.words.quantities import place_name, time_words
+from app.words.phrases.quantities import place_name, time_words
 from app.words.remarks import remark_words
 
 KEY: Final = "capture"

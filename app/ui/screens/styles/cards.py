@@ -14,7 +14,8 @@ from app.core.text import tr
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort
 from app.words import verdict
-from app.words.directions import lit_aside_brief, lit_aside_words
+from app.words.phrases.directions import lit_aside_brief, lit_aside_words
+from app.words.phrases.turns import size_words
 from app.words.reach import (
     nearly_card,
     reason_card,
@@ -23,7 +24,6 @@ from app.words.reach import (
     too_soft_words,
 )
 from app.words.styles import full_title, side_words
-from app.words.turns import size_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}

@@ -27,7 +27,7 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row
 from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
-from app.words.turns import turn_words
+from app.words.phrases.turns import turn_words
 
 _EDGE: Final = 3  # around the pictures
 _PAD: Final = 8

@@ -39,8 +39,17 @@ from app.ui.screens.styles.cards import (
 )
 from app.ui.screens.styles.gallery import Kept, Question, Snapshot
 from app.ui.screens.styles.state import DetailState, Mark, Sizes
-from app.words.directions import light_words, lit_aside_words
-from app.words.face_light import (
+from app.words.phrases.directions import light_words, lit_aside_words
+from app.words.phrases.quantities import contrast_words, exposed_words, lower_first, upper_first
+from app.words.phrases.turns import (
+    arc_words,
+    clock_words,
+    direction_words,
+    signed,
+    size_words,
+    turn_words,
+)
+from app.words.portrait.face_light import (
     catchlight_words,
     glare_line,
     glare_sentence,
@@ -48,10 +57,8 @@ from app.words.face_light import (
     ratio_sentence,
     stops_words,
 )
-from app.words.quantities import contrast_words, exposed_words, lower_first, upper_first
 from app.words.reach import grade_words, reason_line, reason_sentence
 from app.words.styles import caution_words
-from app.words.turns import arc_words, clock_words, direction_words, signed, size_words, turn_words
 from app.words.verdict import (
     numbers_words,
     paper_verdict,

@@ -27,10 +27,10 @@ from app.ui.screens.styles.cards import doubt_note
 from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import DetailState, StylesView
-from app.words.age import age_words
-from app.words.directions import place_words
-from app.words.heads import head_title
-from app.words.quantities import time_words
+from app.words.phrases.directions import place_words
+from app.words.phrases.quantities import time_words
+from app.words.portrait.age import age_words
+from app.words.portrait.heads import head_title
 
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 

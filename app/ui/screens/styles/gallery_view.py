@@ -29,8 +29,8 @@ from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll, Surface
-from app.words.directions import LENS_CHOICES
 from app.words.lamps import RATIO_CHOICES
+from app.words.phrases.directions import LENS_CHOICES
 
 _GAP: Final = 8
 _TOP: Final = 16

@@ -11,7 +11,7 @@ from PySide6.QtGui import QMouseEvent, QPainter
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
-from app.ui.plots.base import disc, draw_text
+from app.ui.plots.parts.base import disc, draw_text
 from app.ui.plots.sky_map import SkyMap
 from app.ui.screens.styles.like_photo import RATIOS, SIDE, LikePhoto, LikeState
 from app.ui.theme import px, theme

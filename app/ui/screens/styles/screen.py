@@ -37,8 +37,8 @@ from app.ui.screens.styles.state import (
     StylesState,
     StylesView,
 )
-from app.words.directions import LENS_CHOICES, aside_words
 from app.words.lamps import RATIO_CHOICES, SIZE_CHOICES, studio_words
+from app.words.phrases.directions import LENS_CHOICES, aside_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

@@ -17,7 +17,7 @@ from app.core.text import tr
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.state import Guidance, LiveWords, Sign
 from app.words.guidance import DIRECTIONS, guide_words, trouble_line
-from app.words.turns import turn_words
+from app.words.phrases.turns import turn_words
 
 if TYPE_CHECKING:
     from app.core.localization.tracking import Track

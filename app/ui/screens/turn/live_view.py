@@ -21,7 +21,7 @@ from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Menu
-from app.words.turns import direction_words
+from app.words.phrases.turns import direction_words
 
 if TYPE_CHECKING:
     from app.ui.screens.turn.screen import TurnPresenter

@@ -28,15 +28,15 @@ from app.core.localization.photo_check import (
     locate_photo,
     read_photo,
 )
-from app.core.measure.film.film import MOST_FRAMES, WIDTH, flipped, read_film
-from app.core.measure.film.frames import film_frames
-from app.core.measure.film.in_place import (
+from app.core.measure.film.comparison import (
     GLANCES,
     beside,
     looks_mirrored,
 )
+from app.core.measure.film.film import MOST_FRAMES, WIDTH, flipped, read_film
+from app.core.measure.film.frames import film_frames
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
-from app.core.places.shots import (
+from app.core.places.files.shots import (
     Shot,
     add_shot,
     is_frame,
@@ -57,12 +57,12 @@ from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words
 from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
-from app.words.directions import key_words, ratio_words
-from app.words.film import beside_words, mirror_words
-from app.words.quantities import time_words
+from app.words.measure.ways import beside_words, mirror_words
+from app.words.phrases.directions import key_words, ratio_words
+from app.words.phrases.quantities import time_words
+from app.words.phrases.turns import likeness_words, taken_words
 from app.words.reach import grade_words
 from app.words.remarks import sentences
-from app.words.turns import likeness_words, taken_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

@@ -14,10 +14,10 @@ from app.core.guidance.plan import Plan
 from app.core.portrait.portraits import value_at
 from app.core.text import tr
 from app.ui.presenters.model import Model
-from app.words.directions import SIDE_LINES
 from app.words.guidance import arc_words
+from app.words.phrases.directions import SIDE_LINES
+from app.words.phrases.quantities import lower_first
 from app.words.plan import PlanWords
-from app.words.quantities import lower_first
 from app.words.reach import grade_words
 from app.words.styles import side_words
 

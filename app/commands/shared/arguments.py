@@ -1,0 +1,359 @@
+"""Arguments shared by commands, and their checks.
+
+A command's outputs must not be its inputs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import stat
+import unicodedata
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast, get_args
+
+from app.commands.shared.printing import say
+from app.core.base.errors import CoreError, StyleError
+from app.core.base.files import check_target
+from app.core.environment.environment import Environment
+from app.core.portrait.head_views import MOST_YAW_DEG
+from app.core.solver.head_shape import load_shape_of, shape_path
+from app.core.solver.lens_search import LensWish, YawAsked, YawWord
+from app.core.solver.turn_choice import OBJECTIVES
+from app.core.styles.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
+from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_path
+from app.core.styles.style_pack_build import StudioPacks
+from app.core.text import tr
+from app.devices.display import DesktopError, check_display
+from app.words.styles import full_title
+
+if TYPE_CHECKING:
+    from app.core.measure.finish.masks import MaskSpec
+
+MOST_DEG: Final = 36000.0
+"""Largest angle that is taken: far beyond, a number has no degrees left in it."""
+
+_Key: TypeAlias = tuple[int, int, str]
+
+
+def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
+    """Add an argument; of several choices the first is the default unless another is given.
+
+    `names`: what it is called, and last what stands for its value: "-o --output FILE", "name NAME".
+    """
+    if "choices" in how:
+        how.setdefault("default", how["choices"][0])
+    flags = names.split()
+    if len(flags) > 1 and not flags[-1].startswith("-"):
+        how["metavar"] = flags.pop()
+    parser.add_argument(*flags, help=words, **how)
+
+
+def add_questions(
+    parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
+) -> None:
+    """Add the panorama and what is asked of it: styles, head, objective and front."""
+    add = partial(argument, parser)
+    add("environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
+    add_layer(parser)
+    add("--style NAME", tr("styles wanted (default: all)"), nargs="+", action="extend")
+    add(
+        "--head NAME",
+        tr(
+            "head to light: a name, or a transport file from 'turnlight bake' "
+            "(default: %(default)s)"
+        ),
+        default="generic",
+    )
+    add(
+        "--objective",
+        tr(
+            "what chooses the turn: the best matching picture, or the paper's "
+            "quality C (default: %(default)s)"
+        ),
+        choices=OBJECTIVES,
+    )
+    add(
+        "--grey",
+        tr("take all light and skin as grey, as the paper's search does"),
+        action="store_true",
+    )
+    add(
+        "--front DEG",
+        tr("azimuth in the panorama at which the photographer stands (default: 0)"),
+        type=degrees,
+        default=0.0,
+    )
+    add(
+        "--softness SIZE",
+        tr(
+            "size of the lamps in your studio: degrees, hard, medium, large, a modifier and its "
+            "distance such as octabox@1.5, or paper for each style's own (default)"
+        ),
+        type=_read(parse_softness),
+    )
+    add(
+        "--ratio N:1",
+        tr("lighting ratio in your studio, key and fill to fill alone, or none (default)"),
+        type=_read(parse_ratio),
+    )
+    add_json(parser, run)
+
+
+def add_layer(parser: argparse.ArgumentParser) -> None:
+    """Add ``--layer``."""
+    words = tr("layer of an OpenEXR panorama to read (default: the unnamed one, else the beauty)")
+    argument(parser, "--layer NAME", words, default="")
+
+
+def environment_facts(environment: Environment) -> dict[str, Any]:
+    """Return the JSON facts of an environment: layer, gaps, clipping."""
+    facts: dict[str, Any] = {"blind": round(environment.blind, 4)}
+    if environment.layers:
+        facts |= {"layer": environment.layer, "layers": list(environment.layers)}
+    if environment.clipped is not None:
+        facts["clipped_energy_fraction"] = round(environment.clipped_light, 4)
+    return facts | ({"rough": True} if environment.rough else {})
+
+
+def add_lens(parser: argparse.ArgumentParser) -> None:
+    """Add ``--yaw`` and ``--background``."""
+    add = partial(argument, parser)
+    add(
+        "--yaw DEG",
+        tr(
+            "how far the face turns toward the sitter's own left from the line to the lens, up to "
+            "{most:.0f} degrees either way; or auto, short or broad: the best of all (default: 0)",
+            most=MOST_YAW_DEG,
+        ),
+        type=_yaw,
+    )
+    add(
+        "--background FROM:TO",
+        tr("azimuths, clockwise, in which the middle of the background must lie"),
+        type=_arc,
+    )
+
+
+def asked_lens(args: argparse.Namespace) -> LensWish:
+    """Where the lens may stand: straight in front, unless something else is asked for."""
+    asked: YawAsked | None = args.yaw
+    if asked is None:
+        asked = 0.0 if args.background is None else "auto"
+    return LensWish(asked, args.background)
+
+
+def _yaw(text: str) -> YawAsked:
+    return cast("YawWord", text) if text in get_args(YawWord) else yaw_degrees(text)
+
+
+def yaw_degrees(text: str) -> float:
+    """Parse a yaw, for argparse."""
+    value = finite(text)
+    if abs(value) > MOST_YAW_DEG:
+        raise argparse.ArgumentTypeError(
+            tr("{text} is not from -{most:.0f} to {most:.0f}", text=text, most=MOST_YAW_DEG)
+        )
+    return value + 0.0  # never -0
+
+
+def _arc(text: str) -> tuple[float, float]:
+    start, colon, end = text.partition(":")
+    if not colon:
+        raise argparse.ArgumentTypeError(tr("{text} is not FROM:TO, as in 90:130", text=text))
+    return degrees(start), degrees(end)
+
+
+def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]:
+    """Have argparse say what a parser says."""
+
+    def read(text: str) -> float | None:
+        try:
+            return parse(text)
+        except StyleError as error:
+            raise argparse.ArgumentTypeError(f"{error.message} {error.hint}") from error
+
+    return read
+
+
+def asked_pack(args: argparse.Namespace) -> StylePack:
+    """Load the styles of ``--head`` under the chosen lamps.
+
+    Raises:
+        TransportError: If the head cannot be read.
+        StyleError: If no studio has such lamps.
+    """
+    pack, studio = load_named_pack(args.head), Studio(args.softness, args.ratio)
+    if studio == AS_PUBLISHED:
+        return pack
+    transport = load_transport_of(pack, args.head)
+    lit = StudioPacks(pack, transport, load_shape_of(transport, args.head)).pack_for(studio)
+    own = [
+        full_title(style)
+        for style, each in zip(lit.styles, lit.studios, strict=True)
+        if each == AS_PUBLISHED
+    ]
+    if own:
+        say(
+            tr(
+                "These styles keep their own lamps, since yours would not show them: {styles}.",
+                styles="; ".join(own),
+            )
+        )
+    return lit
+
+
+def studio_facts(args: argparse.Namespace) -> dict[str, object]:
+    """Return the JSON facts of the chosen lamps."""
+    return {"softness_deg": args.softness, "ratio": args.ratio}
+
+
+def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
+    """Add ``--json``, and what the command does."""
+    argument(parser, "--json", tr("print one JSON object"), action="store_true")
+    parser.set_defaults(run=run)
+
+
+def finite(text: str) -> float:
+    """Parse a finite number, for argparse.
+
+    Raises:
+        argparse.ArgumentTypeError: If it is not a finite number.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(tr("{text} is not a finite number", text=text))
+    return value
+
+
+def degrees(text: str) -> float:
+    """Parse an angle, for argparse."""
+    value = finite(text)
+    if abs(value) > MOST_DEG:
+        raise argparse.ArgumentTypeError(tr("{text} is not an angle in degrees", text=text))
+    return value
+
+
+def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
+    """Check that a suffix matches the kind of file."""
+    if path.suffix.lower() not in endings:
+        raise CoreError(
+            tr(
+                "Cannot write {name}: {noun} are {endings}.",
+                name=path.name,
+                noun=noun,
+                endings=tr("{first} or {second}", first=endings[0], second=endings[-1])
+                if len(endings) == 2
+                else endings[0],
+            ),
+            tr("Change the ending."),
+        )
+
+
+def check_outputs(
+    outputs: Iterable[Path | None],
+    inputs: Iterable[Path | str | None],
+    members: Sequence[str] = (),
+) -> None:
+    """Check that outputs are writable, distinct, and not among the inputs.
+
+    Args:
+        outputs: Files to be written; None is skipped.
+
+    Raises:
+        CoreError: Nothing has been read or written then.
+    """
+    read = {key: path for path in _listed(inputs, members) for key in _keys(path)}
+    written: set[_Key] = set()
+    for target in outputs:
+        if target is None:
+            continue
+        check_target(target)
+        keys = _keys(target)
+        source = next((read[key] for key in keys if key in read), None)
+        if source is not None:
+            words = tr(
+                "Cannot write {target}: it is one of the files that are read.", target=target
+            )
+            if source.name != target.name:
+                words = tr(
+                    "Cannot write {target}: it is one of the files that are read ({name}).",
+                    target=target,
+                    name=source.name,
+                )
+            raise CoreError(words, tr("Choose another name."))
+        if written & keys:
+            raise CoreError(
+                tr(
+                    "Cannot write {target} twice: two of the files to be written are the same.",
+                    target=target,
+                ),
+                tr("Choose another name for one of them."),
+            )
+        written |= keys
+
+
+def check_drawing() -> None:
+    """Check that Qt can draw; it needs libraries, though no display.
+
+    Raises:
+        DesktopError: Qt itself would end the process.
+    """
+    try:
+        check_display({"QT_QPA_PLATFORM": "offscreen"})
+    except DesktopError as error:
+        raise DesktopError(error.message, " ".join(error.hint.split())) from error
+
+
+def head_files(head: str) -> tuple[Path, ...]:
+    """Return the files read for ``--head``; none for a shipped head."""
+    if not head.endswith(".npz"):
+        return ()
+    path = Path(head)
+    return path, pack_path(path), shape_path(path)
+
+
+def mask_files(masks: Iterable[MaskSpec]) -> list[Path]:
+    """Pictures among masks."""
+    return [mask.path for mask in masks if mask.path is not None]
+
+
+def _listed(inputs: Iterable[Path | str | None], members: Sequence[str]) -> Iterator[Path]:
+    for given in inputs:
+        if given is None:
+            continue
+        path = Path(given)
+        yield path
+        try:
+            found = list(path.iterdir()) if path.is_dir() else []
+        except (OSError, ValueError):
+            continue  # The reader says why.
+        yield from (each for each in found if each.suffix.lower() in members)
+
+
+def _keys(path: Path) -> set[_Key]:
+    """Return what two names of one file share: its number, and its folder's with its name.
+
+    The name without regard to case and composition, since some file systems have none. Names of
+    pipes and devices that are read are no concern: they cannot be written to.
+    """
+    keys: set[_Key] = set()
+    try:
+        about = path.stat()
+        if stat.S_ISREG(about.st_mode):
+            keys.add((about.st_dev, about.st_ino, ""))
+    except (OSError, ValueError):
+        pass
+    try:
+        real = Path(os.path.realpath(path))
+        folder = real.parent.stat()
+    except (OSError, ValueError):
+        return keys
+    name = unicodedata.normalize("NFC", real.name).casefold()
+    return keys | {(folder.st_dev, folder.st_ino, name)}

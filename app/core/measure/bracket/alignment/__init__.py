@@ -1,0 +1,1 @@
+"""Move the frames of a bracket onto each other."""

@@ -1,0 +1,151 @@
+"""Move a bracket's panoramas onto each other.
+
+Each frame is compared with a reference frame, or with its neighbour where the two share too little.
+Frames that lie on each other are left exactly as they are; so are frames that cannot be compared:
+no correction is better than a wrong one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float64
+from app.core.base.remarks import Remark
+from app.core.base.sphere import angle_of
+from app.core.measure.bracket.alignment.registration import (
+    Fit,
+    Level,
+    middle_frame,
+    pyramid,
+    register,
+    usable_share,
+)
+from app.core.measure.bracket.remarks import FramesApart, FramesRotated, FramesUnlike
+
+_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
+_FAR_STOPS: Final = 7.0  # frames further apart share next to nothing
+_MANY_POINTS: Final = 500
+_STRANGE_DEG: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """The rotation of a frame to the reference frame.
+
+    `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
+    is: `angle_deg` is too small, or `trusted` is False because the frames could not be
+    compared. `residual_deg` is the standard error, infinite where nothing could be compared.
+    """
+
+    rotation: Float64 | None
+    angle_deg: float
+    residual_deg: float
+    points: int
+    trusted: bool
+
+
+_ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
+
+
+def reference_of(frames: Sequence[Bytes]) -> int:
+    """Return the reference frame for alignment: the middle one if it is well exposed.
+
+    Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
+    has at least 60 % as many usable pixels, by solid angle, as the best one.
+    """
+    return middle_frame([usable_share(pyramid(frame)) for frame in frames])
+
+
+def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
+    """Return the rotations of a bracket's panoramas to the reference frame.
+
+    `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
+    proportions are left alone: their angle of view is not known. So are frames that lie on the
+    reference already, or cannot be compared.
+    """
+    count = len(frames)
+    if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
+        return (_ALONE,) * count
+    # One after another: threads of such small pictures wait for each other longer than they save.
+    pyramids = [pyramid(frame) for frame in frames]
+    middle = middle_frame([usable_share(levels) for levels in pyramids])
+    others = [index for index in range(count) if index != middle]
+    near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
+    direct = {k: _between(middle, k, pyramids, stops) for k in near}
+    fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
+    for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
+        fit = direct.get(index, Fit(np.eye(3)))
+        fits[index] = fit if fit.trusted else _through(index, middle, fit, fits, pyramids, stops)
+    return tuple(_alignment(fits[index], index == middle) for index in range(count))
+
+
+def remarks(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[Remark, ...]:
+    """Report what was done about frames that do not lie on each other.
+
+    Nothing where every frame that can be compared lies where it should: frames too dark to be
+    compared are no reason to worry then.
+    """
+    moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
+    blind = [k for k, a in enumerate(alignments) if not a.trusted]
+    strange = [
+        k
+        for k in blind
+        if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
+    ]
+    dark = [k for k in blind if k not in strange] if moved else []
+    found: list[Remark] = []
+    if moved:
+        angles = tuple(alignments[k].angle_deg for k in moved)
+        found.append(FramesRotated(tuple(names[k] for k in moved), angles))
+    if strange:
+        found.append(FramesUnlike(tuple(names[k] for k in strange)))
+    if dark:
+        found.append(FramesApart(tuple(names[k] for k in dark)))
+    return tuple(found)
+
+
+def _alignment(fit: Fit, reference: bool) -> Alignment:
+    """Decide whether a rotation is applied."""
+    if reference:
+        return Alignment(None, 0.0, 0.0, fit.points, trusted=True)
+    angle = angle_of(fit.rotation)
+    idle = not fit.trusted or angle < max(_LEAST_DEG, 3.0 * fit.error_deg)
+    rotation = None if idle else np.ascontiguousarray(fit.rotation.T)
+    return Alignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
+
+
+def _through(
+    index: int,
+    middle: int,
+    fit: Fit,
+    fits: dict[int, Fit],
+    pyramids: Sequence[list[Level]],
+    stops: Sequence[float],
+) -> Fit:
+    """Fit a frame by way of the nearest frame that is fitted, where its direct fit is no good."""
+    apart = abs(stops[index] - stops[middle])
+    others = [k for k in fits if k != middle and fits[k].trusted]
+    if not others:
+        return fit
+    near = min(others, key=lambda k: abs(stops[k] - stops[index]))
+    if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
+        return fit
+    link, first = _between(near, index, pyramids, stops), fits[near]
+    # An aligned frame on the way hands on exactly that.
+    way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
+    error = math.hypot(link.error_deg, first.error_deg)
+    return replace(link, rotation=link.rotation @ way, error_deg=error)
+
+
+def _between(
+    first: int, second: int, pyramids: Sequence[list[Level]], stops: Sequence[float]
+) -> Fit:
+    """Fit the rotation from one frame to another, looking from the brighter one."""
+    if stops[first] >= stops[second]:
+        return register(pyramids[first], pyramids[second])
+    return register(pyramids[second], pyramids[first]).turned

@@ -1,0 +1,166 @@
+"""Level a bracket's panoramas by the tilt that the camera recorded.
+
+GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll in
+this order: pitch is the elevation of the picture's centre, and the horizon in the picture turns
+counter-clockwise as roll grows. That is `app.core.base.sphere.rotation` word for word. A Ricoh
+Theta writes something else under the same names: what its accelerometer says about two axes on
+their own, tan pitch = front / up and tan roll = left / up of the zenith in the camera's axes. About
+one axis the two are the same; with pitch -29.0 and roll -35.8 deg they are 4.7 deg apart, and the
+edges in a Theta S picture tilted like that (R0010298) agree with the second within 0.5 deg. Since
+other makers and programs read the standard differently, the picture itself may decide where the
+readings differ: its vertical edges, where it has any, are upright under one of them only.
+
+Heading is never applied: the front lens stays at azimuth 0, where the photographer stands. What a
+Ricoh camera has levelled itself (maker note 0x0007) is left alone whatever its pose says: some
+firmware writes a tilt that it has corrected already. The tilt recorded on a still tripod differs a
+little from shot to shot, hence one rotation for all frames, that of the first shot.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes, Float64
+from app.core.base.sphere import angle_of, angles_of, rotation
+from app.core.measure.bracket.alignment.registration import edges
+from app.core.measure.bracket.remarks import Levelled
+from app.core.measure.read.frame import Bracket, Frame, Pose
+
+_LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
+_DIFFERENT_DEG: Final = 0.5
+_LEAN_DEG: Final = 3.0
+_STEEP: Final = 0.9  # nearer to the zenith every edge is nearly upright
+_SECTORS: Final = 12
+_MOST_SECTORS: Final = 6
+_CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
+
+
+@dataclass(frozen=True, slots=True)
+class Levelling:
+    """The levelling of a bracket.
+
+    `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None if the
+    bracket is level or its tilt unknown.
+    """
+
+    rotation: Float64 | None = None
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
+    remark: Levelled | None = None
+
+
+def levelling(
+    bracket: Bracket,
+    first_rotation: Float64 | None = None,
+    picture: Bytes | None = None,
+) -> Levelling:
+    """Decide how a bracket is levelled, by its frames' poses and maker notes.
+
+    `first_rotation`, (3, 3), is what `align` does to the frame at `first_shot`: the pose is
+    that frame's, while the levelling acts on the reference frame. `picture`, (h, w, 3) uint8,
+    is a small copy of the reference frame, coded RGB: it decides what the angles mean where
+    that makes a difference and its upright edges are clear. Otherwise the camera's maker does.
+    No rotation for pictures that are not panoramas, state no pose or none but 0, or that the
+    camera has levelled.
+    """
+    if not bracket.panorama:
+        return Levelling()
+    shot = bracket.frames[first_shot(bracket)]
+    pose = shot.pose
+    if pose is None or max(abs(pose.pitch_deg), abs(wrap(pose.roll_deg))) < _LEVEL_DEG:
+        return Levelling()
+    if _corrected(shot, bracket.frames):
+        remark = Levelled(shot.path.name, pose.pitch_deg, pose.roll_deg, by_camera=True)
+        return Levelling(remark=remark)
+    readings = _readings(pose, shot.camera)
+    if first_rotation is not None:
+        # Their heading would be that of a small movement between two shots.
+        readings = [_ahead(reading @ first_rotation.T) for reading in readings]
+    matrix = readings[0] if picture is None else _most_upright(readings, picture)
+    remark = Levelled(shot.path.name, pose.pitch_deg, pose.roll_deg)
+    return Levelling(matrix, pose.pitch_deg, pose.roll_deg, remark)
+
+
+def first_shot(bracket: Bracket) -> int:
+    """Return which frame was shot first, of those that state a pose where any does.
+
+    By file name, numbers by value: cameras number their shots, and their clocks tick in seconds.
+    """
+    frames = bracket.frames
+    return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))
+
+
+def tilt_rotation(pose: Pose, *, gravity: bool = True) -> Float64:
+    """Return the rotation, (3, 3), that levels a tilted panorama, front lens at azimuth 0.
+
+    It takes directions in the tilted panorama to directions in the level one. `gravity` says
+    that the angles are those of the accelerometer on each axis alone, as a Theta writes them;
+    otherwise they are those of the GPano standard. Heading is not used.
+
+    Examples:
+        >>> from app.core.measure.read.frame import Pose
+        >>> level = tilt_rotation(Pose(pitch_deg=-29.0, roll_deg=-35.8))
+        >>> [round(float(part), 4) for part in level[1]]
+        [-0.5335, 0.7397, -0.41]
+    """
+    pitch = pose.pitch_deg
+    if gravity and abs(pitch) < 90.0:
+        pitch, roll = math.radians(pitch), math.radians(pose.roll_deg)
+        pitch = math.degrees(math.atan(math.tan(pitch) * abs(math.cos(roll))))
+    return rotation(0.0, pitch, pose.roll_deg)
+
+
+def _readings(pose: Pose, camera: str) -> list[Float64]:
+    """List what the angles can mean, the likeliest first."""
+    standard, gravity = tilt_rotation(pose, gravity=False), tilt_rotation(pose)
+    swapped = _ahead(rotation(0.0, 0.0, pose.roll_deg) @ rotation(0.0, pose.pitch_deg))
+    if "THETA" in camera.upper():
+        return [gravity, standard, swapped]
+    return [standard, gravity, swapped]
+
+
+def _ahead(matrix: Float64) -> Float64:
+    """Take the heading out of a rotation: the centre column stays at azimuth 0."""
+    return rotation(-angles_of(matrix)[0]) @ matrix
+
+
+def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
+    """Choose the reading under which the picture's edges stand upright; the first where none does.
+
+    An edge lies on a great circle, whose normal is the direction of its gradient on the sphere.
+    """
+    if max(angle_of(reading @ readings[0].T) for reading in readings) < _DIFFERENT_DEG:
+        return readings[0]
+    vectors, normals, strengths = edges(picture)
+    sector = (np.arctan2(vectors[:, 0], vectors[:, 2]) / (2.0 * np.pi) + 0.5) * _SECTORS
+    place = np.clip(sector.astype(np.int64), 0, _SECTORS - 1)
+    scores = []
+    for reading in readings:
+        up = reading[1]
+        off = normals @ up / math.sin(math.radians(_LEAN_DEG))
+        upright = np.clip(1.0 - off**2, 0.0, 1.0) * (np.abs(vectors @ up) < _STEEP)
+        scores.append(np.bincount(place, upright * strengths, _SECTORS))
+    totals = [float(score.sum()) for score in scores]
+    best = int(np.argmax(totals))
+    # Edges all around must agree: those of a single thing may lean as they like.
+    wins = int((scores[best] > scores[0]).sum())
+    return readings[best if totals[best] > _CLEARLY * totals[0] and wins >= _MOST_SECTORS else 0]
+
+
+def _order(frame: Frame) -> tuple[tuple[int, str], ...]:
+    parts = re.findall(r"\d+|\D+", frame.path.name.casefold())
+    return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in parts)
+
+
+def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
+    """Whether the camera levelled a frame, or says so of another one where it is silent here."""
+    if shot.zenith_corrected is not None:
+        return shot.zenith_corrected
+    return any(frame.zenith_corrected for frame in frames)

@@ -1,0 +1,348 @@
+"""Find how one panorama is rotated against another.
+
+A pair of frames is compared on the sphere: sharp places of the brighter frame (local maxima of its
+gradient) are looked up in the darker one; three rotation parameters are fitted by inverse
+compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
+fine, with Tukey's weights. How a code value of one frame turns into one of the other is not taken
+from the exposure tags or an assumed curve but measured in the same places: the median of one for
+each value of the other (the comparagram of Mann and Picard 1995). So wrong tags, tone curves and
+clipping do not look like motion, and what moved in the scene is outvoted.
+
+The uncertainty is the jackknife over 24 equal parts of the sphere: a rotation on which the parts do
+not agree is not trusted.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
+from app.core.base.sphere import angle_of, from_vector, positions
+
+_CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
+_BLACK: Final = 4
+_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
+_COARSE: Final = 84  # columns of the coarsest size
+_BINS: Final = 32
+_STEPS: Final = 8
+_CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # a step that ends the search, by size, coarse to fine
+_NEAR_DEG: Final = 0.3  # found by the coarsest size: the finest can start from there
+_NUDGE_RAD: Final = math.radians(1.0)
+_STARTS_RAD: Final = math.radians(5.0)
+_LEAST_POINTS: Final = 150
+_MOST_DEG: Final = 20.0
+_TRUSTED_DEG: Final = 0.08
+_FLOOR_DEG: Final = 0.8  # over root of points: in nearly black frames errors are not independent
+_TRUSTED_CONTRAST: Final = 1.15
+_PARTS: Final = 8
+_LEAST_SEEN: Final = 40
+_MOST_SEEN: Final = 12_000
+_FEW_BAD: Final = 25  # of 255, of the pixels that a coarse one stands for
+_POLAR: Final = 0.25  # cosine of elevation
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One frame at one size: smoothed codes, (h, w) float32; `valid`, (h, w) uint8, 255 or 0.
+
+    Codes are valid where neither clipped nor black nor filled in.
+    """
+
+    codes: Float32
+    valid: Bytes
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Sharp places of a frame: direction, code value, and how it changes with a rotation."""
+
+    vectors: Float32
+    codes: Float32
+    slopes: Float32
+    weights: Float32
+
+
+@dataclass(frozen=True, slots=True)
+class _Match:
+    """The places of one frame that are seen in another one, and how far the codes are off."""
+
+    use: Indices
+    error: Float32
+    gain: Float32
+    misfit: float
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A rotation, (3, 3), that takes directions of one frame to another, with what speaks for it.
+
+    `error_deg` is its standard error (jackknife, and a share that falls with the number of
+    points), infinite where nothing could be compared; `contrast` how many times worse the
+    frames fit one degree away.
+    """
+
+    rotation: Float64
+    error_deg: float = math.inf
+    points: int = 0
+    contrast: float = 0.0
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the frames share enough, and their parts agree."""
+        return (
+            self.points >= _LEAST_POINTS
+            and self.error_deg < _TRUSTED_DEG
+            and self.contrast > _TRUSTED_CONTRAST
+            and angle_of(self.rotation) < _MOST_DEG
+        )
+
+    @property
+    def turned(self) -> Fit:
+        """The same with the frames exchanged."""
+        return replace(self, rotation=np.ascontiguousarray(self.rotation.T))
+
+
+def register(bright: list[Level], dark: list[Level]) -> Fit:
+    """Return the small rotation from the longer exposure to the other.
+
+    From no motion first, then all round about. Both are from `pyramid`.
+    """
+    coarse = _places(bright[0])
+    start, _ = _search(coarse, dark[0], np.eye(3), _CLOSE_RAD[0])
+    fit = _refine(bright, dark, start)
+    if fit.trusted or fit.points < _LEAST_POINTS:
+        return fit
+    found = [
+        _search(coarse, dark[0], from_vector(_STARTS_RAD * np.array(axis)), _CLOSE_RAD[0])
+        for axis in itertools.product((-1.0, 0.0, 1.0), repeat=3)
+        if any(axis)
+    ]
+    start, _ = min(found, key=lambda item: item[1])
+    again = _refine(bright, dark, start)
+    return again if again.trusted else fit
+
+
+def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
+    """Follow a rotation up to the finest size and judge it there."""
+    if angle_of(rotation) > _NEAR_DEG:
+        rotation, _ = _search(_places(bright[1]), dark[1], rotation, _CLOSE_RAD[1])
+    places = _places(bright[2])
+    rotation, misfit = _search(places, dark[2], rotation, _CLOSE_RAD[2])
+    match = _match(places, dark[2], rotation)
+    if match is None:
+        return Fit(rotation)
+    points = int((_weights(match) > 0.25).sum())
+    contrast = _contrast(places, dark[2], rotation, misfit)
+    error = math.hypot(_error_deg(places, match), _FLOOR_DEG / math.sqrt(max(points, 1)))
+    return Fit(rotation, error, points, contrast)
+
+
+def _search(
+    places: _Places, level: Level, rotation: Float64, close: float
+) -> tuple[Float64, float]:
+    """Gauss-Newton from a rotation at one size: the rotation, and the misfit that is left."""
+    misfit = math.inf
+    for _ in range(_STEPS):
+        match = _match(places, level, rotation)
+        if match is None:
+            return rotation, math.inf
+        misfit = match.misfit
+        slopes = places.slopes[match.use] * match.gain[:, None]
+        weighted = slopes * (_weights(match) * places.weights[match.use])[:, None]
+        step = _solve(weighted.T @ slopes, weighted.T @ match.error)
+        rotation = rotation @ from_vector(step)
+        if np.linalg.norm(step) < close:
+            break
+    return rotation, misfit
+
+
+def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
+    """Look sharp places up in another frame; None where too few are to be seen."""
+    shape = level.codes.shape
+    if places.codes.size < _LEAST_SEEN:
+        return None
+    columns, rows = positions(places.vectors @ rotation.T.astype(np.float32), shape)
+    rows = np.clip(rows, 0, shape[0] - 1)
+    wrap = cv2.BORDER_WRAP
+    good = cv2.remap(level.valid, columns, rows, cv2.INTER_NEAREST, borderMode=wrap)
+    use = np.nonzero(good.ravel() > 0)[0]
+    if use.size < _LEAST_SEEN:
+        return None
+    seen = cv2.remap(level.codes, columns, rows, cv2.INTER_LINEAR, borderMode=wrap).ravel()[use]
+    expected, gain = _transfer(places.codes[use], seen)
+    error = seen - expected
+    return _Match(use, error, gain, 1.4826 * float(np.median(np.abs(error))))
+
+
+def _weights(match: _Match) -> Float32:
+    """Tukey's biweight of the errors; the scale is at least half a code value."""
+    scale = 4.685 * max(match.misfit, 0.5)
+    return np.asarray(np.clip(1.0 - (match.error / scale) ** 2, 0.0, 1.0) ** 2, np.float32)
+
+
+def _transfer(codes: Float32, seen: Numbers) -> tuple[Float32, Float32]:
+    """Measure how code values of one frame appear in another: value and slope for each place."""
+    bins = (codes * (_BINS / 256.0)).astype(np.int64)
+    order = np.argsort(bins * 256.0 + seen)
+    counts = np.bincount(bins, minlength=_BINS)
+    starts = np.cumsum(counts) - counts
+    filled = np.nonzero(counts >= 8)[0]
+    if filled.size < 2:
+        return np.full_like(codes, np.median(seen)), np.ones_like(codes)
+    centre = np.bincount(bins, codes, _BINS)[filled] / counts[filled]
+    middle = seen[order[starts[filled] + counts[filled] // 2]].astype(np.float64)
+    middle = np.maximum.accumulate(middle)
+    value = np.interp(codes, centre, middle)
+    steps = np.diff(middle) / np.diff(centre)
+    gain = np.interp(codes, (centre[1:] + centre[:-1]) / 2.0, steps)
+    return value.astype(np.float32), gain.astype(np.float32)
+
+
+def _solve(normal: Floats, right: Floats) -> Float64:
+    """Return the Gauss-Newton step, slightly damped where the sums do not determine it."""
+    damping = 1e-6 * float(np.trace(normal)) + 1e-9
+    return np.asarray(-np.linalg.solve(normal + damping * np.eye(3), right), np.float64)
+
+
+def _error_deg(places: _Places, match: _Match) -> float:
+    """Return the standard error of a rotation: jackknife over 3 x 8 equal parts of the sphere."""
+    slopes = places.slopes[match.use] * match.gain[:, None]
+    weighted = slopes * (_weights(match) * places.weights[match.use])[:, None]
+    vectors = places.vectors[match.use]
+    around = (np.arctan2(vectors[:, 0], vectors[:, 2]) / (2.0 * np.pi) + 0.5) * _PARTS
+    part = np.clip((vectors[:, 1] + 1.0) * 1.5, 0, 2).astype(np.int64) * _PARTS
+    part += np.clip(around, 0, _PARTS - 1).astype(np.int64)
+    own = [part == k for k in range(3 * _PARTS)]
+    normals = np.stack([weighted[k].T @ slopes[k] for k in own]).astype(np.float64)
+    rights = np.stack([weighted[k].T @ match.error[k] for k in own]).astype(np.float64)
+    filled = np.nonzero(np.trace(normals, axis1=1, axis2=2) > 0)[0]
+    if filled.size < 4:
+        return math.inf
+    without = np.stack(
+        [_solve(normals.sum(0) - normals[k], rights.sum(0) - rights[k]) for k in filled]
+    )
+    spread = without - without.mean(axis=0)
+    variance = (filled.size - 1) / filled.size * float((spread**2).sum())
+    return math.degrees(math.sqrt(variance))
+
+
+def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -> float:
+    """Return how much worse the frames fit when rotated by one degree."""
+    some = slice(None, None, max(places.codes.size // 1500, 1))
+    few = _Places(
+        places.vectors[some], places.codes[some], places.slopes[some], places.weights[some]
+    )
+    worse = math.inf
+    for axis, sign in itertools.product(range(3), (-1.0, 1.0)):
+        moved = _match(few, level, rotation @ from_vector(sign * _NUDGE_RAD * np.eye(3)[axis]))
+        if moved is not None:
+            worse = min(worse, moved.misfit / max(misfit, 1e-3))
+    return worse
+
+
+def pyramid(frame: Bytes) -> list[Level]:
+    """Prepare a frame at three sizes, about 84, w / 2 and w columns wide.
+
+    `frame`, (h, w, 3) uint8, is a small copy (area means), coded RGB, equirectangular.
+    """
+    codes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
+    red, green, blue = cv2.split(frame)
+    top = np.asarray(cv2.max(cv2.max(red, green), blue))
+    # Neighbours of a clipped pixel are averages over some of it.
+    bad = cv2.dilate((top >= _CLIPPED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    bad |= codes <= _BLACK
+    # No picture is quite even over 5 x 5 area means: a part of the file is missing.
+    block = np.ones((5, 5), np.uint8)
+    bad |= np.asarray(cv2.dilate(codes, block)) == np.asarray(cv2.erode(codes, block))
+    flags = np.where(bad, np.uint8(255), np.uint8(0))
+    height, width = codes.shape
+    levels = []
+    for factor in (max(width // _COARSE, 1), 2, 1):
+        size = (width // factor, height // factor)
+        small = cv2.resize(codes, size, interpolation=cv2.INTER_AREA)
+        share = np.asarray(cv2.resize(flags, size, interpolation=cv2.INTER_AREA))
+        valid = np.where(share <= _FEW_BAD, np.uint8(255), np.uint8(0))
+        levels.append(Level(_smooth(small.astype(np.float32)), valid))
+    return levels
+
+
+def _smooth(codes: Float32) -> Float32:
+    """Blur a little, over the edge, so that the gradients hold for a whole pixel."""
+    wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
+    return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
+
+
+def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
+    """Find the edges of a coded RGB panorama, (h, w, 3) uint8, as parts of great circles.
+
+    Returns directions of places on edges away from the poles, (N, 3); unit normals of the great
+    circles that the edges follow there, (N, 3); and weights, (N,): strong edges count more,
+    those near the poles, where pixels crowd, less. All float32.
+    """
+    places = _places(pyramid(picture)[2])
+    # A rotation about an axis that lies on the edge's great circle moves the picture across the
+    # edge; the gradient itself is the normal.
+    gradients = np.cross(places.slopes, places.vectors)
+    sizes = np.linalg.norm(gradients, axis=1)
+    # Codes per pixel at the equator: above some twenty, an edge is as good as any.
+    strengths = np.minimum(sizes * np.float32(2.0 * np.pi / picture.shape[1]), 20.0)
+    normals = gradients / np.maximum(sizes, np.float32(1e-9))[:, None]
+    return places.vectors, normals, np.asarray(strengths * places.weights, np.float32)
+
+
+def _places(level: Level) -> _Places:
+    """Choose the sharp places of a frame, away from the poles."""
+    height, width = level.codes.shape
+    wide = cv2.copyMakeBorder(level.codes, 0, 0, 1, 1, cv2.BORDER_WRAP)
+    across = np.ascontiguousarray(cv2.Scharr(wide, cv2.CV_32F, 1, 0, scale=1 / 32)[:, 1:-1])
+    down = np.ascontiguousarray(cv2.Scharr(wide, cv2.CV_32F, 0, 1, scale=1 / 32)[:, 1:-1])
+    elevation = np.pi * (0.5 - (np.arange(height, dtype=np.float32) + 0.5) / height)
+    narrow = np.cos(elevation)[:, None]
+    size = cv2.magnitude(across / narrow, down)
+    sharp = (size > 1.0) & (level.valid > 0) & (narrow > _POLAR)
+    if width > 2 * _COARSE:
+        sharp &= size >= cv2.dilate(size, np.ones((3, 3), np.uint8))
+    row, column = np.nonzero(sharp)
+    some = slice(None, None, row.size // _MOST_SEEN + 1)
+    row, column = row[some], column[some]
+    angle = 2.0 * np.pi * ((column + 0.5) / width - 0.5)
+    cosine, sine = np.cos(elevation)[row], np.sin(elevation)[row]
+    vectors = np.stack([-np.sin(angle) * cosine, sine, np.cos(angle) * cosine], axis=1)
+    slopes = _slopes(vectors, across[row, column], down[row, column], (height, width))
+    return _Places(
+        vectors.astype(np.float32), level.codes[row, column], slopes, cosine.astype(np.float32)
+    )
+
+
+def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, int]) -> Float32:
+    """Change of the code value per radian of rotation about each axis, (N, 3)."""
+    x, y, z = vectors.T
+    level = np.hypot(x, z)
+    per_east = across * (shape[1] / (2.0 * np.pi)) / level
+    per_north = down * (-shape[0] / np.pi)
+    # Direction x gradient, with east (-z, 0, x) / level and north (-x y, level^2, -z y) / level.
+    gx = (-z * per_east - x * y * per_north) / level
+    gy = level * per_north
+    gz = (x * per_east - z * y * per_north) / level
+    return np.stack([y * gz - z * gy, z * gx - x * gz, x * gy - y * gx], axis=1).astype(np.float32)
+
+
+def middle_frame(shares: Sequence[float]) -> int:
+    """Choose the frame nearest to the middle among those that show nearly as much as the best."""
+    middle = (len(shares) - 1) / 2.0
+    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
+    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
+
+
+def usable_share(levels: list[Level]) -> float:
+    """Return the share of the sphere that is neither clipped nor black in a frame."""
+    valid = levels[0].valid > 0
+    elevation = np.pi * (0.5 - (np.arange(valid.shape[0]) + 0.5) / valid.shape[0])
+    return float(np.average(valid.mean(axis=1), weights=np.cos(elevation)))

@@ -1,0 +1,1 @@
+"""The camera's tone curve, and exposures that are stated wrong."""

@@ -1,0 +1,382 @@
+"""Choose the camera's response curve, and detect wrong exposure tags.
+
+The curve is sRGB (as in the paper that this program implements) unless the bracket says otherwise:
+the steps between the frames are measured (`brightness_transfer`), and where they
+disagree with the files either one frame's tag is wrong, or the camera's curve is not sRGB and is
+recovered from the bracket (`app.core.measure.bracket.curve.response_recovery`).
+
+With a known curve one frame's wrong tag stands out: it shifts all its pairs by the same amount, at
+every level, and no others. With an unknown curve and the usual three frames, a wrong tag of one
+frame and another curve together can always be traded for a wrong tag of another frame and a power
+of that curve; then the curve nearest to sRGB is taken and all frames that could be wrong are named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float64
+from app.core.base.remarks import Remark
+from app.core.measure.bracket.curve.brightness_transfer import (
+    CodeMatches,
+    StepCheck,
+    check_matches,
+    match_codes,
+    reach,
+)
+from app.core.measure.bracket.curve.response_recovery import (
+    Recovered,
+    recover_curve,
+    recover_own_curves,
+    srgb_table,
+)
+from app.core.measure.bracket.remarks import (
+    CurveDoubtful,
+    CurveRecovered,
+    CurveUnchecked,
+    FramesUnfit,
+    OwnCurves,
+    TwoFramesAlone,
+    WrongTag,
+)
+
+Mode: TypeAlias = Literal["srgb", "recover", "auto"]
+
+# A recovered curve fits its own bracket to 0.1 to 1 of the tolerance, to 2 in dark scenes with
+# hard curves; with a tag that lies by a quarter of a stop the misfit is 2.4 to 14.
+_RECOVERED_FITS: Final = 1.5
+_MISFIT: Final = 4.0
+# Separate curves for red, green and blue lower the cost by 4 to 25 % where there is one curve
+# (each has more freedom than it needs), by half for film and by 90 % where they plainly differ.
+_CHANNELS_DIFFER: Final = 0.6
+_CHANNEL_HOLD: Final = 0.1
+_MID_TONES: Final = slice(64, 193)
+_OWN_FIT: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """A response curve: the linear light of each code.
+
+    `table`, (3, 256) float64, is the linear light of each code in red, green and blue: strictly
+    rising, 0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest
+    at 1. It is (K, 3, 256) where each frame has a curve of its own. `residual_stops` is
+    `StepCheck.residual_stops` with this curve; NaN where no frames overlap.
+    """
+
+    name: str
+    table: Float64 = field(repr=False)
+    residual_stops: float = float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseChoice:
+    """Response curve and corrected exposures, in stops.
+
+    As stated, except where a tag was found wrong: then they need not fall. `check` is of
+    measured against stated steps, before any correction, with sRGB. `tag_errors` are of a fifth
+    of a stop or more.
+    """
+
+    response: Response
+    stops: tuple[float, ...]
+    check: StepCheck = field(repr=False)
+    tag_errors: tuple[TagError, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+
+    def with_tags(self, names: Sequence[str]) -> tuple[Remark, ...]:
+        """All remarks, naming the frames, from the brightest on."""
+        return (*(error.remark(names) for error in self.tag_errors), *self.remarks)
+
+
+def srgb_response() -> Response:
+    """Return the sRGB curve (IEC 61966-2-1)."""
+    return Response("sRGB", np.tile(srgb_table(), (3, 1)))
+
+
+def srgb_choice() -> ResponseChoice:
+    """Return the sRGB curve, without a check."""
+    return ResponseChoice(srgb_response(), (), StepCheck((), math.nan, 0.0))
+
+
+def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
+    """Choose the response curve of a bracket, and find wrong tags.
+
+    `samples`, (K, N, 3) uint8, are the same places in all frames, brightest first, and `stops`
+    the stated exposures, falling. Things that moved and frames that are turned by a few degrees
+    are borne. "srgb" is sRGB, with a warning when the steps disagree; "recover" is recovered
+    from the bracket; "auto" is sRGB unless noise cannot explain how the steps disagree. Always
+    sRGB where frames do not overlap. ValueError for samples, stops or modes that do not fit.
+    """
+    if mode not in ("srgb", "recover", "auto"):
+        raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')
+    stated = tuple(float(value) for value in stops)
+    matches = match_codes(samples, stated, reach(stated))
+    check = check_matches(matches, stated, srgb_table())
+    plain = ResponseChoice(
+        replace(srgb_response(), residual_stops=check.residual_stops), stated, check
+    )
+    if not check.possible:
+        return _unchecked(plain, mode)
+    if mode != "recover":
+        found = _with_srgb(plain, matches)
+        if found is not None:
+            return found
+        if mode == "srgb":
+            return replace(plain, remarks=(_disagreement(check),))
+    return _recovered(plain, matches, mode)
+
+
+def _unchecked(plain: ResponseChoice, mode: Mode) -> ResponseChoice:
+    """Report that frames without overlap tell nothing about the curve."""
+    if len(plain.stops) < 2:
+        return plain
+    return replace(plain, remarks=(CurveUnchecked(recover=mode == "recover"),))
+
+
+def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | None:
+    """Keep sRGB where the steps agree, or agree once wrong tags are put right."""
+    if plain.check.agrees:
+        return plain
+    found = explain_by_tags(matches, plain.check, plain.stops, srgb_table())
+    if found is None:
+        return None
+    stops, errors, check = found
+    response = replace(plain.response, residual_stops=check.residual_stops)
+    return replace(plain, response=response, stops=stops, tag_errors=errors)
+
+
+def _disagreement(check: StepCheck) -> CurveDoubtful:
+    """Report by how much the steps disagree with sRGB."""
+    order = sorted(check.steps, key=lambda step: abs(step.off) / step.nominal)
+    typical = order[len(order) // 2]  # a typical one; the worst may be worst for another reason
+    return CurveDoubtful(typical.measured, typical.nominal)
+
+
+def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> ResponseChoice:
+    """Recover the curve, along with a wrong tag where only that makes the frames fit."""
+    stops = plain.stops
+    curve = recover_curve(matches, stops)
+    check = check_matches(matches, stops, curve.table)
+    errors: tuple[TagError, ...] = ()
+    if check.disagreement > _RECOVERED_FITS and len(stops) > 2:
+        tagged = recover_with_tag(matches, stops, curve, check)
+        if tagged is not None:
+            curve, stops, errors, check = tagged
+    table, check = _by_channel(matches, stops, curve, check)
+    own = _each_its_own(plain, matches, check)
+    if own is not None:
+        return own
+    if mode == "auto" and not check.disagreement < plain.check.disagreement:
+        return replace(plain, remarks=(FramesUnfit(plain.check.residual_stops),))
+    residual = check.residual_stops
+    remarks: tuple[Remark, ...] = (CurveRecovered(residual),) if mode == "auto" else ()
+    if len(stops) == 2:
+        remarks = (*remarks, TwoFramesAlone())
+    if check.disagreement > _MISFIT:
+        remarks = (*remarks, FramesUnfit(residual))
+    response = Response("recovered", table, residual)
+    return replace(plain, response=response, stops=stops, tag_errors=errors, remarks=remarks)
+
+
+def _each_its_own(
+    plain: ResponseChoice, matches: CodeMatches, check: StepCheck
+) -> ResponseChoice | None:
+    """Give each frame its own curve where only that makes the frames fit."""
+    if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
+        return None
+    table, stops = recover_own_curves(matches, plain.stops)
+    better = check_matches(matches, stops, table)
+    if better.disagreement > _OWN_FIT * check.disagreement:
+        return None
+    response = Response("recovered", table, better.residual_stops)
+    return replace(plain, response=response, stops=stops, remarks=(OwnCurves(),))
+
+
+def _by_channel(
+    matches: CodeMatches, stops: Sequence[float], shared: Recovered, check: StepCheck
+) -> tuple[Float64, StepCheck]:
+    """Give each channel its own curve where one for all does not do; (3, 256).
+
+    A bracket cannot tell how large the channels are against each other. A sensor clips all
+    channels at its white, hence at equal linear values. Film does not: where a raised black
+    gives a scan away, equal codes in the mid-tones are neutral (Debevec and Malik 1997, 2.2).
+    """
+    table = np.tile(shared.table, (3, 1))
+    parts = [matches.where(matches.channel == channel) for channel in range(3)]
+    if check.agrees or min(len(part) for part in parts) == 0:
+        return table, check
+    curves = [
+        recover_curve(part, stops, start=shared.unknowns, hold=_CHANNEL_HOLD) for part in parts
+    ]
+    if sum(curve.cost for curve in curves) > _CHANNELS_DIFFER * shared.cost:
+        return table, check
+    table = np.stack([curve.table for curve in curves])
+    if matches.raised_black:
+        table /= np.exp(np.log(table[:, _MID_TONES]).mean(axis=1, keepdims=True))
+        table /= table.max()
+    return table, check_matches(matches, stops, table)
+
+
+Stops: TypeAlias = tuple[float, ...]
+
+# Marked shutter times are rounded (1/15 s is 1/16 s): up to 0.12 stops, hence 0.2 with noise.
+# Smaller differences that are equal at all levels are put right without a word.
+_WORTH_A_WORD: Final = 0.2
+_ALIKE: Final = 1.15
+_TRIED: Final = 5
+_REST: Final = 0.2
+_ON_THE_MARK: Final = 0.03
+_USUAL_CONTRAST: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class TagError:
+    """A frame with a wrong exposure tag, and its error in stops."""
+
+    frame: int
+    stops: float
+    suspects: tuple[int, ...]
+
+    def remark(self, names: Sequence[str]) -> WrongTag:
+        """Name the frames."""
+        others = tuple(names[number] for number in self.suspects if number != self.frame)
+        return WrongTag(names[self.frame], self.stops, others)
+
+
+def explain_by_tags(
+    matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
+) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
+    """Return wrong tags that reconcile a known curve, (256,), with the measured steps.
+
+    Returns exposures to believe, the errors of a fifth of a stop or more, and the check with
+    them; None when tags do not explain the steps (then the curve is another one).
+    """
+    trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
+    fitting = [trial for trial in trials if trial[2].agrees]
+    if fitting:
+        # The pairs of a bracket of two, or without more overlap, cannot tell one from another.
+        # The darker frame is taken then: the brighter one's scale is mostly what was metered.
+        least = min(trial[2].disagreement for trial in fitting)
+        alike = [trial for trial in fitting if trial[2].disagreement <= _ALIKE * least + 0.05]
+        frame, stops_off, better = alike[-1]
+        suspects = tuple(trial[0] for trial in alike)
+        errors = (TagError(frame, stops_off, suspects),) if _telling(stops_off) else ()
+        return _moved(stops, {frame: stops_off}), errors, better
+    if _longer_steps(check):
+        return None
+    return _several_wrong(matches, check, stops, table)
+
+
+def recover_with_tag(
+    matches: CodeMatches, stops: Stops, curve: Recovered, check: StepCheck
+) -> tuple[Recovered, Stops, tuple[TagError, ...], StepCheck] | None:
+    """Recover a curve and one wrong exposure, from three frames or more.
+
+    Returns curve, exposures to believe, error, and the check with them; None when no single tag
+    makes the frames fit much better.
+    """
+    trials: list[tuple[int, Recovered, StepCheck]] = []
+    for frame in _likeliest(matches, check, stops, curve):
+        trial = recover_curve(matches, stops, free_frame=frame)
+        better = check_matches(matches, _moved(stops, {frame: trial.tag_stops}), trial.table)
+        fits = better.disagreement < 0.5 * check.disagreement and trial.cost < 0.7 * curve.cost
+        if fits and _telling(trial.tag_stops):
+            trials.append((frame, trial, better))
+    if not trials:
+        return None
+    least = min(trial[1].cost for trial in trials)
+    alike = [trial for trial in trials if trial[1].cost <= _ALIKE * least]
+    frame, best, better = min(alike, key=lambda trial: _unlikely(trial[1]))
+    error = TagError(frame, best.tag_stops, tuple(trial[0] for trial in alike))
+    return best, _moved(stops, {frame: best.tag_stops}), (error,), better
+
+
+def _unlikely(curve: Recovered) -> float:
+    """How odd a curve and the tag error that comes with it are; a judgement, not a measurement.
+
+    Curves whose contrast is on the whole sRGB's are the usual ones: measured over the brighter
+    half of the nodes (codes above 40), where all curves are well known. Tags that lie do so by
+    a whole stop (doubled or halved by mistake) or else by a mark of the dial, a third.
+    """
+    contrast = abs(float(np.mean(curve.unknowns[len(curve.unknowns) // 2 :])))
+    stops = curve.tag_stops
+    if abs(stops - round(stops)) < _ON_THE_MARK and round(stops) != 0:
+        oddity = 0.0
+    elif abs(3.0 * stops - round(3.0 * stops)) < 3.0 * _ON_THE_MARK:
+        oddity = 1.0
+    else:
+        oddity = 1.5
+    return contrast / _USUAL_CONTRAST + oddity
+
+
+def _paired(check: StepCheck) -> list[int]:
+    """Frames that share well exposed places with another one."""
+    return sorted({step.bright for step in check.steps} | {step.dark for step in check.steps})
+
+
+def _likeliest(matches: CodeMatches, check: StepCheck, stops: Stops, curve: Recovered) -> list[int]:
+    """Few frames of a long bracket that may be wrong, so that not all need a recovery."""
+    frames = _paired(check)
+    if len(frames) <= _TRIED:
+        return frames
+    found = [_one_wrong(frame, matches, check, stops, curve.table) for frame in frames]
+    found.sort(key=lambda trial: trial[2].disagreement)
+    return [trial[0] for trial in found[:_TRIED]]
+
+
+def _telling(stops: float) -> bool:
+    return abs(stops) >= _WORTH_A_WORD
+
+
+def _moved(stops: Stops, by: dict[int, float]) -> Stops:
+    """Exposures with some of them corrected."""
+    return tuple(value + by.get(frame, 0.0) for frame, value in enumerate(stops))
+
+
+def _one_wrong(
+    frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
+) -> tuple[int, float, StepCheck]:
+    """Believe all frames but one; (frame, its error in stops, the check then)."""
+    signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
+    off = [sign * step.off for sign, step in zip(signs, check.steps, strict=True) if sign]
+    error = float(np.median(off))
+    return frame, error, check_matches(matches, _moved(stops, {frame: error}), table)
+
+
+def _longer_steps(check: StepCheck) -> bool:
+    """Whether all steps are off by about one factor, as a power of the curve would have it."""
+    nominal = np.array([step.nominal for step in check.steps])
+    off = np.array([step.off for step in check.steps])
+    factor = float(nominal @ off / (nominal @ nominal))
+    rest = float(np.sum((off - factor * nominal) ** 2))
+    return len(off) > 1 and rest <= _REST * float(np.sum(off**2))
+
+
+def _several_wrong(
+    matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
+) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
+    """Believe only what was measured, if it does not depend on the level.
+
+    The exposures keep the median of what is stated, for the sake of absolute luminance.
+    """
+    if len(_paired(check)) < len(stops):
+        return None
+    design = np.zeros((len(check.steps), len(stops)))
+    for row, step in enumerate(check.steps):
+        design[row, step.bright], design[row, step.dark] = 1.0, -1.0
+    errors = np.linalg.lstsq(design, np.array([step.off for step in check.steps]), rcond=None)[0]
+    errors -= np.median(errors)
+    by = {frame: float(error) for frame, error in enumerate(errors)}
+    better = check_matches(matches, _moved(stops, by), table)
+    if not better.agrees:
+        return None
+    wrong = tuple(
+        TagError(frame, error, (frame,)) for frame, error in by.items() if _telling(error)
+    )
+    return _moved(stops, by), wrong, better

@@ -1,0 +1,198 @@
+"""The exposures that the files of a bracket state: which to believe, and what contradicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from app.core.base.errors import ProbeError
+from app.core.base.phrases import listed
+from app.core.base.remarks import Remark
+from app.core.measure.bracket.remarks import (
+    LensesApart,
+    NoteContradiction,
+    Tag,
+    TagAssumed,
+    TagIgnored,
+    TagsUnstated,
+    TimesAgainstExif,
+)
+from app.core.measure.read.frame import Exposure
+from app.core.measure.read.metadata import Header
+from app.core.text import tr, tr_plural
+
+CONTRADICTION_STOPS: Final = 1.0 / 6.0
+"""Two statements of one exposure contradict each other when further apart; half of a third."""
+
+LENS_STOPS: Final = 0.05
+"""The two lenses of a camera count as differently exposed when further apart, in stops."""
+
+_SAME: Final = 1e-3
+_GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one for each file.")
+
+
+def settle_exposures(
+    headers: Sequence[Header], times: Sequence[float] | None = None
+) -> tuple[list[Exposure], list[Remark]]:
+    """Determine the exposure of every frame.
+
+    Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
+    EXIF; where no frame states one, it is taken to be the same in all and nothing is known
+    absolutely; where some frames do not state it, the value that all others share is assumed.
+    Where the others differ, given times alone count; without them it is a ProbeError, as is a
+    frame without an exposure time.
+    """
+    shutters = _shutters(headers) if times is None else [float(time) for time in times]
+    given = times is not None
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "iso", given)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "aperture", given)
+    exposures = [
+        Exposure(
+            shutter,
+            100.0 if iso is None else iso,
+            1.0 if aperture is None else aperture,
+            known=iso is not None and aperture is not None,
+        )
+        for shutter, iso, aperture in zip(shutters, isos, apertures, strict=True)
+    ]
+    remarks: list[Remark] = [
+        *_unstated(headers),
+        *iso_doubts,
+        *doubts,
+        *(_times_doubts(headers, shutters) if given else ()),
+        *_lens_doubts(headers),
+        *_note_doubts(headers),
+        *(doubt for header in headers for doubt in header.doubts),
+    ]
+    return exposures, remarks
+
+
+def metered_exposure(header: Header) -> Exposure | None:
+    """Exposure of a picture that the camera metered by itself; None where no time is stated.
+
+    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either
+    one of them or a mean. The geometric mean lies in the middle of both halves.
+    """
+    exposure, lenses = header.frame.exposure, header.frame.lenses
+    if exposure is None or len(lenses) < 2:
+        return exposure
+    return replace(exposure, iso=math.exp(sum(math.log(lens.iso) for lens in lenses) / len(lenses)))
+
+
+def _shutters(headers: Sequence[Header]) -> list[float]:
+    missing = [header.frame.path.name for header in headers if header.shutter_s is None]
+    if len(missing) == len(headers):
+        raise ProbeError(tr("None of the pictures states its exposure time."), _GIVE_TIMES)
+    if missing:
+        raise ProbeError(
+            tr_plural(
+                "{names} states no exposure time.",
+                "{names} state no exposure time.",
+                len(missing),
+                names=listed(missing),
+            ),
+            _GIVE_TIMES,
+        )
+    return [header.shutter_s or 0.0 for header in headers]
+
+
+def _fill(
+    headers: Sequence[Header], values: list[float | None], tag: Tag, given: bool
+) -> tuple[list[float | None], list[Remark]]:
+    """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
+    stated = [value for value in values if value is not None]
+    if len(stated) == len(values) or not stated:
+        return values, []
+    pairs = zip(headers, values, strict=True)
+    silent = tuple(header.frame.path.name for header, value in pairs if value is None)
+    if max(stated) > min(stated) * (1.0 + _SAME):
+        if given:
+            return [None] * len(values), [TagIgnored(tag, silent)]
+        raise _differing(silent, stated, tag)
+    return [stated[0]] * len(values), [TagAssumed(tag, silent, stated[0])]
+
+
+def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> ProbeError:
+    low, high = min(stated), max(stated)
+    if tag == "iso":
+        words = tr_plural(
+            "{names} states no ISO value, and the other frames differ in theirs "
+            "(ISO {low:g} to ISO {high:g}).",
+            "{names} state no ISO value, and the other frames differ in theirs "
+            "(ISO {low:g} to ISO {high:g}).",
+            len(names),
+            names=listed(names),
+            low=low,
+            high=high,
+        )
+    else:
+        words = tr_plural(
+            "{names} states no f-number, and the other frames differ in theirs "
+            "(f/{low:g} to f/{high:g}).",
+            "{names} state no f-number, and the other frames differ in theirs "
+            "(f/{low:g} to f/{high:g}).",
+            len(names),
+            names=listed(names),
+            low=low,
+            high=high,
+        )
+    return ProbeError(words, tr("Leave it out, or shoot with fixed ISO and aperture."))
+
+
+def _unstated(headers: Sequence[Header]) -> list[Remark]:
+    no_iso = all(header.iso is None for header in headers)
+    no_aperture = all(header.aperture is None for header in headers)
+    return [TagsUnstated(no_iso, no_aperture)] if no_iso or no_aperture else []
+
+
+def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[Remark]:
+    doubts = [
+        (header.frame.path.name, time, header.shutter_s)
+        for header, time in zip(headers, times, strict=True)
+        if header.shutter_s and abs(math.log2(time / header.shutter_s)) > CONTRADICTION_STOPS
+    ]
+    return [TimesAgainstExif(*zip(*doubts, strict=True))] if doubts else []
+
+
+def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
+    """Name the frame whose two halves lie furthest apart (theta-api: auto exposure per lens)."""
+    worst, gap = None, LENS_STOPS
+    for header in headers:
+        lenses = header.frame.lenses
+        if len(lenses) != 2:
+            continue
+        first, second = (lens.shutter_s * lens.iso for lens in lenses)
+        if abs(math.log2(first / second)) > gap:
+            worst, gap = header, abs(math.log2(first / second))
+    if worst is None:
+        return []
+    lenses = worst.frame.lenses
+    isos, shutters = zip(*((lens.iso, lens.shutter_s) for lens in lenses), strict=True)
+    return [LensesApart(worst.frame.path.name, gap, isos, shutters)]
+
+
+def _note_doubts(headers: Sequence[Header]) -> list[Remark]:
+    """Compare EXIF with the maker note where both lenses agree with each other."""
+    apart: dict[Tag, list[tuple[str, float, float]]] = {"shutter": [], "iso": []}
+    for header in headers:
+        name, note = header.frame.path.name, header.note
+        if note is None:
+            continue
+        time, iso = _agreed(note.lens_shutters_s), _agreed(note.lens_isos)
+        if header.shutter_s and time and _contradict(header.shutter_s, time):
+            apart["shutter"].append((name, header.shutter_s, time))
+        if header.iso and iso and _contradict(header.iso, iso):
+            apart["iso"].append((name, header.iso, iso))
+    return [NoteContradiction(tag, *zip(*rows, strict=True)) for tag, rows in apart.items() if rows]
+
+
+def _agreed(pair: Sequence[float]) -> float | None:
+    if not pair or abs(math.log2(max(pair) / min(pair))) > LENS_STOPS:
+        return None
+    return pair[0]
+
+
+def _contradict(first: float, second: float) -> bool:
+    return abs(math.log2(first / second)) > CONTRADICTION_STOPS

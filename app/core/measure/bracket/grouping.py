@@ -1,0 +1,452 @@
+"""Read a bracket's headers: its frames, their order and exposures.
+
+Nothing here looks at pixels. What makes a merge impossible is a `ProbeError` that names the file;
+what makes it doubtful is a warning that travels with the bracket.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, TypeAlias, TypeVar
+
+from app.core.base.errors import ProbeError
+from app.core.base.files import open_file, os_errors_as
+from app.core.base.phrases import listed
+from app.core.base.remarks import Remark
+from app.core.measure.bracket.exposures import settle_exposures
+from app.core.measure.bracket.remarks import (
+    Copies,
+    FileLeftOut,
+    NotOfBracket,
+    PicturesTaken,
+    RenderedByCamera,
+    SameExposure,
+    TimeUnstated,
+)
+from app.core.measure.fisheye.circles import may_be_circles
+from app.core.measure.read.frame import Bracket, Frame
+from app.core.measure.read.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
+from app.core.text import tr, tr_plural
+
+MAX_FRAMES: Final = 40
+"""Most files of a bracket; cameras bracket up to 19 frames."""
+
+EQUAL_STOPS: Final = 0.05
+"""Exposures that differ by less than this, in stops, count as equal."""
+
+_MOST_LISTED: Final = 500
+_MOST_PIXELS: Final = 1_000_000_000
+_START: Final = 1 << 16
+_KIND_WORDS: Final = {
+    "uint8": tr("8 bits"),
+    "uint16": tr("16 bits"),
+    "half": tr("16-bit floating point"),
+    "float": tr("floating point"),
+}
+
+_Value = TypeVar("_Value", bound="Hashable")
+_Listed: TypeAlias = tuple[Header, float | None]
+"""A file of the bracket with the exposure time in seconds that the user gave for it."""
+
+
+def read_bracket(
+    paths: Sequence[Path],
+    times: Sequence[float] | None = None,
+    *,
+    alone: bool = False,
+    sort_out: bool = False,
+) -> Bracket:
+    """Read the headers of a bracket and sort its frames.
+
+    `paths` are the files in any order, or one folder: then of the pictures in it
+    (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
+    bracket. What is left out is said. `times` in seconds, one a file in that order, win over
+    EXIF; ISO and f-number are still EXIF's. `sort_out`: files are treated as those of a folder.
+    `alone`: one photograph of all directions will do, and
+    need not state its exposure.
+
+    Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
+    that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
+    orientation or camera; when all exposures are equal, or `times` do not fit.
+    """
+    named = [Path(path) for path in paths]
+    sort_out = sort_out or (len(named) == 1 and _is_folder(named[0]))
+    headers, left_out = _read_all(named, times, sort_out=sort_out)
+    if sort_out and times is None:
+        headers, mapped_out = _without_mapped(headers)
+        left_out += mapped_out
+    files = [header.frame.path for header in headers]
+    given = _check_times(times, len(files))
+    _check_pixels(headers)
+    listed_files, warnings = _without_copies(list(zip(headers, given, strict=True)))
+    headers = [header for header, _ in listed_files]
+    if alone and len(files) == 1:
+        return _lone(headers[0], (*left_out, *warnings), times)
+    _check_count(headers, files)
+    _check_alike(headers)
+    if names := rendered_frames(headers):
+        hint = tr("Switch the camera's filter and options off and shoot again, or leave it out.")
+        raise ProbeError(_rendered(names), hint)
+    stated = None if times is None else [time or 0.0 for _, time in listed_files]
+    exposures, doubts = settle_exposures(headers, stated)
+    dressed = [
+        replace(header.frame, exposure=exposure)
+        for header, exposure in zip(headers, exposures, strict=True)
+    ]
+    bracket = Bracket(
+        frames=tuple(dressed),
+        stops=tuple(exposure.ev for exposure in exposures),
+        warnings=(*left_out, *warnings, *doubts),
+    )
+    return _in_order(bracket)
+
+
+def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
+    """Leave out what the camera has rendered itself, where the others are a bracket."""
+    plain = [header for header in headers if not header.frame.tone_mapped]
+    known = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
+    if len(plain) == len(headers) or not known or max(known) - min(known) < EQUAL_STOPS:
+        return headers, []
+    return plain, [RenderedByCamera(rendered_frames(headers), left_out=True)]
+
+
+def _read_all(
+    paths: list[Path], times: Sequence[float] | None, *, sort_out: bool
+) -> tuple[list[Header], list[Remark]]:
+    """Read the headers of the files named, or of the bracket in the folder named."""
+    folders = [path for path in paths if _is_folder(path)]
+    if not paths:
+        raise ProbeError(tr("There are no pictures to merge."), tr("Name at least two exposures."))
+    count = None if times is None else len(times)
+    if not folders and sort_out and len(paths) > 1:
+        return _bracket_of(paths, paths[0].parent.name, count)
+    if not folders:
+        _check_number(len(paths))
+        return [read_header(path) for path in paths], []
+    if len(paths) > 1:
+        raise ProbeError(
+            tr("{folder} is a folder among other names.", folder=folders[0]),
+            tr("Name one folder, or name the files themselves."),
+        )
+    return _bracket_of(pictures_in(folders[0]), folders[0].name, count)
+
+
+def _bracket_of(
+    files: Sequence[Path], folder: str, count: int | None
+) -> tuple[list[Header], list[Remark]]:
+    """Choose what belongs together: one size, one kind, one camera; most stated exposures first.
+
+    Where two sets are as good, all of them are given back: then it is an error to name the odd one.
+    """
+    sets: dict[Hashable, list[Header]] = {}
+    errors: list[ProbeError] = []
+    for file in files:
+        try:
+            header = read_header(file)
+        except ProbeError as error:
+            errors.append(error)
+            continue
+        frame = header.frame
+        sets.setdefault((frame.shape, frame.kind, frame.camera), []).append(header)
+
+    def rank(headers: list[Header]) -> tuple[bool, int, int]:
+        stated = sum(header.frame.exposure is not None for header in headers)
+        return len(headers) == count, stated, len(headers)
+
+    ranked = sorted(sets.values(), key=rank, reverse=True)
+    if len(ranked) > 1 and rank(ranked[0]) == rank(ranked[1]):
+        return [header for headers in sets.values() for header in headers], []
+    if not ranked or (len(ranked[0]) < 2 and errors):
+        raise errors[0]
+    taken = ranked[0]
+    _check_number(len(taken))
+    others = tuple(header.frame.path.name for headers in ranked[1:] for header in headers)
+    remarks: list[Remark] = [FileLeftOut(error.message) for error in errors]
+    if others:
+        remarks.append(NotOfBracket(others))
+    if remarks:
+        first, last = taken[0].frame.path.name, taken[-1].frame.path.name
+        remarks.insert(0, PicturesTaken(len(taken), folder, first, last))
+    return taken, remarks
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:
+        return False  # Reading it as a file says why it cannot be reached.
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
+    refused = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, refused, folder=folder):
+        files = [
+            entry
+            for entry in folder.iterdir()
+            if entry.suffix.lower() in ENDINGS and not entry.name.startswith(".")
+        ]
+        files = [file for file in files if file.is_file()]
+    if not files:
+        raise ProbeError(
+            tr("The folder {folder} holds no pictures.", folder=folder),
+            tr("Files ending in {endings} are read.", endings=", ".join(ENDINGS)),
+        )
+    if len(files) > _MOST_LISTED:
+        raise ProbeError(
+            tr(
+                "{folder} holds {count} pictures, too many to look for a bracket in.",
+                folder=folder,
+                count=len(files),
+            ),
+            tr("Move the frames of one place into a folder of their own."),
+        )
+    return sorted(files, key=lambda file: file.name)
+
+
+def _check_times(times: Sequence[float] | None, count: int) -> list[float | None]:
+    if times is None:
+        return [None] * count
+    if len(times) != count:
+        raise ProbeError(
+            tr(
+                "{times} for {pictures}.",
+                times=tr_plural("{count} exposure time", "{count} exposure times", len(times)),
+                pictures=tr_plural("{count} picture", "{count} pictures", count),
+            ),
+            tr("Give one for each, in the order of the files (of a folder: sorted by name)."),
+        )
+    low, high = SHUTTER_LIMITS_S
+    for time in times:
+        if not low <= time <= high:
+            raise ProbeError(
+                tr("{time:g} is not an exposure time in seconds.", time=time),
+                tr("Between {low:g} and {high:g} s are possible.", low=low, high=high),
+            )
+    return [float(time) for time in times]
+
+
+def _check_number(count: int) -> None:
+    if count > MAX_FRAMES:
+        raise ProbeError(
+            tr(
+                "{count} pictures are too many for one bracket: at most {most} are merged.",
+                count=count,
+                most=MAX_FRAMES,
+            ),
+            tr("Name only the frames of one place and time."),
+        )
+
+
+def _check_pixels(headers: list[Header]) -> None:
+    """Refuse what would take hours: a few frames of a size that no camera has."""
+    pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
+    if pixels > _MOST_PIXELS:
+        raise ProbeError(
+            tr(
+                "{count} frames of this size are too many: {pixels:.1f} gigapixels.",
+                count=len(headers),
+                pixels=pixels / 1e9,
+            ),
+            tr("Scale all of them down by the same factor; 4096 x 2048 holds all that is needed."),
+        )
+
+
+def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
+    """Leave out files that are named twice and files of the same bytes."""
+    kept: dict[tuple[str, ...], _Listed] = {}
+    dropped: dict[str, list[str]] = {}
+    contents = _contents([header.frame.path for header, _ in files])
+    for file, content in zip(files, contents, strict=True):
+        first = kept.setdefault(content, file)
+        if first is not file:
+            name = first[0].frame.path.name
+            dropped.setdefault(name, []).append(file[0].frame.path.name)
+    copies: list[Remark] = [Copies(name, tuple(names)) for name, names in dropped.items()]
+    return list(kept.values()), copies
+
+
+def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
+    """Return equal values for equal files, reading no more of them than that takes.
+
+    Nothing where no other has their length, the whole only where another starts with the same
+    bytes.
+    """
+    contents: list[tuple[str, ...]] = [()] * len(paths)
+    for limit in (0, _START, None):
+        counts = Counter(contents)
+        contents = [
+            (*content, _content(path, limit)) if counts[content] > 1 or limit == 0 else content
+            for path, content in zip(paths, contents, strict=True)
+        ]
+    return contents
+
+
+def _content(path: Path, limit: int | None) -> str:
+    """Digest of a file, or of its first bytes; its length for 0 of them."""
+    with os_errors_as(ProbeError, tr("{path} cannot be read: {reason}."), path=path):
+        if limit == 0:
+            return str(path.stat().st_size)
+        with open_file(path) as stream:
+            if limit is None:
+                return hashlib.file_digest(stream, "sha256").hexdigest()
+            return hashlib.sha256(stream.read(limit)).hexdigest()
+
+
+def _check_count(headers: list[Header], files: list[Path]) -> None:
+    if len(headers) > 1:
+        return
+    name = headers[0].frame.path.name
+    hint = tr("Use at least two exposures, better three: the metered one, brighter and darker.")
+    if len(files) > 1:
+        raise ProbeError(
+            tr("All files are copies of {name}: that is not a bracket.", name=name), hint
+        )
+    raise ProbeError(tr("{name} is alone: one frame is not a bracket.", name=name), hint)
+
+
+def not_all_around(frame: Frame) -> ProbeError:
+    """Return the error for a single photo that is neither panorama nor fisheye pair."""
+    return ProbeError(
+        tr(
+            "{name} is {width} x {height}: alone it has to show every direction, and be twice "
+            "as wide as high (2:1).",
+            name=frame.path.name,
+            width=frame.shape[1],
+            height=frame.shape[0],
+        ),
+        tr("Use a 360 camera's picture, or at least two exposures of a bracket."),
+    )
+
+
+def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | None) -> Bracket:
+    """Make a bracket of one photograph, or say why it will not do."""
+    frame, name = header.frame, header.frame.path.name
+    if frame.kind not in ("uint8", "uint16"):
+        _check_count([header], [frame.path])
+    if not may_be_circles(frame.shape):
+        raise not_all_around(frame)
+    if header.part:
+        raise ProbeError(
+            tr("{name} says that it shows only a part of the sphere.", name=name),
+            tr("Export it as a full panorama (360 x 180 degrees)."),
+        )
+    stops, doubts = 0.0, list[Remark]([TimeUnstated(name)])
+    if frame.exposure is not None or times is not None:
+        exposures, doubts = settle_exposures([header], times)
+        frame, stops = replace(frame, exposure=exposures[0]), exposures[0].ev
+    rendered = [RenderedByCamera((name,))] if frame.tone_mapped else []
+    return Bracket((frame,), (stops,), (*remarks, *doubts, *rendered))
+
+
+def _check_alike(headers: list[Header]) -> None:
+    _one_value(
+        headers,
+        lambda header: header.frame.shape,
+        lambda shape: tr("{width} x {height} pixels", width=shape[1], height=shape[0]),
+        tr("Leave it out, or export all frames at one size."),
+    )
+    _one_value(
+        [header for header in headers if header.frame.camera],
+        lambda header: header.frame.camera,
+        lambda camera: tr("from a {camera}", camera=camera),
+        tr("All frames of a bracket come from one camera; leave out what does not belong to it."),
+    )
+    _one_value(
+        headers,
+        lambda header: header.frame.kind,
+        lambda kind: tr("stored as {kind}", kind=_KIND_WORDS[kind]),
+        tr("Leave it out, or export all frames in one format."),
+    )
+    _one_value(
+        headers,
+        lambda header: header.frame.primaries,
+        lambda primaries: (
+            tr("in colours of other primaries") if primaries else tr("in Rec. 709 colours")
+        ),
+        tr("Leave it out, or export all frames in one colour space."),
+    )
+    _one_value(
+        headers,
+        lambda header: header.orientation,
+        lambda orientation: tr(
+            "held another way (EXIF orientation {orientation})", orientation=orientation
+        ),
+        tr("Leave it out, or shoot all frames with the camera held the same way."),
+    )
+
+
+def _one_value(
+    headers: list[Header],
+    value: Callable[[Header], _Value],
+    words: Callable[[_Value], str],
+    hint: str,
+) -> None:
+    """Refuse frames that differ, and name those in the minority."""
+    names: dict[_Value, list[str]] = {}
+    for header in headers:
+        names.setdefault(value(header), []).append(header.frame.path.name)
+    if len(names) < 2:
+        return
+    ranked = sorted(names, key=lambda each: -len(names[each]))
+    usual, odd = ranked[0], ranked[1]
+    if len(names[usual]) > len(names[odd]):
+        rest = tr("the other frames are {what}", what=words(usual))
+    else:
+        rest = _clause(names[usual], words(usual))
+    raise ProbeError(tr("{odd}, but {rest}.", odd=_clause(names[odd], words(odd)), rest=rest), hint)
+
+
+def _clause(names: list[str], what: str) -> str:
+    return tr_plural(
+        "{names} is {what}", "{names} are {what}", len(names), names=listed(names), what=what
+    )
+
+
+def rendered_frames(headers: Sequence[Header]) -> tuple[str, ...]:
+    """Name the pictures that the camera has changed in every pixel."""
+    return tuple(header.frame.path.name for header in headers if header.frame.tone_mapped)
+
+
+def _rendered(names: Sequence[str]) -> str:
+    return tr_plural(
+        "{names} was taken with HDR rendering or range compensation on, "
+        "which changes every pixel in its own way.",
+        "{names} were taken with HDR rendering or range compensation on, "
+        "which changes every pixel in its own way.",
+        len(names),
+        names=listed(names),
+    )
+
+
+def _in_order(bracket: Bracket) -> Bracket:
+    """Sort, brightest first, and look for exposures that are there twice."""
+    order = sorted(
+        range(len(bracket.frames)),
+        key=lambda index: (-bracket.stops[index], bracket.frames[index].path.name),
+    )
+    frames = tuple(bracket.frames[index] for index in order)
+    stops = tuple(bracket.stops[index] for index in order)
+    if stops[0] - stops[-1] < EQUAL_STOPS:
+        raise ProbeError(
+            tr(
+                "All {count} frames have the same exposure: the camera did not bracket.",
+                count=len(stops),
+            ),
+            tr(
+                "Shoot again with bracketing on. If the files state a wrong exposure, "
+                "give the real ones with --times."
+            ),
+        )
+    warnings = bracket.warnings
+    for first in range(len(stops)):
+        same = [k for k in range(len(stops)) if math.fabs(stops[k] - stops[first]) < EQUAL_STOPS]
+        if len(same) > 1 and same[0] == first:
+            names = tuple(frames[k].path.name for k in same)
+            warnings = (*warnings, SameExposure(names))
+    return Bracket(frames, stops, warnings)

@@ -1,0 +1,195 @@
+"""Correct merged light: restore the sun, set lamps, fill masks; then audit what is clipped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bools, Float32
+from app.core.base.colour import luminance
+from app.core.base.errors import ProbeError
+from app.core.base.remarks import Remark
+from app.core.environment.environment import reduce_radiance
+from app.core.measure.finish.clip_audit import Audit, audit
+from app.core.measure.finish.inpainting import fill
+from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid, upsampled
+from app.core.measure.finish.remarks import LampGained, NoClutter
+from app.core.measure.finish.rough import brightened, rough_audit, told_clipped
+from app.core.measure.finish.sun import Restoration, restore, set_illuminance
+from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union
+from app.core.measure.finish.turn_changes import Change, changes, masking_changes
+from app.core.measure.options import MeasureOptions
+from app.core.measure.read.frame import Merged
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr
+
+_MOST_STOPS = 20.0
+_HALF: Final = 0.5  # of a texel: what is filled by more was not seen
+
+
+def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
+    """Brighten or darken lamps by stops.
+
+    Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
+    counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
+    no such lamp, or a gain is not a number between -20 and 20 stops.
+    """
+    radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
+    for name, stops in gains.items():
+        light = _named(lights, name)
+        if not (math.isfinite(stops) and abs(stops) <= _MOST_STOPS):
+            raise ProbeError(tr("The gain of lamp {id} must be from -20 to 20 stops.", id=light.id))
+        inside = upsampled(light, clipped.shape)
+        part = radiance[inside]
+        if light.clipped:
+            factor = 1.0 + (2.0**stops - 1.0) * merged.clipped[inside]
+            clipped[inside] = 0.0
+        else:
+            above = 1.0 - light.surround / np.maximum(luminance(part), 1e-30)
+            factor = 1.0 + (2.0**stops - 1.0) * np.clip(above, 0.0, 1.0)
+        radiance[inside] = part * factor[:, None]
+    return replace(merged, radiance=radiance, clipped=clipped)
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """Finished light and its audit.
+
+    `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
+    to 1. `audit` is of the finished light; None for pictures that are not panoramas. `unseen`,
+    (H, W) bool, is where the light was filled because no frame shows it.
+    """
+
+    merged: Merged
+    measured: Merged
+    lights: tuple[Light, ...] = ()
+    measured_clipped: float = 0.0
+    restoration: Restoration | None = None
+    clutter: tuple[Clutter, ...] = ()
+    changes: tuple[Change, ...] = ()
+    audit: Audit | None = None
+    notes: tuple[Remark, ...] = ()
+    unseen: Bools | None = field(default=None, repr=False)
+
+
+def finish(
+    merged: Merged,
+    pack: StylePack,
+    options: MeasureOptions,
+    *,
+    foot: tuple[float, float] = NADIR,
+    room_stops: float | None = None,
+    alone: str = "",
+    blind: Float32 | None = None,
+) -> Finished:
+    """Apply the user's corrections to a merged panorama and audit the result.
+
+    `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
+    stops darker than its darkest frame the camera can go, None where unknown; `alone` names the
+    photograph where it is the only one; `blind`, (H, W), is 1 where no frame shows the light and it
+    was filled. ProbeError when a lamp is not there or a mask is of no use.
+    """
+    merged = told_clipped(merged, alone) if alone else merged
+    grid = light_grid(merged)
+    lights = find_lights(merged, grid)
+    light, restoration, notes = _put_right(merged, lights, options, grid)
+    found = Finished(
+        merged=light,
+        measured=merged,
+        lights=lights,
+        measured_clipped=float((grid.lost * grid.solid_angle).sum()) / grid.total,
+        restoration=None if restoration is None or restoration.light is None else restoration,
+        notes=tuple(notes),
+        unseen=None if blind is None or not (blind > _HALF).any() else blind > _HALF,
+    )
+    found = _cleaned(found, pack, options, foot)
+    looks = found.merged
+    if alone:
+        found = replace(found, merged=brightened(looks))
+    last = grid if found.merged is merged else light_grid(found.merged)
+    remaining = still_clipped(lights, last)
+    if alone:
+        verdict = rough_audit(looks, found.merged, remaining, last, pack)
+        return replace(found, audit=verdict)
+    verdict = audit(
+        found.merged,
+        remaining,
+        pack,
+        restoration=restoration,
+        room_stops=room_stops,
+        grid=last,
+        blind=blind,
+    )
+    return replace(found, audit=verdict)
+
+
+def _put_right(
+    merged: Merged, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
+) -> tuple[Merged, Restoration | None, list[Remark]]:
+    """Put the sun back, and the lamps that the user knows better.
+
+    There is a restoration where the sun was looked for, found or not.
+    """
+    notes: list[Remark] = []
+    restoration = None
+    if options.sun != "leave" and grid.clipped.any():
+        restoration = restore(merged, lights, options.sun, grid)
+        chosen = {name.strip().upper() for name in (*options.gains, *options.lux)}
+        # What the user says of a lamp is worth more than what a model says of it.
+        if restoration.light in chosen:
+            restoration = None
+        elif restoration.remark is not None:
+            merged = restoration.merged
+            notes.append(restoration.remark)
+    for name, lux in options.lux.items():
+        metered = set_illuminance(merged, _named(lights, name), lux)
+        merged = metered.merged
+        if metered.remark is not None:
+            notes.append(metered.remark)
+    if options.gains:
+        merged = apply_gains(merged, lights, options.gains)
+        notes += [LampGained(name.strip().upper(), stops) for name, stops in options.gains.items()]
+    return merged, restoration, notes
+
+
+def _cleaned(
+    found: Finished, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
+) -> Finished:
+    """Fill what is masked, and report what that changes."""
+    if not options.masks:
+        return found
+    merged = found.merged
+    clutter = resolve(options.masks, merged, foot)
+    if not clutter:
+        return replace(found, notes=(*found.notes, NoClutter()))
+    filled = fill(merged, union(clutter, merged.clipped.shape))
+    shape = pack.header.environment
+    changed = changes(
+        reduce_radiance(merged.radiance, shape), reduce_radiance(filled.radiance, shape), pack
+    )
+    notes = (*found.notes, masking_changes(changed))
+    return replace(found, merged=filled, clutter=clutter, changes=changed, notes=notes)
+
+
+def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
+    """Update which lamps are still clipped after corrections."""
+    clipped = grid.clipped.ravel()
+    return tuple(
+        replace(light, clipped=light.clipped and bool(clipped[light.texels].max(initial=0.0) > 0))
+        for light in lights
+    )
+
+
+def _named(lights: Sequence[Light], name: str) -> Light:
+    for light in lights:
+        if light.id == name.strip().upper():
+            return light
+    known = ", ".join(light.id for light in lights) or tr("none was found")
+    raise ProbeError(
+        tr("There is no lamp {name!r} in this place.", name=name),
+        tr("Lamps: {known}.", known=known),
+    )

@@ -1,0 +1,96 @@
+"""What a change of the light means for the answers: every turn before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from app.core.base.angles import difference
+from app.core.base.arrays import Floats
+from app.core.measure.finish.remarks import CostlyChange, MaskingChanges
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.turn_choice import Objective
+from app.core.styles.style_pack import StylePack
+
+_FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is called a change
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Change of a style's answer.
+
+    Turns are refined, degrees in (-180, 180], positive clockwise; `change_deg` is the shorter
+    way from before to after. `given_up` is what the turn before loses under the light after:
+    the objective's maximum minus its value there, as a share of the range of the curve over all
+    turns, 0 to 1.
+    """
+
+    style: str
+    title: str
+    turn_before_deg: float
+    turn_after_deg: float
+    change_deg: float
+    given_up: float
+    attainable_before: bool
+    attainable_after: bool
+
+
+def changes(
+    before: Floats,
+    after: Floats,
+    pack: StylePack,
+    objective: Objective = "picture",
+) -> tuple[Change, ...]:
+    """Compare the answers of all styles under two lights.
+
+    Both are (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
+    EnvironmentFileError when one is black, not finite or of another size.
+    """
+    old = solve_all(pack, before, objective)
+    new = solve_all(pack, after, objective)
+    return tuple(_change(a, b, objective) for a, b in zip(old, new, strict=True))
+
+
+def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
+    """Sum up what changes, of the styles that the place can give before or after.
+
+    A turn that moved between two places which the new light finds equally good (within 1 % of the
+    curve's range) counts as unchanged.
+    """
+    seen = [each for each in changed if each.attainable_before or each.attainable_after]
+    costly = [each for each in seen if each.given_up > _FREE]
+    worst = max(costly, key=lambda each: each.given_up, default=None)
+    moved = (abs(each.change_deg) for each in seen if each.given_up <= _FREE)
+    gained = [each for each in seen if each.attainable_after and not each.attainable_before]
+    lost = [each for each in seen if each.attainable_before and not each.attainable_after]
+    return MaskingChanges(
+        len(seen),
+        len(costly),
+        None
+        if worst is None
+        else CostlyChange(
+            worst.title or worst.style, worst.turn_before_deg, worst.turn_after_deg, worst.given_up
+        ),
+        max(moved, default=0.0),
+        *(tuple(each.title or each.style for each in some) for some in (gained, lost)),
+    )
+
+
+def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Change:
+    curve = after.match_curve if objective == "picture" else after.quality_curve
+    span = float(np.ptp(curve))
+    lost = float(curve[after.turn_index] - curve[before.turn_index])
+    return Change(
+        style=before.name,
+        title=before.title,
+        turn_before_deg=before.turn_refined_deg,
+        turn_after_deg=after.turn_refined_deg,
+        change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
+        # The new turn may be the lesser one on this curve, where its strength decided.
+        given_up=max(lost, 0.0) / span if span > 0.0 else 0.0,
+        attainable_before=before.attainable,
+        attainable_after=after.attainable,
+    )

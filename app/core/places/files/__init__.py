@@ -1,0 +1,1 @@
+"""The files in the folder of a place: light, originals, frames, photos."""

@@ -1,0 +1,258 @@
+"""Save and read the light of a place, exact to the last bit.
+
+A new place's light is rounded to half floats before anything is worked out from it (`storable`), so
+that a third of the room holds it to the last bit. Other light, as of places from before, is kept as
+32-bit OpenEXR. What was written is read back and compared before it gets its name. The name holds
+the first digits of the checksum, so another light never replaces one that is there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float32
+from app.core.base.colour import FloatImage
+from app.core.base.errors import CoreError, EnvironmentFileError
+from app.core.base.imaging.image_input import stated_scale
+from app.core.base.imaging.images import write_exr, write_half_exr, write_png
+from app.core.base.remarks import Remark
+from app.core.base.sphere import bounded
+from app.core.environment.environment import Environment, from_radiance
+from app.core.environment.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
+from app.core.measure.finish.display import display_panorama
+from app.core.places.files.originals import ORIGINALS
+from app.core.places.place import ENVIRONMENT_NAME, Place, PlaceError
+from app.core.places.remarks import LightChanged
+from app.core.places.store import THUMBNAIL, capture_folders
+from app.core.text import tr
+
+_THUMBNAIL_WIDTH: Final = 512
+# Half floats end at 65504, which readers may take for the end of a sensor.
+_LARGEST: Final = 2.0**15
+_COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
+
+
+@dataclass(frozen=True, slots=True)
+class StoredLight:
+    """The saved environment of a place."""
+
+    environment: str
+    fingerprint: str
+    # the small picture; None when it could not be written, which costs nothing but its looks
+    thumbnail: Path | None
+
+
+def store_environment(
+    folder: Path,
+    radiance: FloatImage,
+    display: Bytes | None = None,
+    *,
+    white_cd_m2: float | None = None,
+    rough: bool = False,
+    shares: Mapping[str, Float32] | None = None,
+) -> StoredLight:
+    """Save the light of a place; `read_light` returns it exactly.
+
+    ``place.json`` has to name it afterwards (`write_place`): until then the place has the light
+    it had.
+
+    `radiance`: (H, 2 H, 3) float32, linear Rec. 709 relative radiance as
+    `environment.environment.Environment` holds it: finite, not negative, not all 0. It is not
+    changed.
+    `display`: (h, w, 3) uint8, the panorama as sRGB, for the thumbnail; made of the radiance when
+    left out.
+    `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file, as whether it is `rough`.
+    `shares`: what is clipped and not seen, see `app.core.environment.environment.kept_shares`.
+    Raises PlaceError when the radiance is not such an environment, or the disk refuses or gives
+    back something else than was written. Nothing has changed then.
+    """
+    _check(radiance)
+    fingerprint = fingerprint_of(radiance)
+    name = f"environment-{fingerprint[:12]}.exr"
+
+    def check(path: Path) -> None:
+        _compare(path, radiance)
+
+    scale = next((each for each in (1.0, _scale(radiance)) if _holds(radiance, each)), None)
+    try:
+        if scale is None or shares:
+            write_exr(folder / name, radiance, white_cd_m2, check, rough=rough, shares=shares)
+        else:
+            write_half_exr(folder / name, radiance, scale, white_cd_m2, check, rough)
+    except PlaceError:
+        raise
+    except CoreError as error:
+        raise PlaceError(
+            tr("The light was not kept. {message}", message=error.message),
+            tr("It is still in memory: make room or choose another folder, then save again."),
+        ) from error
+    shown = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
+    return StoredLight(name, fingerprint, _write_thumbnail(folder, shown))
+
+
+def storable(radiance: FloatImage) -> FloatImage:
+    """Round radiance to half floats, within 0.05 % of each value.
+
+    `radiance`: (H, W, 3) float32, linear Rec. 709 radiance, finite and not negative. What is
+    darker than 2**-14, 12 stops below a grey wall, is rounded more coarsely.
+    """
+    scale = 1.0 if 1.0 <= float(radiance.max()) <= _LARGEST else _scale(radiance)
+    return _rounded(radiance, scale)
+
+
+def _scale(radiance: FloatImage) -> float:
+    """Find the power of two that leaves the largest value just under `_LARGEST`."""
+    largest = float(radiance.max())
+    exponent = math.ceil(math.log2(largest)) if largest > 0.0 else 0
+    return 2.0 ** (exponent - round(math.log2(_LARGEST)))
+
+
+def _rounded(radiance: FloatImage, scale: float) -> FloatImage:
+    factor = np.float32(scale)
+    # Exact but for the rounding to half floats: the factor is a power of two.
+    halves = (radiance / factor).astype(np.float16).astype(np.float32)
+    with np.errstate(over="ignore"):
+        rounded: FloatImage = halves * factor
+    # The largest float rounded up is none any more.
+    return np.minimum(rounded, np.finfo(np.float32).max, out=rounded)
+
+
+def _holds(radiance: FloatImage, scale: float) -> bool:
+    """Whether half floats hold every bit of a radiance."""
+    if not np.finfo(np.float32).tiny <= scale or float(radiance.max()) > _LARGEST * scale:
+        return False
+    wide = np.ascontiguousarray(radiance)
+    return np.array_equal(_rounded(wide, scale).view(np.uint32), wide.view(np.uint32))
+
+
+def fingerprint_of(radiance: FloatImage) -> str:
+    """Return the SHA-256 of an environment's size and radiance.
+
+    `radiance`: (H, W, 3) float32, linear Rec. 709 radiance.
+    """
+    little = np.ascontiguousarray(radiance, dtype="<f4")
+    total = hashlib.sha256(f"{little.shape}".encode())
+    total.update(little.data)
+    return total.hexdigest()
+
+
+def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, ...]]:
+    """Read the light of a place.
+
+    Returns `remarks`: one when the file is not the one that the results were worked out
+    from: then they have to be worked out again.
+    Raises PlaceError when the place has no light, or its file is missing or damaged; the hint says
+    what can be done about it.
+    """
+    if not place.environment:
+        raise PlaceError(
+            tr("No light was measured at “{name}” yet.", name=place.name), _next_step(folder)
+        )
+    if re.fullmatch(ENVIRONMENT_NAME, place.environment) is None:
+        raise PlaceError(
+            tr("The light of “{name}” has no usable name.", name=place.name), _next_step(folder)
+        )
+    path = folder / place.environment
+    if not path.is_file():
+        raise PlaceError(
+            tr(
+                "The light of “{name}” is missing: there is no {file} in {folder}.",
+                name=place.name,
+                file=place.environment,
+                folder=folder,
+            ),
+            _next_step(folder),
+        )
+    try:
+        panorama = read_panorama(path)
+        environment = replace(
+            from_radiance(_scaled(panorama.radiance, path), place.name),
+            rough=panorama.rough,
+            clipped=panorama.clipped,
+            unseen=panorama.unseen,
+        )
+    except EnvironmentFileError as error:
+        raise PlaceError(
+            tr(
+                "The light of “{name}” cannot be read. {message}",
+                name=place.name,
+                message=error.message,
+            ),
+            _next_step(folder),
+        ) from error
+    remarks = environment.repairs.remarks(place.name)
+    if place.fingerprint and fingerprint_of(environment.radiance) != place.fingerprint:
+        return environment, (*remarks, LightChanged(place.environment))
+    return environment, remarks
+
+
+def _next_step(folder: Path) -> str:
+    originals = folder / ORIGINALS
+    if any((each / ORIGINALS).is_dir() for each in capture_folders(folder)):
+        return tr("The camera's files are here: merge them again, or capture again.")
+    try:
+        if any(not each.name.startswith(".") for each in originals.iterdir()):
+            return tr(
+                "Its originals are here: merge those in {originals} again, or capture again.",
+                originals=originals,
+            )
+    except OSError:
+        pass
+    return tr("Capture here again, or open a panorama or a bracket.")
+
+
+def _check(radiance: FloatImage) -> None:
+    shape = radiance.shape
+    if radiance.dtype != np.float32 or radiance.ndim != 3 or shape[2] != 3:
+        raise PlaceError(tr("The light was not kept: it is not a picture of 32-bit numbers."))
+    if shape[1] != 2 * shape[0] or not MIN_WIDTH <= shape[1] <= MAX_WIDTH:
+        raise PlaceError(
+            tr(
+                "The light was not kept: {width} x {height} is not a full panorama that "
+                "can be read again.",
+                width=shape[1],
+                height=shape[0],
+            )
+        )
+    # By the extremes: they are NaN where anything is.
+    least, largest = float(radiance.min()), float(radiance.max())
+    if not (least >= 0.0 and 0.0 < largest < np.inf):
+        raise PlaceError(tr("The light was not kept: it has negative, infinite or no light in it."))
+
+
+def _read(path: Path) -> FloatImage:
+    return _scaled(read_panorama(path).radiance, path)
+
+
+def _scaled(radiance: FloatImage, path: Path) -> FloatImage:
+    scale = stated_scale(path)
+    return radiance if scale == 1.0 else radiance * np.float32(scale)
+
+
+def _compare(path: Path, radiance: FloatImage) -> None:
+    if radiance.nbytes > _COMPARED_BYTES:
+        return
+    again = _read(path)
+    # As bits: 0.0 and -0.0 are equal as numbers.
+    if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
+        raise PlaceError(
+            tr("The light was not kept: the disk gave back something else than was written."),
+            tr("Choose another folder for places in Settings; this disk may be failing."),
+        )
+
+
+def _write_thumbnail(folder: Path, display: Bytes) -> Path | None:
+    target = folder / THUMBNAIL
+    try:
+        write_png(target, bounded(display, _THUMBNAIL_WIDTH))
+    except CoreError:
+        return None
+    return target

@@ -1,0 +1,345 @@
+"""The photos taken at a place, and how far each missed the light.
+
+    PLACE/shots.json         one entry for each photograph; only ever replaced as a whole
+    PLACE/shots/originals/   copies of the photographs; the user's own files are only read
+    PLACE/shots/shot-N.jpg   small pictures for the list
+
+A photograph that is removed stays on the disk, marked, so that it can be brought back; when the
+place is next opened it can no longer be undone, and the copy goes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import cv2
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes
+from app.core.base.imaging.image_input import read_picture
+from app.core.base.imaging.images import write_png
+from app.core.base.progress import Report, Token, silent
+from app.core.base.remarks import Remark
+from app.core.measure.film.film import Film
+from app.core.places.files.originals import ORIGINALS, adopt_files
+from app.core.places.place import PlaceError
+from app.core.places.remarks import PhotosLost
+from app.core.portrait.portraits import value_at
+from app.core.solver.signature import GRADES
+from app.core.solver.solve import StyleResult
+from app.core.storage.data_lock import writing
+from app.core.storage.json_file import (
+    Facts,
+    Unfit,
+    carry_unknown,
+    keep_bad,
+    moment,
+    number,
+    one_of,
+    optional,
+    read_json,
+    record,
+    text,
+    truth,
+    whole,
+    write_json,
+)
+from app.core.text import tr
+
+SHOTS: Final = "shots.json"
+"""Name of the file in a place's folder."""
+
+_FOLDER: Final = "shots"
+_VERSION: Final = 1
+_KEY: Final = r"shot-\d{4,6}"
+_MOST_SHOTS: Final = 2000
+_MOST_BYTES: Final = 8 << 20
+_MOST_THUMBNAIL: Final = 1 << 20
+_THUMBNAIL: Final = 384  # pixels of its longer side
+_QUALITY: Final = 88
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """A photo with its verdict.
+
+    Azimuths are in the panorama, so that they stay true when the marker of where the photographer
+    stands is moved.
+    """
+
+    name: str
+    added_at: str
+    found: bool
+    style: str
+    title: str
+    goal_facing_deg: float  # azimuth that the sitter was to face, deg
+    taken_at: str | None = None
+    # heading_deg, facing_deg: azimuths of the camera's axis, and that the sitter faced; deg
+    heading_deg: float | None = None
+    facing_deg: float | None = None
+    # the sitter from the axis, deg, positive to the right; None where none was seen
+    sitter_deg: float | None = None
+    # fov_deg, focal_mm: horizontal field of view, deg; focal length for a frame of 36 x 24 mm
+    fov_deg: float | None = None
+    focal_mm: float | None = None
+    confidence: float = 0.0  # 0 to 1
+    outside_deg: int = 0  # whole degrees from the light; 0 in it
+    # match, best: of 100: at that turn, and of the style there; None where the turn is not known
+    match: int | None = None
+    best: int | None = None
+    # by_face: whether the light on the face says where it looks, and not the background
+    by_face: bool = False
+    mirrored: bool = False  # whether it was read as a mirror image
+    grade: str | None = None  # of the style on the face
+    # key_deg, key_promised_deg: azimuths of the key from the face, positive toward its left
+    key_deg: float | None = None
+    key_promised_deg: float | None = None
+    ratio_stops: float | None = None
+    ratio_promised_stops: float | None = None
+    removed: bool = False
+    file: str = ""
+    key: str = ""
+
+
+def _time(value: Any) -> str:
+    moment(value)
+    return str(value)
+
+
+_ANGLE: Final = number(-360.0, 360.0)
+_FILE: Final = r"[^/\\\0.][^/\\\0]{0,254}"
+_CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
+    "name": text(255),
+    "added_at": _time,
+    "found": truth,
+    "style": text(200),
+    "title": text(200),
+    "goal_facing_deg": _ANGLE,
+    "taken_at": optional(_time),
+    "heading_deg": optional(_ANGLE),
+    "facing_deg": optional(_ANGLE),
+    "sitter_deg": optional(_ANGLE),
+    "fov_deg": optional(number(0.0, 360.0)),
+    "focal_mm": optional(number(0.0, 1e5)),
+    "confidence": number(0.0, 1.0),
+    "outside_deg": whole(0, 360),
+    "match": optional(whole(0, 100)),
+    "best": optional(whole(0, 100)),
+    "by_face": truth,
+    "mirrored": truth,
+    "grade": optional(one_of(*GRADES)),
+    "key_deg": optional(_ANGLE),
+    "key_promised_deg": optional(_ANGLE),
+    "ratio_stops": optional(number(0.0, 30.0)),
+    "ratio_promised_stops": optional(number(0.0, 30.0)),
+    "removed": truth,
+    "file": text(255, _FILE),
+}
+
+
+def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
+    """Read the photos of a place; damaged entries are skipped.
+
+    Returns `shots`: in the order in which they were added, without those that were removed.
+    """
+    shots, lost, _, _ = _read(folder)
+    return tuple(shot for shot in shots if not shot.removed), lost
+
+
+def _read(folder: Path) -> tuple[list[Shot], tuple[Remark, ...], Facts, str]:
+    file = read_json(folder / SHOTS, _MOST_BYTES)
+    shots, lost = [], 0
+    for key, value in file.facts.items():
+        if re.fullmatch(_KEY, key) is None:
+            continue
+        try:
+            shots.append(replace(_shot(value), key=key))
+        except Unfit:
+            lost += 1
+    if file.state in ("missing", "whole") and not lost:
+        return shots, (), file.facts, file.version
+    remark = PhotosLost(lost, folder / _FOLDER / ORIGINALS)
+    return shots, (remark,), file.facts, file.version
+
+
+_shot: Final = record(
+    Shot,
+    _CHECKS,
+    needed=("name", "added_at", "found", "style", "title", "goal_facing_deg", "file"),
+)
+
+
+def _facts(shot: Shot) -> Facts:
+    facts = asdict(shot)
+    del facts["key"]
+    if not all(math.isfinite(each) for each in facts.values() if isinstance(each, float)):
+        raise PlaceError(tr("What was found out about {name} is not a number.", name=shot.name))
+    return facts
+
+
+def _write(folder: Path, shots: list[Shot], found: Facts, version: str) -> None:
+    """Write all of them; what a newer version wrote, and what cannot be read, stays."""
+    if len(shots) > _MOST_SHOTS:
+        raise PlaceError(
+            tr("There are more than {most} photos of this place.", most=_MOST_SHOTS),
+            tr("Remove some of them."),
+        )
+    new: Facts = {"version": found.get("version", _VERSION)}
+    new |= {shot.key: carry_unknown(_facts(shot), {}, found.get(shot.key)) for shot in shots}
+    others = {name: value for name, value in found.items() if name not in new}
+    try:
+        write_json(folder / SHOTS, new | others, _MOST_BYTES, version)
+    except CoreError as error:
+        raise PlaceError(
+            tr("The photo was not kept. {message}", message=error.message),
+            tr("Make room, then open it again."),
+        ) from error
+
+
+def add_shot(
+    folder: Path,
+    photo: Path,
+    shot: Shot,
+    picture: Bytes,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Shot:
+    """Add a photo to a place.
+
+    The same photograph opened again for the same style takes the place of the one that is there.
+
+    `picture`: (H, W, 3) uint8, sRGB, upright, for the list.
+    Raises PlaceError when the photograph cannot be copied or the disk refuses; nothing is listed
+    then.
+    """
+    (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
+    with writing(folder.parent):
+        return _add(folder, copy, shot, picture)
+
+
+def _add(folder: Path, copy: Path, shot: Shot, picture: Bytes) -> Shot:
+    shots, lost, found, version = _read(folder)
+    if lost:
+        keep_bad(folder / SHOTS, _MOST_BYTES)
+    same = next((one for one in shots if (one.file, one.style) == (copy.name, shot.style)), None)
+    key = _next_key(found) if same is None else same.key
+    kept = replace(shot, key=key, file=copy.name, name=shot.name[:255])
+    _write_thumbnail(folder, key, picture)
+    _write(folder, [one for one in shots if one.key != key] + [kept], found, version)
+    return kept
+
+
+def _next_key(found: Facts) -> str:
+    taken = [int(key[5:]) for key in found if re.fullmatch(_KEY, key)]
+    return f"shot-{max(taken, default=0) + 1:04d}"
+
+
+def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
+    """Write the small picture; without one the list is less pretty, and that is all."""
+    share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
+    small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
+    done, data = cv2.imencode(".jpg", rgb, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    if done:
+        with contextlib.suppress(CoreError):
+            atomic_write_bytes(folder / _FOLDER / f"{key}.jpg", data.tobytes())
+
+
+def is_frame(shot: Shot) -> bool:
+    """Return whether a photo is a frame of a film."""
+    return shot.file.endswith(".frame.png")
+
+
+def photo_of(folder: Path, shot: Shot) -> Path:
+    """Return the path of a photo's copy."""
+    return folder / _FOLDER / ORIGINALS / shot.file
+
+
+def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
+    """Read the thumbnail of a photo.
+
+    Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.
+    """
+    path = folder / _FOLDER / f"{shot.key}.jpg"
+    read = read_picture(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
+    return read if read is not None and max(read.shape[:2]) <= _THUMBNAIL else None
+
+
+def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
+    """Remove a photo from the list, or restore it.
+
+    Raises PlaceError when it is not there any more, or the disk refuses.
+    """
+    with writing(folder.parent):
+        shots, _, found, version = _read(folder)
+        if all(shot.key != key for shot in shots):
+            raise PlaceError(tr("This photo is not kept any more."), tr("Open it again."))
+        marked = [replace(one, removed=removed) if one.key == key else one for one in shots]
+        _write(folder, marked, found, version)
+
+
+def purge_shots(folder: Path) -> int:
+    """Delete removed photos and their copies for good.
+
+    How many. What the disk does not let go of stays.
+    """
+    shots, lost, found, version = _read(folder)
+    gone = [shot for shot in shots if shot.removed]
+    if lost or not gone:
+        return 0
+    kept = [shot for shot in shots if not shot.removed]
+    others = {name: value for name, value in found.items() if name not in {s.key for s in gone}}
+    with contextlib.suppress(CoreError):
+        _write(folder, kept, others, version)
+        files = {shot.file for shot in kept}
+        for shot in gone:
+            with contextlib.suppress(OSError):
+                (folder / _FOLDER / f"{shot.key}.jpg").unlink(missing_ok=True)
+                if shot.file not in files:
+                    photo_of(folder, shot).unlink(missing_ok=True)
+        return len(gone)
+    return 0
+
+
+def keep_film_frames(
+    folder: Path, film: Film, results: Sequence[StyleResult], now: datetime, offset_deg: float = 0.0
+) -> None:
+    """Save the frame of each style that a film offers as a photo of the place.
+
+    What cannot be kept is left out.
+    """
+    with TemporaryDirectory() as work, suppress(CoreError, OSError):
+        for result in results:
+            turn = result.turn_refined_deg
+            frame, clock = film.frame_at(turn), film.clock_at(turn)
+            picture = film.pictures[frame] if result.attainable else None
+            if picture is None:
+                continue
+            photo = Path(work) / f"{result.name} {clock.replace(':', '-')}.frame.png"
+            write_png(photo, picture)
+            nose = float(film.noses_deg[frame])
+            shot = Shot(
+                f"Film {clock}",
+                now.isoformat(),
+                True,
+                result.name,
+                result.title,
+                wrap(turn + offset_deg),
+                facing_deg=wrap(nose + offset_deg),
+                sitter_deg=0.0,
+                confidence=float(film.trust[frame]),
+                match=int(value_at(result.match_curve, nose)),
+                best=int(result.match),
+            )
+            add_shot(folder, photo, shot, picture)

@@ -1,0 +1,1 @@
+"""How a place keeps remarks and reasons, and how earlier versions did."""

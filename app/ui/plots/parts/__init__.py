@@ -1,0 +1,1 @@
+"""What plots are made of: items, marks, layers and their geometry."""

@@ -1,0 +1,315 @@
+"""What all plots share: the keyboard, cached pictures, labels, words for a screen reader."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QAccessible,
+    QColor,
+    QFont,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPainterPath,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QPolygonF,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app.core.base.angles import wrap
+from app.core.base.visible import visible
+from app.ui.plots.parts.geometry import Point, smooth
+from app.ui.theme import px, theme
+from app.ui.widgets.accessibility import give_role
+from app.ui.widgets.paint import Paints, box, draw_tag, tag_size
+
+if TYPE_CHECKING:
+    from app.ui.plots.panel import Panel
+
+_ARROWS: Final = {
+    Qt.Key.Key_Left: (-1.0, 0.0),
+    Qt.Key.Key_Right: (1.0, 0.0),
+    Qt.Key.Key_Up: (0.0, 1.0),
+    Qt.Key.Key_Down: (0.0, -1.0),
+}
+
+
+def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
+    """Read an arrow key as degrees to the right and up: 1, with Shift 10; None for other keys."""
+    way = _ARROWS.get(Qt.Key(event.key()))
+    size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
+    return None if way is None else (way[0] * size, way[1] * size)
+
+
+def device_ratio(painter: QPainter) -> float:
+    """Device pixels per logical one where a painter paints, which may be a picture."""
+    return max(painter.deviceTransform().m11(), 0.25)
+
+
+def snap(value: float, ratio: float, width: float = 1.0) -> float:
+    """Move the middle of a line so that both of its edges lie on device pixels."""
+    odd = round(width * ratio) % 2
+    return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
+
+
+def polygon(points: Sequence[Point]) -> QPolygonF:
+    """Give points to Qt."""
+    return QPolygonF([QPointF(x, y) for x, y in points])
+
+
+def closed_path(points: Sequence[Point]) -> QPainterPath:
+    """Lead a smooth closed path through at least three points."""
+    path = QPainterPath(QPointF(*points[0]))
+    for first, second, stop in smooth(points):
+        path.cubicTo(QPointF(*first), QPointF(*second), QPointF(*stop))
+    path.closeSubpath()
+    return path
+
+
+def draw_text(
+    painter: QPainter, middle: Point, text: str, font: QFont, colour: QColor, align: float = 0.5
+) -> float:
+    """Draw one line of text on whole device pixels, and give its width.
+
+    `middle` is the middle of the capital letters, and across what `align` says.
+    """
+    text = visible(text)
+    painter.setFont(font)
+    metrics = painter.fontMetrics()
+    width = float(metrics.horizontalAdvance(text))
+    ratio = device_ratio(painter)
+    x = round((middle[0] - width * align) * ratio) / ratio
+    y = round((middle[1] + metrics.capHeight() / 2.0) * ratio) / ratio
+    painter.setPen(colour)
+    painter.drawText(QPointF(x, y), text)
+    return width
+
+
+def draw_label(
+    painter: QPainter,
+    place: Point,
+    text: str,
+    *,
+    fill: QColor | None = None,
+    ink: QColor | None = None,
+    weight: int = 400,
+) -> QRectF:
+    """Draw a label on a picture: a tag, in other colours with a dark edge; give where it lies."""
+    area = label_area(place, text, weight=weight)
+    if fill is not None:
+        edge = px(4) + 1
+        box(painter, area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, theme().c.tag)
+    return draw_tag(painter, area.x(), area.y(), text, "tl", fill, ink, weight)
+
+
+def label_area(
+    place: Point, text: str, align: tuple[float, float] = (0.0, 0.0), weight: int = 400
+) -> QRectF:
+    """Measure a label as `draw_label` draws it, logical pixels.
+
+    `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
+    """
+    width, height = tag_size(text, weight)
+    # On whole pixels, or its edges are smeared.
+    return QRectF(
+        round(place[0] - width * align[0]), round(place[1] - height * align[1]), width, height
+    )
+
+
+def disc(
+    painter: QPainter,
+    place: Point,
+    radius: float,
+    fill: QColor | Qt.GlobalColor | None = None,
+    edge: QColor | Qt.GlobalColor | None = None,
+    width: float = 1.0,
+) -> None:
+    """Draw a disc, or a ring where there is no fill; the edge has its middle at the radius."""
+    painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
+    painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
+    painter.drawEllipse(QPointF(*place), radius, radius)
+
+
+class Plot(Paints, QWidget):
+    """A widget that can have the focus and says in words what it shows.
+
+    What has a place in its data is an item of its panel; `draw` paints the ground under it.
+    """
+
+    policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    role = QAccessible.Role.Graphic
+    """What it is to who cannot see it."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        give_role(self, self.role)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(*self.policies)
+        self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
+        self._panel: Panel | None = None
+
+    @property
+    def panel(self) -> Panel:
+        """The panorama of a plot that shows one; made when it is first asked for."""
+        if self._panel is None:
+            # Not before it is needed: see there.
+            from app.ui.plots.panel import Panel
+
+            self._panel = Panel(self, lambda p: self.draw_over(p, device_ratio(p)))
+            self._panel.setGeometry(self.panel_rect())
+            self._panel.lower()
+            self._panel.show()
+        return self._panel
+
+    def panel_rect(self) -> QRect:
+        """Where the panorama lies."""
+        return self.rect()
+
+    def draw_over(self, painter: QPainter, ratio: float) -> None:
+        """Paint what lies over the panorama, in its coordinates."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the panorama in its place."""
+        super().resizeEvent(event)
+        if self._panel is not None:
+            self._panel.setGeometry(self.panel_rect())
+
+    def say(self, words: str) -> None:
+        """Set what a screen reader says about the values."""
+        if words != self.accessibleDescription():
+            self.setAccessibleDescription(words)
+
+    def kept(
+        self, name: str, key: Hashable, size: QSize, ratio: float, draw: Callable[[QPainter], None]
+    ) -> QPixmap:
+        """Give a picture that is drawn again only when its key changes.
+
+        It is drawn in logical pixels on transparent ground.
+        """
+        t = theme()
+        whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
+        known = self._cache.get(name)
+        if known is not None and known[0] == whole:
+            return known[1]
+        pixmap = QPixmap(round(size.width() * ratio), round(size.height() * ratio))
+        pixmap.setDevicePixelRatio(ratio)
+        pixmap.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(pixmap)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        try:
+            draw(painter)
+        finally:
+            painter.end()
+        self._cache[name] = (whole, pixmap)
+        return pixmap
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the ground under the panel; the painter is antialiased and in logical pixels."""
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Rectangle and corner radius that the focus ring goes around."""
+        return self.rect(), px(6)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the plot."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        # A painter that outlives an error takes the whole program with it.
+        try:
+            self.draw(painter, device_ratio(painter))
+        finally:
+            painter.end()
+
+
+class TurnPlot(Plot):
+    """A plot whose needle is a turn: by mouse or keyboard it can be moved and put back.
+
+    Arrows move by 1°, with Shift by 10°, Home goes to the best turn.
+    """
+
+    role = QAccessible.Role.Dial
+
+    turned = Signal(float)
+    """The needle moved by hand to this turn, deg in (-180, 180]; many times while dragging."""
+
+    released = Signal(float)
+    """The hand left the needle at this turn, deg."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.needle = 0.0  # deg in (-180, 180]
+        self._best: float | None = None
+        self._dragging = False
+        self._stepped = False
+
+    def set_needle(self, turn_deg: float) -> None:
+        """Move the needle without a signal."""
+        self.needle = wrap(turn_deg)
+        self.describe()
+        self.update()
+
+    def describe(self) -> None:
+        """Put the values into words for a screen reader."""
+
+    def turn_to(self, turn_deg: float) -> None:
+        """Move the needle by hand: with the signal `turned`."""
+        self.set_needle(turn_deg)
+        self.turned.emit(self.needle)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move the needle with the keyboard."""
+        if step := arrow_step(event):
+            # From a whole number, so that what is shown counts on by whole degrees.
+            self.turn_to(round(self.needle) + sum(step))
+        elif event.key() == Qt.Key.Key_Home and self._best is not None:
+            self.turn_to(self._best)
+        else:
+            super().keyPressEvent(event)
+            return
+        self._stepped = True
+        event.accept()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Let go of the needle once no key repeats any more."""
+        if self._stepped and not event.isAutoRepeat():
+            self._stepped = False
+            self.released.emit(self.needle)
+        super().keyReleaseEvent(event)
+
+    def turn_under(self, point: Point) -> float | None:
+        """Give the turn that a pointer means, deg; None for none."""
+        raise NotImplementedError
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Lead the needle."""
+        if self._dragging:
+            turn = self.turn_under((event.position().x(), event.position().y()))
+            if turn is not None:
+                self.turn_to(turn)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the needle."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.end_drag()
+        super().mouseReleaseEvent(event)
+
+    def begin_drag(self, turn_deg: float) -> None:
+        """Take the needle with the mouse."""
+        self._dragging = True
+        self.turn_to(turn_deg)
+
+    def end_drag(self) -> None:
+        """Let go of the needle with the mouse."""
+        if self._dragging:
+            self._dragging = False
+            self.released.emit(self.needle)
+            self.update()

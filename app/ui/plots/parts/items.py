@@ -1,0 +1,202 @@
+"""Lines, curves and marks at places of the data, as wide on every screen and at every zoom.
+
+A pen of pyqtgraph’s is counted in pixels of the screen: on a fine one its lines grow thin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QTransform
+from PySide6.QtWidgets import QStyleOptionGraphicsItem
+
+from app.ui.plots.parts.base import device_ratio, snap
+from app.ui.plots.parts.geometry import Point
+
+Draw: TypeAlias = Callable[[QPainter, Point], object]
+"""Paints a mark around its middle, logical pixels."""
+
+
+def _to_pixels(painter: QPainter) -> QTransform:
+    """Let a painter of an item paint in logical pixels; returns from the item's units to them."""
+    transform = QTransform(painter.transform())
+    painter.resetTransform()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    return transform
+
+
+class Line(pg.InfiniteLine):  # type: ignore[misc]
+    """A line across the plot, upright or level, its pens one upon the other from the widest on."""
+
+    def __init__(self, *pens: QPen, upright: bool = True) -> None:
+        super().__init__(angle=90 if upright else 0, pen=pens[0])
+        self._pens = pens
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint it on whole pixels of the screen."""
+        area = self.boundingRect()
+        transform = _to_pixels(painter)
+        start, stop = (transform.map(QPointF(x, 0.0)) for x in (area.left(), area.right()))
+        ratio, width = device_ratio(painter), self._pens[-1].widthF()
+        if self.angle == 90:
+            x = snap(start.x(), ratio, width)
+            start, stop = QPointF(x, start.y()), QPointF(x, stop.y())
+        else:
+            y = snap(start.y(), ratio, width)
+            start, stop = QPointF(start.x(), y), QPointF(stop.x(), y)
+        for pen in self._pens:
+            painter.setPen(pen)
+            painter.drawLine(start, stop)
+
+
+class Curve(pg.PlotCurveItem):  # type: ignore[misc]
+    """A curve, its pens one upon the other from the widest on; with a fill it is closed."""
+
+    def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
+        super().__init__(pen=_padding(pens))
+        self._pens, self._fill = pens, fill
+
+    def set_points(self, points: Sequence[Point] | Any) -> None:
+        """Lead it through other points, (n, 2)."""
+        places = np.asarray(points, float).reshape(-1, 2)
+        self.setData(places[:, 0], places[:, 1])
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint fill and pens."""
+        path = _to_pixels(painter).map(self.getPath())
+        if self._fill is not None:
+            path.closeSubpath()
+            painter.fillPath(path, QBrush(self._fill))
+        for pen in self._pens:
+            painter.strokePath(path, pen)
+
+
+class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
+    """Straight pieces of a line, their pens one upon the other from the widest on."""
+
+    def __init__(self, *pens: QPen) -> None:
+        super().__init__()
+        self._pens = pens
+        self._ends = np.zeros((0, 4))
+        self._area = QRectF()
+        self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
+        self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
+
+    def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
+        """Show other pieces, x and y of both ends, (n, 4); nothing of them outside an area."""
+        self._ends, self._area = np.asarray(ends, float), area
+        places = self._ends.reshape(-1, 2)
+        self.setData(places[:, 0], places[:, 1], connect="pairs")
+
+    def boundingRect(self) -> QRectF:
+        """Return the area."""
+        return self._area
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
+        """Paint those that are exposed: all of them would take longer than the rest of a plot."""
+        transform = _to_pixels(painter)
+        wide = self._pens[0].widthF()
+        area = transform.mapRect(option.exposedRect).adjusted(-wide, -wide, wide, wide)
+        x, y = self._ends[:, ::2] * transform.m11(), self._ends[:, 1::2] * transform.m22()
+        x, y = x + transform.dx(), y + transform.dy()
+        seen = (x.max(1) > area.left()) & (x.min(1) < area.right())
+        seen &= (y.max(1) > area.top()) & (y.min(1) < area.bottom())
+        ends = np.stack([x[seen, 0], y[seen, 0], x[seen, 1], y[seen, 1]], axis=1)
+        lines = [QLineF(*each) for each in ends.tolist()]
+        for pen in self._pens:
+            painter.setPen(pen)
+            painter.drawLines(lines)
+
+
+def _padding(pens: Sequence[QPen]) -> QPen:
+    """Give a pen by which pyqtgraph knows how far a curve’s own pens reach."""
+    pen = QPen(pens[0]) if pens else QPen(Qt.PenStyle.NoPen)
+    pen.setCosmetic(True)
+    return pen
+
+
+class Mark(pg.TargetItem):  # type: ignore[misc]
+    """A sign of one size at a place of the data, no larger than `size` logical pixels."""
+
+    def __init__(self, draw: Draw, size: float) -> None:
+        self.scale = size
+        super().__init__(size=size, symbol="s", movable=False)
+        self._draw = draw
+
+    def set_draw(self, draw: Draw) -> None:
+        """Show another sign."""
+        self._draw = draw
+        self.update()
+
+    def set_size(self, size: float) -> None:
+        """Take room for a sign of another size."""
+        if size != self.scale:
+            self.prepareGeometryChange()
+            self.scale = size
+            self.viewTransformChanged()
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint the sign."""
+        middle = _to_pixels(painter).map(QPointF())
+        self._draw(painter, (middle.x(), middle.y()))
+
+
+class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
+    """What is painted between items, logical pixels: only the part that is exposed is needed."""
+
+    def __init__(self, draw: Callable[[QPainter, QRect], object]) -> None:
+        super().__init__()
+        self._draw = draw
+        self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
+        """Paint it."""
+        part = _to_pixels(painter).mapRect(option.exposedRect).toAlignedRect()
+        self._draw(painter, part)
+
+
+class Group(pg.ItemGroup):  # type: ignore[misc]
+    """Items that are moved, turned and hidden together."""
+
+    def __init__(self, *items: Any) -> None:
+        super().__init__()
+        # Qt deletes an item that nobody holds.
+        self._items = items
+        for item in items:
+            self.addItem(item)
+
+
+class Marks(pg.ItemGroup):  # type: ignore[misc]
+    """As many marks as are shown."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.marks: list[Mark] = []
+
+    def show_marks(self, signs: Sequence[tuple[Point, Draw, float]]) -> None:
+        """Show other signs: the place of each, what paints it, and its size."""
+        while len(self.marks) < len(signs):
+            self.marks.append(Mark(signs[0][1], 0.0))
+            self.addItem(self.marks[-1])
+        while len(self.marks) > len(signs):
+            mark = self.marks.pop()
+            mark.setParentItem(None)
+            if mark.scene() is not None:
+                mark.scene().removeItem(mark)
+        for mark, (place, draw, size) in zip(self.marks, signs, strict=True):
+            mark.set_draw(draw)
+            mark.set_size(size)
+            mark.setPos(*place)
+
+
+def around(*pens: QPen) -> Group:
+    """Give a line at an azimuth, the group's x, that may stand at both edges of a panorama."""
+    lines = [Line(*pens) for _ in range(3)]
+    for line, turn in zip(lines, (-360.0, 0.0, 360.0), strict=True):
+        line.setPos(turn)
+    return Group(*lines)

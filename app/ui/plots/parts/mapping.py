@@ -1,0 +1,198 @@
+"""From angles to pixels and back, for a panorama that can be moved and for a strip of one.
+
+Azimuths and turns are degrees, positive clockwise seen from above, which is to the right in the
+picture; elevations are positive upward. Pixels are logical, y downward. No Qt here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.core.base.angles import arc_width, difference, wrap
+from app.words.phrases.turns import signed
+
+ZOOMS: Final = (1.0, 8.0)
+"""Least and greatest zoom: 1 shows the whole panorama."""
+
+SPAN_DEG: Final = 150.0
+"""Width of the strip of background, deg."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """A tick of a scale: how far from its left end, and the degrees written at it."""
+
+    x: float
+    label: str
+
+
+def scale_label(value_deg: float) -> str:
+    """Write a number of a scale: as everywhere, except that its left end may be −180°.
+
+    Examples:
+        >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
+        ('−45°', '−180°', '180°')
+    """
+    return "−180°" if value_deg == -180.0 else signed(value_deg)
+
+
+def label_step(pixels_per_degree: float, room: float) -> int:
+    """Choose how many degrees lie between two labels that need so much room: 1, 5, 15, 45 or 90."""
+    steps = (1, 5, 15, 45)
+    return next((step for step in steps if step * pixels_per_degree >= room), 90)
+
+
+@dataclass(frozen=True, slots=True)
+class Viewport:
+    """The part of a panorama that a window shows: what a ViewBox is told to show.
+
+    A ViewBox of pyqtgraph knows neither wrapping nor poles. Azimuth in (-180, 180] and elevation
+    are those in the middle; `shape` is the height of the window for its width.
+    """
+
+    width: float
+    zoom: float = 1.0
+    azimuth_deg: float = 0.0
+    elevation_deg: float = 0.0
+    shape: float = 0.5
+
+    @property
+    def height(self) -> float:
+        """Height of the window, logical pixels."""
+        return self.width * self.shape
+
+    @property
+    def scale(self) -> float:
+        """Logical pixels per degree, in both directions."""
+        return self.width * self.zoom / 360.0
+
+    def x_of(self, azimuth_deg: float) -> float:
+        """Give the x of an azimuth nearest to the middle; may lie outside the window."""
+        return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
+
+    def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
+        """Give every x at which an azimuth is in the window, at most `margin` outside it.
+
+        At zoom 1 the azimuth opposite the middle stands at both edges.
+        """
+        nearest, turn = self.x_of(azimuth_deg), 360.0 * self.scale
+        places = (nearest - turn, nearest, nearest + turn)
+        return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
+
+    def azimuth_at(self, x: float) -> float:
+        """Give the azimuth at an x, deg in (-180, 180]; the inverse of `x_of`."""
+        return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
+
+    def y_of(self, elevation_deg: float) -> float:
+        """Give the y of an elevation; may lie outside the window."""
+        return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
+
+    def elevation_at(self, y: float) -> float:
+        """Give the elevation at a y, deg; the inverse of `y_of`."""
+        return self.elevation_deg - (y - self.height / 2.0) / self.scale
+
+    def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
+        """Look elsewhere; the window never reaches past the zenith or the nadir."""
+        limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
+        held = min(max(elevation_deg, -limit), limit)
+        return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=held)
+
+    def panned(self, dx: float, dy: float) -> Viewport:
+        """Move the picture by logical pixels: what was at x is then at x + dx."""
+        azimuth = self.azimuth_deg - dx / self.scale
+        return self.moved_to(azimuth, self.elevation_deg + dy / self.scale)
+
+    def zoomed(self, zoom: float, x: float, y: float) -> Viewport:
+        """Zoom so that the place under (x, y) stays there, as far as the poles allow."""
+        held = min(max(zoom, ZOOMS[0]), ZOOMS[1])
+        azimuth, elevation = self.azimuth_at(x), self.elevation_at(y)
+        new = replace(self, zoom=held)
+        across, up = (x - self.width / 2.0) / new.scale, (self.height / 2.0 - y) / new.scale
+        return new.moved_to(azimuth - across, elevation - up)
+
+    def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
+        """List the ticks of the scale under the window, which counts from an azimuth."""
+        middle = difference(self.azimuth_deg, front_deg)
+        half = self.width / 2.0 / self.scale + 1e-9
+        first = math.ceil((middle - half) / step)
+        last = math.floor((middle + half) / step)
+        found = []
+        for value in range(first * step, last * step + 1, step):
+            shown = float(value) if abs(value) <= 180 else wrap(float(value))
+            label = scale_label(shown) if value % labelled == 0 else ""
+            x = self.width / 2.0 + (value - middle) * self.scale
+            found.append(Tick(x, label))
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class StripScale:
+    """A strip of background, so many degrees wide and centred on the goal.
+
+    The background at turn t is the azimuth t + 180, so turns grow to the right; mirrored, to the
+    left.
+    """
+
+    width: float
+    goal_deg: float
+    span_deg: float = SPAN_DEG
+    mirrored: bool = False
+
+    @property
+    def scale(self) -> float:
+        """Logical pixels per degree."""
+        return self.width / self.span_deg
+
+    def x_of(self, turn_deg: float) -> float:
+        """Give the x of a turn, the shorter way from the goal; may lie outside the strip."""
+        return self._x(difference(turn_deg, self.goal_deg))
+
+    def _x(self, beside_deg: float) -> float:
+        """Give the x of so many degrees clockwise of the goal."""
+        way = -self.scale if self.mirrored else self.scale
+        return self.width / 2.0 + beside_deg * way
+
+    def frame(self, turn_deg: float, fov_deg: float) -> tuple[float, float]:
+        """Give the left and right edge of what a camera of a field of view sees at a turn."""
+        x, half = self.x_of(turn_deg), fov_deg * self.scale / 2.0
+        return x - half, x + half
+
+    def beyond(self, turn_deg: float) -> int:
+        """Tell whether a turn is off the strip: -1 past its left edge, 1 past its right, or 0."""
+        x = self.x_of(turn_deg)
+        return -1 if x < 0.0 else 1 if x > self.width else 0
+
+    def bands(self, arc_deg: tuple[float, float]) -> list[tuple[float, float]]:
+        """Give the edges of the pieces of a clockwise arc (from, to) that are on the strip.
+
+        Two where a wide arc comes in from both sides.
+        """
+        extent = arc_width(arc_deg)
+        if extent >= 360.0:
+            return [(0.0, self.width)]
+        start = difference(arc_deg[0], self.goal_deg)
+        half = self.span_deg / 2.0
+        found = []
+        for lap in (-360.0, 0.0):
+            low, high = max(start + lap, -half), min(start + lap + extent, half)
+            if high > low:
+                left, right = sorted((self._x(low), self._x(high)))
+                found.append((left, right))
+        return found
+
+    def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
+        """List the ticks, which count from the goal to both sides, without signs.
+
+        Labels make way for markers nearer than their room.
+        """
+        last = math.ceil(self.span_deg / 2.0 / step) - 1
+        beside = [difference(other, self.goal_deg) for other in avoid_deg]
+        return [
+            Tick(
+                self._x(value),
+                f"{abs(value)}°" if all(abs(value - one) >= room_deg for one in beside) else "",
+            )
+            for value in range(-last * step, last * step + 1, step)
+        ]

@@ -1,0 +1,26 @@
+"""The words of the first, rough answers that one small picture gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.core.measure.single.preview import RoughAnswer
+from app.core.text import tr
+from app.words.phrases.directions import place_words
+from app.words.phrases.turns import turn_words
+
+
+def rough_words(answers: Sequence[RoughAnswer] | None) -> str:
+    """Say how to turn for the best styles; empty without a picture that answers."""
+    if answers is None:
+        return ""
+    if not answers:
+        return tr("A rough first answer: no style seems to be in reach here.")
+    return tr("A rough first answer: {turns}.", turns="; ".join(_named(each) for each in answers))
+
+
+def _named(answer: RoughAnswer) -> str:
+    result = answer.result
+    where, turn = place_words(result.side, ""), turn_words(result.turn_refined_deg)
+    words = (result.title, where, turn, tr("unsure") if answer.unsure else "")
+    return ", ".join(part for part in words if part)

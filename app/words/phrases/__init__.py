@@ -1,0 +1,1 @@
+"""Turns, directions and quantities in words."""

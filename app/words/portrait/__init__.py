@@ -1,0 +1,1 @@
+"""The words of heads, of the light on a face, and of its age."""

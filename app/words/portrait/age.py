@@ -1,0 +1,88 @@
+"""How old the light of a place is, in a sentence."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.core.portrait.age import DAY_MINUTES, Age
+from app.core.text import tr, tr_plural
+from app.words.phrases.quantities import ago_words, span_words
+
+# By what lights the place: while it soon has to be captured again.
+_CHANGES: Final = {
+    "sky": tr("Measured {ago}; the light of the sky changes."),
+    "windows": tr("Measured {ago}; the light of the windows changes with the day."),
+    "unknown": tr("Measured {ago}; daylight may have changed."),
+}
+# The same once it is due.
+_CHANGED: Final = {
+    "sky": tr("Measured {ago}; the light of the sky changes. Capture again if it looks different."),
+    "windows": tr(
+        "Measured {ago}; the light of the windows changes with the day. "
+        "Capture again if it looks different."
+    ),
+    "unknown": tr(
+        "Measured {ago}; daylight may have changed. Capture again if it looks different."
+    ),
+}
+# How far the sun has moved: while the light holds, soon not, and no longer.
+_SUN: Final = {
+    "fresh": tr("Measured {ago}, the sun has moved {degrees}."),
+    "ageing": tr("Measured {ago}, the sun has moved {degrees}: capture again soon."),
+    "old": tr("Measured {ago}, the sun has moved {degrees}: capture again."),
+}
+# The same for a high sun, whose azimuth changes by more.
+_HIGH_SUN: Final = {
+    "fresh": tr("Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon."),
+    "ageing": tr(
+        "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon: "
+        "capture again soon."
+    ),
+    "old": tr(
+        "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon: "
+        "capture again."
+    ),
+}
+_STILL_DEG: Final = 0.5
+_APART_DEG: Final = 2
+_ANYWHERE_DEG: Final = 90.0
+
+
+def age_words(age: Age) -> str:
+    """Write how old a light is, and what to do where it may not hold."""
+    if age.minutes is None:
+        return tr("It is not known when this was measured. Capture again to be sure.")
+    if age.minutes < 0.0:
+        return tr(
+            "Measured {ahead} ahead of this clock: check the clocks of camera and computer.",
+            ahead=span_words(-age.minutes),
+        )
+    ago = ago_words(age.minutes)
+    if age.kind == "sun":
+        return _by_sun(age, ago)
+    if age.kind == "lamps":
+        if age.state == "fresh":
+            return tr("Measured {ago}.", ago=ago)
+        return tr("Measured {ago}; it holds as long as the lamps stand as they did.", ago=ago)
+    if age.minutes >= DAY_MINUTES:
+        if age.kind == "unknown":
+            return tr("Measured {ago}: capture again unless only lamps light the place.", ago=ago)
+        return tr("Measured {ago}: the light is hardly the same. Capture again.", ago=ago)
+    if age.state == "fresh":
+        return tr("Measured {ago}.", ago=ago)
+    return (_CHANGES if age.state == "ageing" else _CHANGED)[age.kind].format(ago=ago)
+
+
+def _by_sun(age: Age, ago: str) -> str:
+    if age.sun_deg is None:
+        return tr("Measured {ago}: the sun stands elsewhere by now. Capture again.", ago=ago)
+    if age.state == "fresh" and age.sun_deg < _STILL_DEG:
+        return tr("Measured {ago}.", ago=ago)
+    aside = age.sun_deg if age.sun_aside_deg is None else age.sun_aside_deg
+    high = round(age.sun_deg) + _APART_DEG <= round(aside) and aside < _ANYWHERE_DEG
+    words = (_HIGH_SUN if high else _SUN)[age.state]
+    return words.format(ago=ago, degrees=_degrees(age.sun_deg), aside=_degrees(aside))
+
+
+def _degrees(angle: float) -> str:
+    return tr_plural("{count} degree", "{count} degrees", round(angle))

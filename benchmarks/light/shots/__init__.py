@@ -1,0 +1,1 @@
+"""Shoot known light with simulated cameras."""

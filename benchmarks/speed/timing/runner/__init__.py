@@ -1,0 +1,1 @@
+"""Run timings and compare them with their limits."""

@@ -1,0 +1,180 @@
+"""All hot paths in one run."""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.core.base.progress import Token, silent, span
+from app.devices.simulated.cameras import THETA_V
+from benchmarks.speed.timing.environments import environment_cases
+from benchmarks.speed.timing.headings import heading_cases
+from benchmarks.speed.timing.lens import lens_cases
+from benchmarks.speed.timing.light import light_cases
+from benchmarks.speed.timing.merge import Bracket, make_bracket, merge_case
+from benchmarks.speed.timing.painting import paint_case
+from benchmarks.speed.timing.pictures import gallery_case, picture_cases
+from benchmarks.speed.timing.preview import preview_case
+from benchmarks.speed.timing.runner.bars import BARS, missed
+from benchmarks.speed.timing.runner.machine import describe_machine, load_average
+from benchmarks.speed.timing.runner.rows import bandwidth, time_all
+from benchmarks.speed.timing.search import search_cases
+from benchmarks.speed.timing.start import start_case
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import ModuleType
+
+    from app.core.base.progress import PhraseReport
+    from app.core.portrait.head_views import HeadViews
+    from app.core.solver.transport import Transport
+    from app.core.styles.style_pack import StylePack
+    from benchmarks.speed.timing.runner.rows import Case, PeerCase, Row
+
+PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
+"""Programs that are timed where they are installed, and their modules."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """What one run found.
+
+    Attributes:
+        bandwidth: Of the memory, bytes per second.
+    """
+
+    rows: tuple[Row, ...]
+    bandwidth: float
+    without: tuple[str, ...]
+    machine: dict[str, Any]
+
+    @property
+    def missed(self) -> dict[str, tuple[str, ...]]:
+        """Bars that were not reached, by row."""
+        return missed(self.rows)
+
+
+def find_peers() -> dict[str, ModuleType]:
+    """Import the peers that are installed."""
+    found = {}
+    for name, module in PEERS.items():
+        try:
+            found[name] = importlib.import_module(module)
+        except ImportError:
+            continue
+    return found
+
+
+def run_all(
+    transport: Transport,
+    pack: StylePack,
+    report: PhraseReport,
+    token: Token,
+    *,
+    views: HeadViews | None = None,
+    peers: bool = True,
+    only: str = "",
+    shape: tuple[int, int] = THETA_V.shape,
+) -> Bench:
+    """Time every hot path.
+
+    Args:
+        report: Told which row is being timed.
+        views: Of the same head from aside; without them their rows are left out.
+        only: Name of the one row wanted.
+        shape: Rows and columns of the bracket's frames.
+    """
+    before = load_average()
+    speed = bandwidth()
+    modules = find_peers() if peers else {}
+    absent = [name for name in PEERS if name not in modules] if peers else [*PEERS]
+    rows: list[Row] = []
+
+    def timed(cases: Sequence[Case], start: float, stop: float) -> None:
+        wanted = [case for case in cases if only in ("", case.name)]
+        rows.extend(time_all(wanted, speed, span(report, start, stop), token))
+
+    timed([*search_cases(transport, pack)], 0.0, 0.1)
+    if views is not None:
+        timed([*lens_cases(transport, pack, views)], 0.1, 0.15)
+    stock = _stock(transport) if peers else ()
+    if not stock:
+        absent.append("Mitsuba")
+    timed([*picture_cases(transport, stock), gallery_case(transport, pack)], 0.15, 0.3)
+    timed([paint_case(transport)], 0.3, 0.35)
+    timed([*light_cases(transport, pack, token)], 0.35, 0.45)
+    timed([*environment_cases(modules.get("skylibs"))], 0.45, 0.55)
+    timed([*heading_cases(token)], 0.55, 0.65)
+    timed([preview_case(), start_case()], 0.65, 0.75)
+    token.check()
+    if only in ("", "merge.three"):
+        report(0.75, "merge.three")
+        rows.extend(_merge_apart(pack, shape, speed, "colour-hdri" in modules))
+    machine = describe_machine() | {"load_before": before, "load_after": load_average()}
+    return Bench(tuple(rows), speed, tuple(absent), machine)
+
+
+def _merge_apart(
+    pack: StylePack, shape: tuple[int, int], speed: float, peer: bool
+) -> tuple[Row, ...]:
+    """Shoot a bracket in a process of its own, and time the merge in another.
+
+    As the program meets files of a camera. What a process has done before changes what its pages
+    cost: after the simulator OpenCV decodes in two thirds of the time.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as apart:
+            bracket = apart.submit(make_bracket, Path(folder), None, shape).result()
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as apart:
+            return apart.submit(_time_merge, bracket, pack, speed, peer).result()
+
+
+def _time_merge(bracket: Bracket, pack: StylePack, speed: float, peer: bool) -> tuple[Row, ...]:
+    token = Token()
+    modules = find_peers() if peer else {}
+    case = merge_case(bracket, pack, token, modules.get("colour-hdri"))
+    return time_all([case], speed, silent, token)
+
+
+def as_json(found: Bench, head: str) -> dict[str, Any]:
+    """Put a run into plain values, as kept and printed."""
+    return {
+        "head": head,
+        "machine": found.machine,
+        "processors": found.machine["cores"],
+        "bandwidth_bytes_per_s": round(found.bandwidth),
+        "peers_not_there": list(found.without),
+        "rows": [_row_json(row) for row in found.rows],
+        "missed": {name: list(words) for name, words in found.missed.items()},
+    }
+
+
+def _row_json(row: Row) -> dict[str, Any]:
+    bar = BARS.get(row.name)
+    return {
+        "name": row.name,
+        "seconds": row.seconds,
+        "median_seconds": row.median_seconds,
+        "baseline_seconds": row.baseline_seconds,
+        "ratio": row.ratio,
+        "limit_seconds": row.limit_seconds,
+        "baseline": row.baseline,
+        "limit": row.limit,
+        "bar": bar.words if bar is not None else None,
+        "peers": [
+            {"name": peer.name, "seconds": peer.seconds, "note": peer.note} for peer in row.peers
+        ],
+    }
+
+
+def _stock(transport: Transport) -> tuple[PeerCase, ...]:
+    # Mitsuba is slow to import, and what makes its scenes belongs to baking.
+    from benchmarks.speed.timing.stock import mitsuba_case
+
+    case = mitsuba_case(transport)
+    return () if case is None else (case,)
