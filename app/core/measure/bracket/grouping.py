@@ -30,7 +30,12 @@ from app.core.measure.bracket.remarks import (
 )
 from app.core.measure.fisheye.circles import may_be_circles
 from app.core.measure.read.frame import Bracket, Frame
-from app.core.measure.read.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
+from app.core.measure.read.metadata import (
+    SHUTTER_LIMITS_S,
+    Header,
+    pictures_in,
+    read_header,
+)
 from app.core.text import tr, tr_plural
 
 MAX_FRAMES: Final = 40
@@ -39,7 +44,6 @@ MAX_FRAMES: Final = 40
 EQUAL_STOPS: Final = 0.05
 """Exposures that differ by less than this, in stops, count as equal."""
 
-_MOST_LISTED: Final = 500
 _MOST_PIXELS: Final = 1_000_000_000
 _START: Final = 1 << 16
 _KIND_WORDS: Final = {
@@ -180,33 +184,6 @@ def _is_folder(path: Path) -> bool:
         return path.is_dir()
     except OSError:
         return False  # Reading it as a file says why it cannot be reached.
-
-
-def pictures_in(folder: Path) -> list[Path]:
-    """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
-    refused = tr("The folder {folder} cannot be read: {reason}.")
-    with os_errors_as(ProbeError, refused, folder=folder):
-        files = [
-            entry
-            for entry in folder.iterdir()
-            if entry.suffix.lower() in ENDINGS and not entry.name.startswith(".")
-        ]
-        files = [file for file in files if file.is_file()]
-    if not files:
-        raise ProbeError(
-            tr("The folder {folder} holds no pictures.", folder=folder),
-            tr("Files ending in {endings} are read.", endings=", ".join(ENDINGS)),
-        )
-    if len(files) > _MOST_LISTED:
-        raise ProbeError(
-            tr(
-                "{folder} holds {count} pictures, too many to look for a bracket in.",
-                folder=folder,
-                count=len(files),
-            ),
-            tr("Move the frames of one place into a folder of their own."),
-        )
-    return sorted(files, key=lambda file: file.name)
 
 
 def _check_times(times: Sequence[float] | None, count: int) -> list[float | None]:

@@ -33,7 +33,6 @@ from app.core.environment.holes import GOES_ON
 from app.core.localization.features import Features, shrunk
 from app.core.localization.picture_file import read_picture, shows_circles
 from app.core.measure.bracket.curve.response import ResponseChoice, choose_response, srgb_choice
-from app.core.measure.bracket.grouping import pictures_in
 from app.core.measure.bracket.merge import SIZE
 from app.core.measure.bracket.weighting import CLIPPED_CODE
 from app.core.measure.finish.corrections import finish
@@ -53,7 +52,7 @@ from app.core.measure.photos.rotations import (
     upright,
 )
 from app.core.measure.read.frame import Bracket, Frame, Merged
-from app.core.measure.read.metadata import read_header
+from app.core.measure.read.metadata import pictures_in, read_header
 from app.core.text import tr
 
 _KEPT, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness

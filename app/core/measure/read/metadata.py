@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.errors import ProbeError
+from app.core.base.files import os_errors_as
 from app.core.base.imaging.image_input import (
     COPY_AGAIN,
     first_bytes,
@@ -381,3 +382,33 @@ def _shortest(value: float) -> float:
 def _text(spec: ImageSpec, name: str) -> str:
     """Value of a tag as a text without the blanks and zeros that cameras pad it with."""
     return " ".join(str(stated(spec, name) or "").replace("\0", " ").split())
+
+
+_MOST_LISTED: Final = 500
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
+    refused = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, refused, folder=folder):
+        files = [
+            entry
+            for entry in folder.iterdir()
+            if entry.suffix.lower() in ENDINGS and not entry.name.startswith(".")
+        ]
+        files = [file for file in files if file.is_file()]
+    if not files:
+        raise ProbeError(
+            tr("The folder {folder} holds no pictures.", folder=folder),
+            tr("Files ending in {endings} are read.", endings=", ".join(ENDINGS)),
+        )
+    if len(files) > _MOST_LISTED:
+        raise ProbeError(
+            tr(
+                "{folder} holds {count} pictures, too many to look for a bracket in.",
+                folder=folder,
+                count=len(files),
+            ),
+            tr("Move the frames of one place into a folder of their own."),
+        )
+    return sorted(files, key=lambda file: file.name)
