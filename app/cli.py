@@ -163,9 +163,9 @@ def _run(language: str, arguments: list[str]) -> int:
         print(tr("Stopped."), error.hint, sep=" " if error.hint else "", file=sys.stderr)
         return stop_code()
     except CoreError as error:
-        return _told(str(error), _BAD_INPUT)
+        return _report_error(str(error), _BAD_INPUT)
     except DeviceError as error:
-        return _told(str(error), _BAD_INPUT if error.code in DISK else _DEVICE)
+        return _report_error(str(error), _BAD_INPUT if error.code in DISK else _DEVICE)
     except BrokenPipeError:
         return _DONE
     except Exception as error:
@@ -179,9 +179,9 @@ def _run(language: str, arguments: list[str]) -> int:
 def _of_system(error: Exception) -> int | None:
     """Report an error that the system is the cause of; None for any other."""
     if is_memory_short(error):
-        return _told(str(MemoryShort()), _BAD_INPUT)
+        return _report_error(str(MemoryShort()), _BAD_INPUT)
     if isinstance(error, OSError):
-        return _told(_sentence(error), _BAD_INPUT)
+        return _report_error(_sentence(error), _BAD_INPUT)
     # Ctrl-C in the import of a library in C ends as an error of that library's.
     return _stopped() if _was_interrupted(error) else None
 
@@ -197,7 +197,7 @@ def _stopped() -> int:
     return stop_code()
 
 
-def _told(sentence: str, code: int) -> int:
+def _report_error(sentence: str, code: int) -> int:
     print(f"turnlight: {one_line(sentence)}", file=sys.stderr)
     return code
 

@@ -112,7 +112,7 @@ def found_aside(name: str, head: PortraitHead, work: Path) -> tuple[Aside, Any]:
     points = place_points(scene, mesh, SEED)
     samples = look(scene, mesh, frame, points)
     seen, _, _ = seen_nodes(points, samples)
-    nodes, straight = known_nodes(seen, points, head), head.seen.straight
+    nodes, straight = known_nodes(seen, points, head), head.visible.straight
     kept = Nodes(**np.load(work)) if work.exists() else None
     aside = find_aside(mesh, points, nodes, straight, YAWS, scene, kept)
     np.savez(work, positions=aside.hidden.positions, normals=aside.hidden.normals)
@@ -124,7 +124,7 @@ def known_nodes(seen: Nodes, points: Points, head: PortraitHead) -> Nodes:
     side = np.where(points.positions[:, :1] > 0, np.array([-1, 1, 1], np.float32), 1)
     away, found = cKDTree(points.normals * side).query(head.nodes.normals[seen.count :])
     same = np.abs(seen.normals - head.nodes.normals[: seen.count]).max() < _ROUNDED
-    if len(head.seen.index) != seen.count or not same or away.max() > _ROUNDED:
+    if len(head.visible.index) != seen.count or not same or away.max() > _ROUNDED:
         raise SystemExit("bake the head with build_portraits.py first")
     return joined(seen, Nodes((points.positions * side)[found], (points.normals * side)[found]))
 

@@ -63,14 +63,14 @@ def run(args: argparse.Namespace) -> int:
 
     Raises `CoreError` when an argument or a picture is of no use; nothing is written then.
     """
-    started = time.perf_counter()
+    start_s = time.perf_counter()
     _check(args)
     target, view = (read_picture(path, _LONGEST) for path in (args.target, args.view))
     fov = args.fov or target.fov_deg or _USUAL_FOV_DEG
     view_fov = args.view_fov or view.fov_deg or fov
     sitter = _sitter_in(view, view_fov)
     mask = None if sitter is None else background_mask(sitter, view.picture.shape[:2])
-    found = align(
+    alignment = align(
         target.picture,
         view.picture,
         fov_deg=fov,
@@ -78,12 +78,12 @@ def run(args: argparse.Namespace) -> int:
         view_fov_deg=view_fov,
         mask=mask,
     )
-    if found.status != "found" and mask is not None:
+    if alignment.status != "found" and mask is not None:
         # Whoever was seen may be as much in the one picture as in the other.
-        found = align(target.picture, view.picture, fov_deg=fov, view_fov_deg=view_fov)
-    written = _written(args, found, target, view)
-    facts = _facts(args, found, written, sitter, time.perf_counter() - started)
-    return answer(args, facts, _words(args, found, written))
+        alignment = align(target.picture, view.picture, fov_deg=fov, view_fov_deg=view_fov)
+    has_overlay = _write_overlay(args, alignment, target, view)
+    facts = _facts(args, alignment, has_overlay, sitter, time.perf_counter() - start_s)
+    return answer(args, facts, _words(args, alignment, has_overlay))
 
 
 def _check(args: argparse.Namespace) -> None:
@@ -115,49 +115,49 @@ def _sitter_in(view: PictureFile, fov_deg: float) -> Sitter | None:
         return None
 
 
-def _written(
-    args: argparse.Namespace, found: Alignment, target: PictureFile, view: PictureFile
+def _write_overlay(
+    args: argparse.Namespace, alignment: Alignment, target: PictureFile, view: PictureFile
 ) -> bool:
     if args.output is None:
         return False
-    if found.homography is None:
+    if alignment.homography is None:
         say(tr("No overlay was written: it is not known how VIEW lies."))
         return False
     share = args.opacity / 100.0
-    write_png(args.output, laid_over(target.picture, view.picture, found.homography, share))
+    write_png(args.output, laid_over(target.picture, view.picture, alignment.homography, share))
     return True
 
 
 def _facts(
     args: argparse.Namespace,
-    found: Alignment,
-    written: bool,
+    alignment: Alignment,
+    has_overlay: bool,
     sitter: Sitter | None,
     seconds: float,
 ) -> dict[str, Any]:
-    matrix, error = found.homography, found.turn_error_deg
+    matrix, error = alignment.homography, alignment.turn_error_deg
     return {
-        "status": found.status,
+        "status": alignment.status,
         "homography": None if matrix is None else [[float(v) for v in row] for row in matrix],
-        "inliers": found.inliers,
-        "overlap": round(found.overlap, 4),
+        "inliers": alignment.inliers,
+        "overlap": round(alignment.overlap, 4),
         "turn_error_deg": None if error is None else round(error, 3),
-        "confidence": round(found.confidence, 4),
+        "confidence": round(alignment.confidence, 4),
         "sitter_deg": None if sitter is None else round(sitter.angle_deg, 2),
-        "overlay": str(args.output) if written else None,
+        "overlay": str(args.output) if has_overlay else None,
         "seconds": round(seconds, 3),
     }
 
 
-def _words(args: argparse.Namespace, found: Alignment, written: bool) -> str:
-    if found.turn_error_deg is None:
-        return tr("Unsure how VIEW lies on TARGET: {count} points agree.", count=found.inliers)
+def _words(args: argparse.Namespace, alignment: Alignment, has_overlay: bool) -> str:
+    if alignment.turn_error_deg is None:
+        return tr("Unsure how VIEW lies on TARGET: {count} points agree.", count=alignment.inliers)
     rows = [
-        (tr("To go:"), _degrees(found.turn_error_deg)),
-        (tr("Points:"), tr("{count} agree", count=found.inliers)),
-        (tr("Overlap:"), tr("{share} of TARGET", share=percent(found.overlap))),
+        (tr("To go:"), _degrees(alignment.turn_error_deg)),
+        (tr("Points:"), tr("{count} agree", count=alignment.inliers)),
+        (tr("Overlap:"), tr("{share} of TARGET", share=percent(alignment.overlap))),
     ]
-    if written:
+    if has_overlay:
         rows.append((tr("Overlay:"), str(args.output)))
     return "\n".join(f"{name:<9}  {value}" for name, value in rows)
 

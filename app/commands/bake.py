@@ -97,17 +97,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_targets(args: argparse.Namespace) -> None:
-    made: list[Path] = []
+    targets: list[Path] = []
     if args.output is not None:
         if args.output.suffix != ".npz":
             raise BakeError(tr("A transport is an .npz file, not {name}.", name=args.output.name))
         beside = (pack_path, shape_path, views_path)
-        made = [args.output, *(path(args.output) for path in beside)]
+        targets = [args.output, *(path(args.output) for path in beside)]
     if args.export_scene is not None:
         from app.core.baking.scene import scene_files
 
-        made += scene_files(args.export_scene)
-    check_outputs(made, [args.head, args.eyes])
+        targets += scene_files(args.export_scene)
+    check_outputs(targets, [args.head, args.eyes])
 
 
 def _environment(text: str) -> tuple[int, int]:
@@ -149,7 +149,7 @@ def _bake(
     styles, yaws = load_styles(), () if args.front_only else YAWS
     if not head.symmetric:
         yaws = (*(-yaw for yaw in yaws), *yaws)
-    started, report = time.monotonic(), ProgressPrinter()
+    start_s, report = time.monotonic(), ProgressPrinter()
     baked = bake(
         head,
         find_skin(args.skin),
@@ -178,7 +178,7 @@ def _bake(
         "styles": str(pack_path(args.output)),
         "shape": str(shape_path(args.output)),
         "views": str(views_path(args.output)) if baked.views else None,
-        "seconds": round(time.monotonic() - started, 1),
+        "seconds": round(time.monotonic() - start_s, 1),
         "noise": None if header.noise != header.noise else round(header.noise, 4),
         "truncation": round(header.truncation, 4),
         "sha256": transport.digest,

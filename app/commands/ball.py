@@ -60,11 +60,11 @@ def run(args: argparse.Namespace) -> int:
 
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
-    started = time.perf_counter()
-    wanted = _ball_options(args)
-    options = replace(options_of(args, *args.second), own=wanted)
+    start_s = time.perf_counter()
+    ball_options = _ball_options(args)
+    options = replace(options_of(args, *args.second), own=ball_options)
     measured = measure("ball", args.images, options, report=ProgressPrinter())
-    return write(args, measured, started, blind=measured.blind)
+    return write(args, measured, start_s, blind=measured.blind)
 
 
 def _ball_options(args: argparse.Namespace) -> BallOptions:

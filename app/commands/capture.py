@@ -88,13 +88,13 @@ def run(args: argparse.Namespace) -> int:
     if args.watch is not None:
         return _watch_folder(args)
     _check(args)
-    given = given_password(args.user, args.password_file)
+    credentials = given_password(args.user, args.password_file)
     clock, token = SystemClock(), Token()
     with stopping(token, _STOPPING):
         session = _session(args.output)
         pack = load_named_pack("generic")
-        found, keys = _reach(args, session, given, clock, token)
-        endpoint = ACCESS_POINT if found is None else found.endpoint
+        camera, keys = _reach(args, session, credentials, clock, token)
+        endpoint = ACCESS_POINT if camera is None else camera.endpoint
         with contextlib.closing(Link(endpoint, clock, keys)) as link:
             capture = Capture(
                 OscClient(link, clock),
@@ -117,9 +117,9 @@ def run(args: argparse.Namespace) -> int:
         f"{name} {result.seconds.get(part, 0.0):.1f} s" for part, name in PARTS.items()
     )
     words = probe_table(result.probe, "", f"{times}.", wrote(result.probe, result.environment))
-    answer(args, _facts(result, session, found), words)
-    if found is not None:
-        keep(found, result.info, given)
+    answer(args, _facts(result, session, camera), words)
+    if camera is not None:
+        keep(camera, result.info, credentials)
     return 0
 
 
@@ -167,17 +167,17 @@ def _check(args: argparse.Namespace) -> None:
 def _reach(
     args: argparse.Namespace,
     session: Session,
-    given: Credentials | None,
+    credentials: Credentials | None,
     clock: Clock,
     token: Token,
 ) -> tuple[FoundCamera | None, Credentials | None]:
     """Find the camera and its password, where a session still needs or owes it something."""
     merges_only = session.complete and not session.journal.finished
     if merges_only and not session.owes:
-        return None, given
+        return None, credentials
     try:
-        found = find_camera(args.camera, clock, token)
-        return found, given or kept_password(found)
+        camera = find_camera(args.camera, clock, token)
+        return camera, credentials or kept_password(camera)
     except DeviceError as error:
         if not merges_only:
             raise
@@ -188,7 +188,7 @@ def _reach(
                 message=error.message,
             )
         )
-        return None, given
+        return None, credentials
 
 
 def _session(folder: Path) -> Session:
@@ -229,12 +229,12 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     else does, or several cameras do.
     """
     if address != "auto":
-        return look_at(_typed(address), clock, token=token)
+        return look_at(_endpoint(address), clock, token=token)
     say(tr("Looking for cameras."))
-    found = discover(clock, token=token)
+    discovery = discover(clock, token=token)
     # Where there is none, the error says what the notes say.
-    camera = found.one()
-    for note in found.notes:
+    camera = discovery.one()
+    for note in discovery.notes:
         say(note)
     say(tr("Found {name} at {base}.", name=camera.name, base=camera.endpoint.base))
     return camera
@@ -259,14 +259,14 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
     """
     if not camera.needs_password:
         return None
-    kept = Passwords(say).get(camera.user) if camera.user else None
-    if kept is None:
+    password = Passwords(say).get(camera.user) if camera.user else None
+    if password is None:
         hint = default_password_hint(camera.model, camera.serial)
         raise PasswordNeeded(
             tr("{name} asks for a password.", name=camera.name),
             tr("Give --user and --password-file. {hint}", hint=hint),
         )
-    return Credentials(camera.user, kept)
+    return Credentials(camera.user, password)
 
 
 def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None) -> None:
@@ -278,15 +278,15 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
         credentials: Typed for this camera; None where they came from the keyring or there are
             none. Not kept if the camera never asked for them: they may be wrong.
     """
-    wanted = camera.needs_password
+    needs_password = camera.needs_password
     if info is not None:
         camera = replace(camera, model=info.model, serial=info.serial_number)
     remember(camera)
-    if credentials is not None and wanted:
+    if credentials is not None and needs_password:
         Passwords(say).set(credentials.user, credentials.password)
 
 
-def _typed(address: str) -> Endpoint:
+def _endpoint(address: str) -> Endpoint:
     """Read an address; a slip of the fingers is bad usage and no failing device."""
     try:
         return check_address(address)
@@ -294,13 +294,13 @@ def _typed(address: str) -> Endpoint:
         raise CoreError(error.message, error.hint) from error
 
 
-def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -> dict[str, Any]:
+def _facts(result: CaptureResult, session: Session, camera: FoundCamera | None) -> dict[str, Any]:
     journal = session.journal
     facts = probe_facts(result.probe)
     facts.update(
         camera={
             **fields(journal, "model", "serial", "firmware"),
-            "url": None if found is None else found.endpoint.base,
+            "url": None if camera is None else camera.endpoint.base,
         },
         session=str(session.folder),
         plan=result.plan.kind,
@@ -339,8 +339,8 @@ def _watch_folder(args: argparse.Namespace) -> int:
 
 def _check_watch(args: argparse.Namespace) -> None:
     """Refuse what cannot be written before anybody waits for pictures."""
-    given = [name for name in ("user", "password_file") if getattr(args, name) is not None]
-    if given or args.delay:
+    options = [name for name in ("user", "password_file") if getattr(args, name) is not None]
+    if options or args.delay:
         raise CoreError(
             tr("--watch takes pictures as they come: --user and --delay are for a camera.")
         )

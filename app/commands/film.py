@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read the film and print what it showed."""
-    started = time.perf_counter()
+    start_s = time.perf_counter()
     if args.output is not None:
         check_ending(args.output, (".exr",), tr("environments"))
         check_outputs([args.output], [args.video], (args.video.suffix,))
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
         "mirrored": mirrored if args.mirrored or fits is not None else None,
         "notes": list(sentences(film.notes)),
         "remarks": {"notes": facts_of(film.notes)},
-        "seconds": round(time.perf_counter() - started, 3),
+        "seconds": round(time.perf_counter() - start_s, 3),
     }
     return answer(args, facts, "\n".join(_line(film, result) for result in results))
 

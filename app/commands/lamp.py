@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(metavar="ACTION", dest="action", required=True)
     _add_words(actions)
     guide = actions.add_parser("guide", help=tr("how to capture a lamp, step by step"))
-    shown = actions.add_parser("list", help=tr("list the lamps"))
+    list_parser = actions.add_parser("list", help=tr("list the lamps"))
     change = actions.add_parser("change", help=tr("correct a lamp's title, distance or brightness"))
     argument(change, "name NAME", tr("a lamp of the library"))
     argument(change, "--title TITLE", tr("another title"))
@@ -51,9 +51,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     mask = actions.add_parser("mask", help=tr("correct where a lamp is in its capture"))
     argument(mask, "name NAME", tr("a lamp of the library"))
     _add_masks(mask)
-    gone = actions.add_parser("remove", help=tr("put a lamp into the trash"))
-    argument(gone, "name NAME", tr("a lamp of the library"))
-    jobs = ((guide, _guide), (shown, _list), (change, _change), (mask, _mask), (gone, _remove))
+    remove_parser = actions.add_parser("remove", help=tr("put a lamp into the trash"))
+    argument(remove_parser, "name NAME", tr("a lamp of the library"))
+    jobs = (
+        (guide, _guide),
+        (list_parser, _list),
+        (change, _change),
+        (mask, _mask),
+        (remove_parser, _remove),
+    )
     for each, job in jobs:
         add_json(each, job)
 
@@ -91,9 +97,9 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 
 def _add_masks(parser: argparse.ArgumentParser) -> None:
-    lit = tr("a box that is lamp too, box:-20,20,-10,30; may be repeated")
+    lamp_words = tr("a box that is lamp too, box:-20,20,-10,30; may be repeated")
     dark = tr("a box that is not the lamp, box:-20,20,-10,30; may be repeated")
-    for option, words in (("--set", lit), ("--clear", dark)):
+    for option, words in (("--set", lamp_words), ("--clear", dark)):
         parser.add_argument(option, metavar="BOX", action="append", default=[], help=words)
 
 
@@ -107,27 +113,27 @@ def _add(args: argparse.Namespace) -> int:
         _positive(t, tr("an exposure time")) for t in args.times.split(",")
     )
     options = MeasureOptions(times=times or None, response=args.response, sun="leave")
-    found = capture_lamp(
+    capture = capture_lamp(
         args.images,
         options,
         title=args.name,
         distance_m=distance,
         report=ProgressPrinter(),
     )
-    lamp = _edited(found.lamp, boxes)
+    lamp = _edit(capture.lamp, boxes)
     lamp = lamp if lux is None else with_lux(lamp, lux)
-    warnings = [*sentences(found.warnings), *mask_warnings(found.mask)]
+    warnings = [*sentences(capture.warnings), *mask_warnings(capture.mask)]
     verdict = compare(_ANY_WHITE, lamp)
     if not verdict.possible:
         warnings.append(comparison_words(verdict))
     if distance is None:
         warnings.append(tr("The lamp's distance is not known: --distance states it."))
-    notes = mask_notes(found.mask)
+    notes = mask_notes(capture.mask)
     say(*warnings, *notes)
-    kept = add_lamp(lamps_folder(), lamp)
-    facts = {**_facts(kept), "warnings": warnings, "notes": list(notes)}
-    told = {"title": kept.title, "name": kept.name, "facts": _words(facts)}
-    return answer(args, facts, tr("Kept “{title}” as {name}: {facts}.", **told))
+    library_lamp = add_lamp(lamps_folder(), lamp)
+    facts = {**_facts(library_lamp), "warnings": warnings, "notes": list(notes)}
+    values = {"title": library_lamp.title, "name": library_lamp.name, "facts": _words(facts)}
+    return answer(args, facts, tr("Kept “{title}” as {name}: {facts}.", **values))
 
 
 def _guide(args: argparse.Namespace) -> int:
@@ -172,11 +178,11 @@ def _change(args: argparse.Namespace) -> int:
 
 def _mask(args: argparse.Namespace) -> int:
     lamp = read_lamp(lamps_folder(), args.name)
-    edited = _edited(lamp, _boxes(args))
-    if edited is lamp:
+    edit = _edit(lamp, _boxes(args))
+    if edit is lamp:
         raise CoreError(tr("Nothing was said about the mask."), tr("Use --set or --clear."))
-    update_lamp(lamps_folder(), edited)
-    return _corrected(args, edited)
+    update_lamp(lamps_folder(), edit)
+    return _corrected(args, edit)
 
 
 def _corrected(args: argparse.Namespace, lamp: CapturedLamp) -> int:
@@ -186,15 +192,17 @@ def _corrected(args: argparse.Namespace, lamp: CapturedLamp) -> int:
 
 
 def _remove(args: argparse.Namespace) -> int:
-    gone = delete_lamp(lamps_folder(), args.name)
-    words = tr("“{title}” is in the trash: {folder}", title=gone.title, folder=gone.folder)
-    facts = {"name": gone.name, "title": gone.title, "trash": str(gone.folder)}
+    trash_entry = delete_lamp(lamps_folder(), args.name)
+    words = tr(
+        "“{title}” is in the trash: {folder}", title=trash_entry.title, folder=trash_entry.folder
+    )
+    facts = {"name": trash_entry.name, "title": trash_entry.title, "trash": str(trash_entry.folder)}
     return answer(args, facts, words)
 
 
-def _edited(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
-    for box, lit in boxes:
-        lamp = edit_mask(lamp, box, lit=lit)
+def _edit(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
+    for box, is_lamp in boxes:
+        lamp = edit_mask(lamp, box, is_lamp=is_lamp)
     return lamp
 
 

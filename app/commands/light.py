@@ -41,7 +41,7 @@ from app.core.measure.fisheye.circles import check_stitched
 from app.core.portrait.head_views import load_views_of
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.aside import seen_aside
-from app.core.second_light.captured import CapturedLamp, grey_lamp, placed
+from app.core.second_light.captured import CapturedLamp, grey_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import (
     FULL,
@@ -61,7 +61,7 @@ from app.core.second_light.scale import (
     stated_white,
     with_lux,
 )
-from app.core.second_light.search import Placed, place_all
+from app.core.second_light.search import LampPlacement, place_all
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lens_search import STRAIGHT
 from app.core.solver.search import luminance_of
@@ -149,7 +149,7 @@ class _Scale:
 
     gain: float
     lux: float
-    assumed: bool
+    is_assumed: bool
 
 
 def run(args: argparse.Namespace) -> int:
@@ -163,7 +163,7 @@ def run(args: argparse.Namespace) -> int:
     say(*sentences(environment.warnings))
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)
-    compared = _compared(lamp, scale)
+    comparison = _compare(lamp, scale)
     light: Floats = radiance * np.float32(scale.gain)
     if args.grey:
         light = luminance_of(light)
@@ -172,18 +172,18 @@ def run(args: argparse.Namespace) -> int:
     shape = load_shape_of(transport, args.head)
     face = prepare_face(transport, pack.region_on(transport))
     if isinstance(lamp, NumbersLamp):
-        added = from_numbers(transport, shape, lamp, face=face)
+        lamp_light = from_numbers(transport, shape, lamp, face=face)
     else:
-        added = from_captured(transport, placed(lamp), face=face)
-    begun = time.perf_counter()
-    found = place_all(
+        lamp_light = from_captured(transport, place_lamp(lamp), face=face)
+    start_s = time.perf_counter()
+    placements = place_all(
         pack,
         transport,
         light,
-        added,
+        lamp_light,
         args.objective,
         styles=names,
-        allowed=_allowed(args.reach, added.distance_m),
+        is_open=_allow_mask(args.reach, lamp_light.distance_m),
         greedy=args.greedy,
         powers=_powers(lamp, args),
         front_deg=args.front,
@@ -193,18 +193,18 @@ def run(args: argparse.Namespace) -> int:
         near = lamp if isinstance(lamp, NumbersLamp) else None
         colours = light if light.ndim == 3 else np.repeat(light[..., None], 3, axis=2)
         views = load_views_of(pack, args.head)
-        found = seen_aside(pack, views, found, colours, added, near, wish)
-    done = time.perf_counter()
-    times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
-    facts = _as_json(found, args, added, shape, scale)
+        placements = seen_aside(pack, views, placements, colours, lamp_light, near, wish)
+    end_s = time.perf_counter()
+    times = {"seconds": round(end_s - start, 4), "search_seconds": round(end_s - start_s, 4)}
+    facts = _as_json(placements, args, lamp_light, shape, scale)
     facts |= {"grey": True} if args.grey else {}
     facts |= environment_facts(environment)
     facts |= {
-        "comparable": not scale.assumed if compared is None else compared.possible,
-        "comparison": "" if compared is None else comparison_words(compared),
+        "comparable": not scale.is_assumed if comparison is None else comparison.possible,
+        "comparison": "" if comparison is None else comparison_words(comparison),
         **times,
     }
-    return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
+    return answer(args, facts, _table(placements, lamp_light, shape, pack, environment.name, scale))
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
@@ -246,12 +246,12 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
     """Find what radiance 1 is in cd/m2: stated by the user, by the file, or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
-        return _stated(check_lux(args.lux), relative)
+        return _scale_from(check_lux(args.lux), relative)
     white = stated_white(args.environment)
     if white is not None:
         return _Scale(white, white * relative, False)
     if isinstance(lamp, CapturedLamp) and lamp.white_cd_m2 is None:
-        # Nothing is known of either: as if both had been captured alike, see `_compared`.
+        # Nothing is known of either: as if both had been captured alike, see `_compare`.
         return _Scale(1.0, relative, True)
     say(
         tr(
@@ -260,28 +260,31 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
             lux=ASSUMED_LUX,
         )
     )
-    scale = _stated(ASSUMED_LUX, relative)
+    scale = _scale_from(ASSUMED_LUX, relative)
     return _Scale(scale.gain, scale.lux, True)
 
 
-def _compared(lamp: _Lamp, scale: _Scale) -> Comparison | None:
+def _compare(lamp: _Lamp, scale: _Scale) -> Comparison | None:
     """Judge whether a captured lamp can be compared with the place; say what is taken instead."""
     if isinstance(lamp, NumbersLamp):
         return None
-    found = compare(None if scale.assumed else scale.gain, lamp)
-    if not found.possible:
+    comparison = compare(None if scale.is_assumed else scale.gain, lamp)
+    if not comparison.possible:
         words = tr(
-            "{found} (--lamp-lux for the lamp, --lux for the place.)", found=comparison_words(found)
+            "{found} (--lamp-lux for the lamp, --lux for the place.)",
+            found=comparison_words(comparison),
         )
-        if lamp.white_cd_m2 is None and scale.assumed:
-            taken = tr("Here both are taken in one unit, as if captured alike.")
+        if lamp.white_cd_m2 is None and scale.is_assumed:
+            unit_words = tr("Here both are taken in one unit, as if captured alike.")
         else:
-            taken = tr("Here its values are taken as cd/m².") if lamp.white_cd_m2 is None else ""
-        say(f"{words} {taken}".rstrip())
-    return found
+            unit_words = (
+                tr("Here its values are taken as cd/m².") if lamp.white_cd_m2 is None else ""
+            )
+        say(f"{words} {unit_words}".rstrip())
+    return comparison
 
 
-def _stated(lux: float, relative: float) -> _Scale:
+def _scale_from(lux: float, relative: float) -> _Scale:
     if relative <= 0.0:
         raise CoreError(
             tr("No light comes from where the photographer stands."), tr("Choose another --front.")
@@ -289,7 +292,7 @@ def _stated(lux: float, relative: float) -> _Scale:
     return _Scale(lux / relative, lux, False)
 
 
-def _allowed(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
+def _allow_mask(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
     if reach == "any":
         return None
     if distance_m is None:
@@ -297,8 +300,8 @@ def _allowed(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
             tr("How far this lamp is held is not known."),
             tr("Leave out --reach, or capture it again."),
         )
-    allowed = above_floor(distance_m)
-    return allowed & within_arm(distance_m) if reach == "arm" else allowed
+    open_mask = above_floor(distance_m)
+    return open_mask & within_arm(distance_m) if reach == "arm" else open_mask
 
 
 def _powers(lamp: _Lamp, args: argparse.Namespace) -> tuple[float, ...]:
@@ -307,33 +310,33 @@ def _powers(lamp: _Lamp, args: argparse.Namespace) -> tuple[float, ...]:
 
 
 def _as_json(
-    found: Sequence[Placed],
+    placements: Sequence[LampPlacement],
     args: argparse.Namespace,
-    added: AddedLight,
+    lamp_light: AddedLight,
     shape: HeadShape,
     scale: _Scale,
 ) -> dict[str, Any]:
-    styles = [_style_json(one, added, shape) for one in found]
+    styles = [_style_json(one, lamp_light, shape) for one in placements]
     values: dict[str, Any] = {
         "objective": args.objective,
         "head": args.head,
         **studio_facts(args),
-        "lamp": added.name,
-        "lamp_title": lamp_title(added.name, added.title),
-        "distance_m": added.distance_m,
+        "lamp": lamp_light.name,
+        "lamp_title": lamp_title(lamp_light.name, lamp_light.title),
+        "distance_m": lamp_light.distance_m,
         "front_deg": args.front,
         "reach": args.reach,
         "greedy": args.greedy,
         "illuminance_lux": short(scale.lux),
         "cd_m2_per_unit": short(scale.gain),
-        "assumed": scale.assumed,
-        "rescues": [one.name for one in found if one.rescued],
+        "assumed": scale.is_assumed,
+        "rescues": [one.name for one in placements if one.rescued],
         "styles": styles,
     }
     return {**values, **styles[0]} if len(styles) == 1 else values
 
 
-def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, Any]:
+def _style_json(one: LampPlacement, lamp_light: AddedLight, shape: HeadShape) -> dict[str, Any]:
     return {
         **fields(one, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(one.turn_refined_deg, 6),
@@ -342,9 +345,9 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
         **fields(one, "yaw_deg", "lighting", "lamp_azimuth_deg", "lamp_altitude_deg"),
         "lamp_azimuth_refined_deg": round(one.lamp_azimuth_refined_deg, 6),
         "lamp_altitude_refined_deg": round(one.lamp_altitude_refined_deg, 6),
-        "words": _words(one, added, shape),
+        "words": _words(one, lamp_light, shape),
         "power": one.power,
-        "power_words": power_words(one.power, added.name),
+        "power_words": power_words(one.power, lamp_light.name),
         "quality": short(one.quality),
         "match": short(one.match),
         "strength": short(one.strength),
@@ -354,9 +357,9 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
     }
 
 
-def _words(one: Placed, added: AddedLight, shape: HeadShape) -> str:
+def _words(one: LampPlacement, lamp_light: AddedLight, shape: HeadShape) -> str:
     azimuth, altitude = one.lamp_azimuth_refined_deg, one.lamp_altitude_refined_deg
-    distance = added.distance_m
+    distance = lamp_light.distance_m
     skin = None
     if distance is not None:
         skin = shape.distance_to_skin(direction(azimuth, altitude) * distance)
@@ -364,51 +367,51 @@ def _words(one: Placed, added: AddedLight, shape: HeadShape) -> str:
 
 
 def _table(
-    found: Sequence[Placed],
-    added: AddedLight,
+    placements: Sequence[LampPlacement],
+    lamp_light: AddedLight,
     shape: HeadShape,
     pack: StylePack,
     place: str,
     scale: _Scale,
 ) -> str:
     lux = f"{scale.lux:.3g}"
-    light = tr("{lux} lux (assumed)", lux=lux) if scale.assumed else tr("{lux} lux", lux=lux)
-    told = {
+    light = tr("{lux} lux (assumed)", lux=lux) if scale.is_assumed else tr("{lux} lux", lux=lux)
+    values = {
         "place": place,
         "light": light,
-        "lamp": lamp_title(added.name, added.title),
+        "lamp": lamp_title(lamp_light.name, lamp_light.title),
         "head": pack.header.head,
     }
-    first = tr("{place} at {light}, {lamp}, head {head}", **told)
-    if added.distance_m is not None:
+    first = tr("{place} at {light}, {lamp}, head {head}", **values)
+    if lamp_light.distance_m is not None:
         first = tr(
             "{place} at {light}, {lamp}, head {head} {distance} from its middle",
-            distance=metres(added.distance_m),
-            **told,
+            distance=metres(lamp_light.distance_m),
+            **values,
         )
     heads = (tr("style"), tr("without"), tr("with"), tr("turn"), tr("where to hold the lamp"))
     lines = [first, "", "{:<18}{:>8}{:>6}{:>8}  {}".format(*heads)]
-    for one in found:
+    for one in placements:
         azimuth, altitude = one.lamp_azimuth_refined_deg, one.lamp_altitude_refined_deg
         hold = placement_words(azimuth, altitude)
         if one.yaw_deg:
             hold += f", {aside_words(one.yaw_deg)}"
         if one.power != 1.0:
-            hold += f", {power_words(one.power, added.name)}"
+            hold += f", {power_words(one.power, lamp_light.name)}"
         if not one.attainable:
             hold += f"; {reason_sentence(one.shortfall)}"
         lines.append(
             f"{one.name:<18}{_points(one.before):>8}"
             f"{_points(one):>6}{whole(one.turn_refined_deg):>7}°  {hold}"
         )
-    rescued = ", ".join(one.name for one in found if one.rescued) or tr("none")
+    rescued = ", ".join(one.name for one in placements if one.rescued) or tr("none")
     lines += ["", tr("Match of 100, in brackets where the style is out of reach.")]
-    if len(found) == 1:
-        lines.append(tr("Hold it {where}.", where=_words(found[0], added, shape)))
+    if len(placements) == 1:
+        lines.append(tr("Hold it {where}.", where=_words(placements[0], lamp_light, shape)))
     lines.append(tr("Now possible with the lamp: {rescued}.", rescued=rescued))
     return "\n".join(lines)
 
 
-def _points(one: Placed | StyleResult) -> str:
+def _points(one: LampPlacement | StyleResult) -> str:
     value = points(one.match)
     return value if one.attainable else f"({value})"

@@ -13,7 +13,7 @@ from typing import Any, Final
 from app.commands.shared.arguments import add_json, argument
 from app.commands.shared.printing import ProgressPrinter
 from app.core.localization.features import build_index
-from app.core.localization.photo_check import Sought, read_photo, search_photo
+from app.core.localization.photo_check import PhotoSearch, read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.text import tr
 from app.words.photos import photo_warnings
@@ -67,19 +67,19 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())
-    sought = search_photo(photo, index, args.fov, mirrored=args.mirrored or None)
+    search = search_photo(photo, index, args.fov, mirrored=args.mirrored or None)
     seconds = time.perf_counter() - start
-    print(json.dumps(_facts(sought, seconds), indent=1) if args.json else _table(sought))
+    print(json.dumps(_facts(search, seconds), indent=1) if args.json else _table(search))
     return 0
 
 
-def _facts(sought: Sought, seconds: float) -> dict[str, Any]:
-    heading = sought.heading
-    found = heading.status == "found"
+def _facts(search: PhotoSearch, seconds: float) -> dict[str, Any]:
+    heading = search.heading
+    has_heading = heading.status == "found"
     angles = (heading.heading_deg, heading.pitch_deg, heading.roll_deg, heading.fov_deg)
     names = ("heading_deg", "pitch_deg", "roll_deg", "fov_deg")
     numbers = {
-        name: round(value, 3) if found and value is not None else None
+        name: round(value, 3) if has_heading and value is not None else None
         for name, value in zip(names, angles, strict=True)
     }
     return {
@@ -87,14 +87,14 @@ def _facts(sought: Sought, seconds: float) -> dict[str, Any]:
         **numbers,
         "inliers": heading.inliers,
         "confidence": round(heading.confidence, 4),
-        "mirrored": sought.mirrored,
-        "warnings": photo_warnings(sought),
+        "mirrored": search.mirrored,
+        "warnings": photo_warnings(search),
         "seconds": round(seconds, 3),
     }
 
 
-def _table(sought: Sought) -> str:
-    heading = sought.heading
+def _table(search: PhotoSearch) -> str:
+    heading = search.heading
     last = [
         _line(tr("points that agree"), str(heading.inliers)),
         _line(tr("confidence"), f"{math.floor(100 * heading.confidence)} %"),
@@ -109,9 +109,9 @@ def _table(sought: Sought) -> str:
         _line(tr("field of view"), _degrees(heading.fov_deg)),
         *last,
     ]
-    if sought.mirrored:
+    if search.mirrored:
         lines.append(tr("The photograph is mirrored, as some phones save selfies."))
-    return "\n".join([*lines, *photo_warnings(sought)])
+    return "\n".join([*lines, *photo_warnings(search)])
 
 
 def _degrees(value: float) -> str:

@@ -130,42 +130,42 @@ def run(args: argparse.Namespace) -> int:
 
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
-    started = time.perf_counter()
+    start_s = time.perf_counter()
     options = replace(options_of(args), full=args.full)
     measured = measure("bracket", args.images, options, report=ProgressPrinter())
-    return write(args, measured, started)
+    return write(args, measured, start_s)
 
 
-def write(args: argparse.Namespace, probe: Measurement, started: float, **more: Any) -> int:
+def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: Any) -> int:
     """Write the light that was measured, and print how, with `more` facts for JSON."""
     say(*sentences((*probe.warnings, *probe.notes)))
-    known = bool(args.mask) or not probe.bracket.panorama
-    suggested = () if known else suggest(probe.finished.measured)
+    skip_search = bool(args.mask) or not probe.bracket.panorama
+    suggestions = () if skip_search else suggest(probe.finished.measured)
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
     if args.output.suffix.lower() == ".exr":
         write_exr(args.output, radiance, white, rough=probe.rough, shares=probe.shares)
     else:
         write_hdr(args.output, radiance)
     if args.preview is not None:
-        marks = (*probe.finished.clutter, *suggested)
+        marks = (*probe.finished.clutter, *suggestions)
         # Only a preview needs Qt.
         from app.export.merge_preview import preview
 
         picture = preview(probe.finished.measured, probe.finished.lights, marks, args.exposure)
         write_png(args.preview, picture)
-    seconds = time.perf_counter() - started
+    seconds = time.perf_counter() - start_s
     facts = {
         "file": str(args.output),
         **probe_facts(probe),
         "blind": round(probe.blind, 4),
         **more,
         **own_facts(probe),
-        "suggested_masks": [clutter_facts(each) for each in suggested],
+        "suggested_masks": [clutter_facts(each) for each in suggestions],
         "seconds": round(seconds, 3),
     }
     lines = [
         tr("Suggested: {name}. {reason}", name=clutter_name(each), reason=clutter_reason(each))
-        for each in suggested
+        for each in suggestions
     ]
     last = wrote(probe, args.output, seconds)
     return answer(args, facts, probe_table(probe, *lines, "", last))

@@ -20,7 +20,13 @@ from app.core.faces.style_check import (
     promise_of_place,
 )
 from app.core.localization.features import build_index
-from app.core.localization.photo_check import Photo, Taken, lens_azimuth, locate_photo, read_photo
+from app.core.localization.photo_check import (
+    Photo,
+    PhotoLocation,
+    lens_azimuth,
+    locate_photo,
+    read_photo,
+)
 from app.core.places.store import light_at
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.style_pack import load_named_pack
@@ -62,71 +68,71 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Find the faces and print their light. No face is not an error."""
     photo = read_photo(args.picture)
-    promised = _promised(args.place, args.style)
-    taken = _taken(photo, promised)
+    promise = _promise(args.place, args.style)
+    location = _locate(photo, promise)
     # The place knows better than whoever took the picture.
-    flip = taken.mirrored if taken.status == "found" else bool(args.mirrored)
-    _tell_mirrored(photo, taken, asked=args.mirrored)
+    flip = location.mirrored if location.status == "found" else bool(args.mirrored)
+    _tell_mirrored(photo, location, by_option=args.mirrored)
     photo = photo.flipped if flip else photo
     width, focal = photo.picture.shape[1], photo.focal_px
     scale = photo.size[0] / width
     facts, lines = [], []
     for number, face in enumerate(find_faces(photo.picture)):
-        if promised is None:
+        if promise is None:
             check = Check(read_light(photo.picture, face, focal))
         else:
-            lens_deg = lens_azimuth(taken, face, width)
-            check = check_face(photo.picture, face, promised, focal, lens_deg)
-        facts.append(_facts(_shown(face, width) if flip else face, check, promised, scale))
+            lens_deg = lens_azimuth(location, face, width)
+            check = check_face(photo.picture, face, promise, focal, lens_deg)
+        facts.append(_facts(_mirror_face(face, width) if flip else face, check, promise, scale))
         facts[-1]["flash"] = photo.flash and check.light.at_lens
-        lines.append(_line(number + 1, check, promised, flash=facts[-1]["flash"]))
+        lines.append(_line(number + 1, check, promise, flash=facts[-1]["flash"]))
     words = "\n".join(lines) or tr("There is no face in this picture that can be read.")
-    known = taken.status == "found" or args.mirrored
-    return answer(args, {"faces": facts, "mirrored": flip if known else None}, words)
+    is_certain = location.status == "found" or args.mirrored
+    return answer(args, {"faces": facts, "mirrored": flip if is_certain else None}, words)
 
 
-def _tell_mirrored(photo: Photo, taken: Taken, *, asked: bool) -> None:
+def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) -> None:
     """Say on which side left and right are, where that is not as it was asked."""
-    if taken.status != "found":
-        if photo.front_camera and not asked:
+    if location.status != "found":
+        if photo.front_camera and not by_option:
             say(FRONT_CAMERA)
-    elif taken.mirrored and not asked:
+    elif location.mirrored and not by_option:
         say(tr("The photo is mirrored: only its mirror image fits the place. It is read as that."))
-    elif asked and not taken.mirrored:
+    elif by_option and not location.mirrored:
         say(tr("The photo fits the place as it is. It is not read as mirrored."))
 
 
-def _shown(face: Face, width: int) -> Face:
+def _mirror_face(face: Face, width: int) -> Face:
     """Where a face of the mirror image is in the file's own picture."""
     marks = face.landmarks.copy()
     marks[:, 0] = width - marks[:, 0]
     return Face(marks, face.confidence)
 
 
-def _promised(where: Path | None, name: str | None) -> Promise | None:
+def _promise(where: Path | None, name: str | None) -> Promise | None:
     """What the place promises, or the studio; `CoreError` where either is not known."""
     pack = load_named_pack("generic")
-    wanted = [] if name is None else [style.name for style in select(pack.styles, [name])]
+    names = [] if name is None else [style.name for style in select(pack.styles, [name])]
     if where is None:
-        return Promise(pack, wanted[0]) if wanted else None
+        return Promise(pack, names[0]) if names else None
     place = light_at(where)
-    results = solve_all(pack, place.searched, styles=wanted or None)
+    results = solve_all(pack, place.searched, styles=names or None)
     best = proposal(results)
-    found = next(result for result in results if result.name == best)
-    arc = found.arc_deg if found.attainable else None
-    return promise_of_place(place, found.turn_refined_deg, arc, pack, found.name)
+    best_result = next(result for result in results if result.name == best)
+    arc = best_result.arc_deg if best_result.attainable else None
+    return promise_of_place(place, best_result.turn_refined_deg, arc, pack, best_result.name)
 
 
-def _taken(photo: Photo, promised: Promise | None) -> Taken:
+def _locate(photo: Photo, promise: Promise | None) -> PhotoLocation:
     """From where it was taken, where its background tells."""
-    if promised is not None and promised.place is not None:
+    if promise is not None and promise.place is not None:
         # In a blank room nothing is found.
         with contextlib.suppress(CoreError):
-            return locate_photo(photo, build_index(promised.place.display))
-    return Taken("unsure")
+            return locate_photo(photo, build_index(promise.place.display))
+    return PhotoLocation("unsure")
 
 
-def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> dict[str, Any]:
+def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> dict[str, Any]:
     """Say for JSON what a face shows; its box in pixels of the file's own picture."""
     light = check.light
     numbers = {
@@ -140,7 +146,7 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
         "turn_deg": check.facing_deg,
         "turn_error_deg": check.turn_error_deg,
         "key_difference_deg": check.key_difference_deg,
-        "ratio_promised_stops": None if promised is None else promised.ratio_stops,
+        "ratio_promised_stops": None if promise is None else promise.ratio_stops,
         "match": check.match,
     }
     return {
@@ -149,7 +155,7 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
         **{name: None if value is None else round(value, 2) for name, value in numbers.items()},
         "key": light.key,
         "styles": [{"name": name, "score": short(score)} for name, score in light.styles],
-        "style": None if promised is None else promised.name,
+        "style": None if promise is None else promise.name,
         "in_the_light": {"inside": True, "outside": False}.get(check.standing),
         "grade": check.grade,
         "status": "unsure" if light.key is None else "read",
@@ -157,7 +163,7 @@ def _facts(face: Face, check: Check, promised: Promise | None, scale: float) -> 
     }
 
 
-def _line(number: int, check: Check, promised: Promise | None, *, flash: bool | None = None) -> str:
+def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | None = None) -> str:
     """Say in a line what a face shows, and in another how far that is from what was promised."""
     light = check.light
     words = [_key(light)]
@@ -168,21 +174,21 @@ def _line(number: int, check: Check, promised: Promise | None, *, flash: bool | 
     if light.styles:
         words.append(tr("looks like {styles}", styles=_titles(light)))
     line = f"  {number}  " + "; ".join(words)
-    return line if promised is None else f"{line}\n     {_checked(check, promised)}"
+    return line if promise is None else f"{line}\n     {_check_line(check, promise)}"
 
 
-def _checked(check: Check, promised: Promise) -> str:
+def _check_line(check: Check, promise: Promise) -> str:
     """Say how far a face is from what was promised."""
-    light, shown = check.light, promised.shown
-    style = next(one for one in load_named_pack("generic").styles if one.name == promised.name)
+    light, promised_light = check.light, promise.light
+    style = next(one for one in load_named_pack("generic").styles if one.name == promise.name)
     words = []
     if check.grade is not None:
         words.append(f"{_title(style)}: {grade_words(check.grade, attainable=True)}")
-    if light.azimuth_deg is not None and shown.azimuth_deg is not None:
-        words.append(key_words(light.azimuth_deg, shown.azimuth_deg))
-    if light.ratio_stops is not None and promised.ratio_stops is not None:
-        words.append(ratio_words(light.ratio_stops, promised.ratio_stops))
-    if promised.place is not None:
+    if light.azimuth_deg is not None and promised_light.azimuth_deg is not None:
+        words.append(key_words(light.azimuth_deg, promised_light.azimuth_deg))
+    if light.ratio_stops is not None and promise.ratio_stops is not None:
+        words.append(ratio_words(light.ratio_stops, promise.ratio_stops))
+    if promise.place is not None:
         words.append(_turn(check))
     return ". ".join(part for part in words if part) + "."
 
@@ -190,8 +196,8 @@ def _checked(check: Check, promised: Promise) -> str:
 def _turn(check: Check) -> str:
     error = check.turn_error_deg
     if error is None:
-        told = check.standing == "inside"
-        return tr("In the light") if told else tr("The turn cannot be read from this face")
+        is_inside = check.standing == "inside"
+        return tr("In the light") if is_inside else tr("The turn cannot be read from this face")
     if check.standing == "inside":
         return tr("In the light; to the best: {turn}", turn=turn_words(error))
     return tr("Turn {turn}", turn=turn_words(error))

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         CoreError: When an argument, the panorama or the head is of no use; nothing is written then.
     """
-    started = time.perf_counter()
+    start_s = time.perf_counter()
     output: Path = args.output
     # Arguments are checked before anything is computed.
     check_ending(output, _WRITERS, tr("pictures"))
@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
         write_exr(output, picture.linear)
     else:
         write_png(output, picture.srgb)
-    (height, width), seconds = picture.linear.shape[:2], time.perf_counter() - started
+    (height, width), seconds = picture.linear.shape[:2], time.perf_counter() - start_s
     facts = {
         "file": str(output),
         "turn_deg": args.turn,

@@ -28,7 +28,7 @@ from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import PERSONALITIES
-from app.devices.simulated.exposure_maker import Shot
+from app.devices.simulated.exposure_maker import ShotOptions
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 from app.words.remarks import sentences
@@ -85,7 +85,7 @@ def read_scene(args: argparse.Namespace) -> Scene:
     """Read ``--scene`` and scale it. Raises `CoreError` when it cannot be read."""
     environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
     say(*sentences(environment.warnings))
-    return Scene(environment.radiance, Shot(scale=scene_scale(environment, args.mean)))
+    return Scene(environment.radiance, ShotOptions(scale=scene_scale(environment, args.mean)))
 
 
 def serve(
@@ -136,9 +136,9 @@ def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> flo
 
 
 def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> CameraServer:
-    refused = tr("Cannot listen at port {port}: {reason}.")
+    sentence = tr("Cannot listen at port {port}: {reason}.")
     hint = tr("Choose another port, or leave --port out.")
-    with os_errors_as(CoreError, refused, hint, port=args.port):
+    with os_errors_as(CoreError, sentence, hint, port=args.port):
         return CameraServer(camera, args.port, clock=clock, log=say if args.log else None)
 
 

@@ -48,7 +48,7 @@ from app.core.places.solve import solve_styles
 from app.core.portrait.head import Head
 from app.core.portrait.head_views import has_views
 from app.core.portrait.portrait_file import HAIRS
-from app.core.portrait.portraits import Lit
+from app.core.portrait.portraits import LightSource
 from app.core.solver.lens_search import STRAIGHT, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
@@ -85,9 +85,9 @@ def run(args: argparse.Namespace) -> int:
         check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
         check_drawing()
     pack = asked_pack(args)
-    asked, own = set(args.style or ()), _own_styles(args.style, pack)
-    others = asked - {one.name for one in own}
-    known = () if own and not others else select(pack.styles, others)
+    style_names, own = set(args.style or ()), _own_styles(args.style, pack)
+    others = style_names - {one.name for one in own}
+    built_in = () if own and not others else select(pack.styles, others)
     if args.sheet and own:
         raise StyleError(
             tr("The sheet shows built-in styles only."),
@@ -97,10 +97,10 @@ def run(args: argparse.Namespace) -> int:
     say(*sentences(environment.warnings))
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
-    names = [style.name for style in known]
+    names = [style.name for style in built_in]
     # The packs hold all that solving needs of a head but for strokes and pictures.
     head = _head_of(pack, args) if own or args.sheet else None
-    results = _solved(pack, light, names, own, head, args)
+    results = _solve(pack, light, names, own, head, args)
     if args.sheet and head is not None:
         _write_sheet(Path(args.sheet), head, results, environment, args)
     seconds = time.perf_counter() - start
@@ -111,10 +111,12 @@ def run(args: argparse.Namespace) -> int:
         advice = doubt_words(doubt, environment, names)
         facts["advice"] = list(advice)
         table = "\n".join((table, "", *advice))
-    return answer(args, facts | environment_facts(environment) | _judged(facts, doubt, pack), table)
+    return answer(
+        args, facts | environment_facts(environment) | _with_doubt(facts, doubt, pack), table
+    )
 
 
-def _judged(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
+def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
     """The styles with what their answers depend on; painted styles are not judged."""
     built_in = {style.name for style in pack.styles}
     names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
@@ -148,7 +150,7 @@ def _head_of(pack: StylePack, args: argparse.Namespace) -> Head:
     return Head(args.head, pack, load_transport_of(pack, args.head), HAIRS[0])
 
 
-def _solved(
+def _solve(
     pack: StylePack,
     light: Floats,
     names: Sequence[str],
@@ -159,8 +161,8 @@ def _solved(
     """Answer with the lens where it may stand; straight in front, name what others would gain."""
     wish = asked_lens(args)
     # A head baked by an earlier version has no views; straight in front its answers need none.
-    needed = wish != STRAIGHT or has_views(args.head)
-    views = views_of(pack, args.head) if needed else []
+    needs_views = wish != STRAIGHT or has_views(args.head)
+    views = views_of(pack, args.head) if needs_views else []
     return solve_styles(
         pack,
         views,
@@ -193,11 +195,11 @@ def _as_json(
     return values | ({"grey": True} if args.grey else {})
 
 
-def _own_styles(asked: Sequence[str] | None, pack: StylePack) -> list[UserStyle]:
+def _own_styles(style_names: Sequence[str] | None, pack: StylePack) -> list[UserStyle]:
     """Those of the user's own styles that are asked for by name."""
-    wanted = {*(asked or ())} - {style.name for style in pack.styles}
-    known = list_user_styles(user_data() / "styles")[0] if wanted else ()
-    return [one for one in known if one.name in wanted]
+    own_names = {*(style_names or ())} - {style.name for style in pack.styles}
+    user_styles = list_user_styles(user_data() / "styles")[0] if own_names else ()
+    return [one for one in user_styles if one.name in own_names]
 
 
 def _studio_json(pack: StylePack, name: str) -> dict[str, Any]:
@@ -350,14 +352,14 @@ def _write_sheet(
     styles = {style.name: style for style in pack.styles}
     turns = {result.name: wrap(result.turn_refined_deg + args.front) for result in results}
 
-    def drawn(name: str, size: tuple[int, int]) -> list[Bytes]:
+    def pictures(name: str, size: tuple[int, int]) -> list[Bytes]:
         here = picture_at(head.transport, light, turns[name])
-        lit: list[Lit] = [styles[name], Facing(light, turns[name])]
-        return head.portraits([pack.target(name), here], size, lit)
+        lights: list[LightSource] = [styles[name], Facing(light, turns[name])]
+        return head.portraits([pack.target(name), here], size, lights)
 
     sheet = draw_sheet(
         results,
-        drawn,
+        pictures,
         environment,
         environment.name,
         args.head,

@@ -37,10 +37,10 @@ def run(args: argparse.Namespace) -> int:
 
     Raises `CoreError` when an argument or a file is of no use; nothing is written then.
     """
-    started = time.perf_counter()
+    start_s = time.perf_counter()
     options, report = corrections(args), ProgressPrinter()
     if args.kind == "fisheye":
-        return write(args, measure("fisheye", args.images, options, report=report), started)
+        return write(args, measure("fisheye", args.images, options, report=report), start_s)
     own = PhotosOptions(args.fov, unstitched=args.kind != "photos")
     measured = measure("photos", args.images, replace(options, own=own), report=report)
-    return write(args, measured, started, photographs=[])
+    return write(args, measured, start_s, photographs=[])

@@ -78,14 +78,14 @@ def run_add(args: argparse.Namespace) -> int:
     name = args.picture.stem
     title = one_line(args.title or "") or photo_title(one_line(name))
     style = photo_style(light, pack, transport, name, title, photo_note(photo_lamps(light)))
-    kept = add(user_data() / "styles", style)
+    own_style = add(user_data() / "styles", style)
     facts = {
-        **fields(kept, "name", "title", "side"),
-        "side_words": side_words(kept),
-        "note": kept.note,
+        **fields(own_style, "name", "title", "side"),
+        "side_words": side_words(own_style),
+        "note": own_style.note,
         "lamps": [dataclasses.asdict(lamp) for lamp in photo_lamps(light)],
     }
-    words = tr("“{title}” is among your styles. {note}", title=kept.title, note=kept.note)
+    words = tr("“{title}” is among your styles. {note}", title=own_style.title, note=own_style.note)
     return answer(args, {"style": facts}, words)
 
 

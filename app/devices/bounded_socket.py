@@ -92,7 +92,7 @@ class BoundedSocket(socket.socket):
 
     def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
         """Take what has come, or wait for it."""
-        return _received(self, lambda: super(BoundedSocket, self).recv_into(buffer, nbytes, flags))
+        return _receive(self, lambda: super(BoundedSocket, self).recv_into(buffer, nbytes, flags))
 
 
 class BoundedTls(ssl.SSLSocket):
@@ -103,10 +103,10 @@ class BoundedTls(ssl.SSLSocket):
 
     def recv_into(self, buffer: Any, nbytes: int | None = None, flags: int = 0) -> int:
         """Take what has come, or wait for it."""
-        return _received(self, lambda: super(BoundedTls, self).recv_into(buffer, nbytes, flags))
+        return _receive(self, lambda: super(BoundedTls, self).recv_into(buffer, nbytes, flags))
 
 
-def _received(connection: BoundedSocket | BoundedTls, receive: Callable[[], int]) -> int:
+def _receive(connection: BoundedSocket | BoundedTls, receive: Callable[[], int]) -> int:
     watch = connection.watch
     while watch is not None:
         if not pending(connection):
@@ -126,7 +126,7 @@ def pending(connection: socket.socket) -> bool:
     return isinstance(connection, ssl.SSLSocket) and connection.pending() > 0
 
 
-class Transport(HTTPAdapter):
+class WatchedAdapter(HTTPAdapter):
     """Carries requests over watched connections; kept alive, never tried again."""
 
     def __init__(self) -> None:

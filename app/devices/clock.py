@@ -74,7 +74,7 @@ def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
     while True:
         if token is not None:
             token.check()
-        left = end - clock.now()
-        if left <= 0.0:
+        remaining_s = end - clock.now()
+        if remaining_s <= 0.0:
             return
-        clock.sleep(min(left, _STEP_S))
+        clock.sleep(min(remaining_s, _STEP_S))

@@ -62,9 +62,9 @@ def check_display(
     env = os.environ if environ is None else environ
     if platform in ("win32", "darwin"):
         return None
-    asked = env.get("QT_QPA_PLATFORM", "")
-    if asked:
-        names = [part.partition(":")[0] for part in asked.split(";")]
+    platform_name = env.get("QT_QPA_PLATFORM", "")
+    if platform_name:
+        names = [part.partition(":")[0] for part in platform_name.split(";")]
     else:
         wayland = env.get("WAYLAND_DISPLAY") or env.get("XDG_SESSION_TYPE") == "wayland"
         names = ["wayland"] * bool(wayland) + ["xcb"] * bool(env.get("DISPLAY"))
@@ -79,7 +79,7 @@ def check_display(
         except (DesktopError, DisplayError) as error:
             problems.append(error)
         else:
-            return None if asked or name == names[0] else name
+            return None if platform_name or name == names[0] else name
     raise next((one for one in problems if isinstance(one, DesktopError)), problems[-1])
 
 
@@ -104,15 +104,15 @@ def _try(name: str, env: Mapping[str, str]) -> None:
 
 
 def _unknown(name: str, env: Mapping[str, str]) -> str | None:
-    known = sorted(file.stem.removeprefix("libq") for file in _plugins().glob("libq*.so"))
+    platforms = sorted(file.stem.removeprefix("libq") for file in _plugins().glob("libq*.so"))
     elsewhere = env.get("QT_PLUGIN_PATH") or env.get("QT_QPA_PLATFORM_PLUGIN_PATH")
-    if name in known or elsewhere or not known:
+    if name in platforms or elsewhere or not platforms:
         return None
     return tr(
         "QT_QPA_PLATFORM is set to {name!r}, which Qt does not have here: unset "
         "it, or choose among {names}.",
         name=name,
-        names=", ".join(known),
+        names=", ".join(platforms),
     )
 
 
@@ -156,8 +156,8 @@ def _no_wayland(env: Mapping[str, str]) -> str | None:
 
 def _plugins() -> Path:
     """Give the folder of Qt's platforms, without importing Qt."""
-    found = importlib.util.find_spec("PySide6")
-    folders = [] if found is None else found.submodule_search_locations or []
+    spec = importlib.util.find_spec("PySide6")
+    folders = [] if spec is None else spec.submodule_search_locations or []
     return Path(*folders[:1]) / "Qt" / "plugins" / "platforms"
 
 
@@ -179,14 +179,14 @@ def missing_library(message: str) -> DesktopError:
             tr("Debian 12, Ubuntu 22.04, Fedora 36 and newer ones have it."),
         )
     damaged = _DAMAGED.search(message)
-    found = _MISSING.search(message)
-    if found is None:
+    match = _MISSING.search(message)
+    if match is None:
         what = message
         if damaged:
             what = tr("A library that Turnlight needs is damaged: {file}.", file=damaged[1])
         name = os.path.basename(damaged[1]) if damaged else ""
         return DesktopError(what, _commands([name], "--reinstall ", "reinstall"))
-    names = list(dict.fromkeys([found[1], *(_absent() if found[1] in _packages() else ())]))
+    names = list(dict.fromkeys([match[1], *(_absent() if match[1] in _packages() else ())]))
     what = tr_plural(
         "A library that Turnlight needs is missing: {libraries}.",
         "Libraries that Turnlight needs are missing: {libraries}.",
@@ -203,8 +203,8 @@ def _absent() -> Iterable[str]:
                 ctypes.CDLL(name)
             except OSError as error:
                 # One that is there may only lack another.
-                found = _MISSING.search(str(error))
-                if found is not None and found[1] == name:
+                match = _MISSING.search(str(error))
+                if match is not None and match[1] == name:
                     yield name
 
 

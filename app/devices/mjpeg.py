@@ -48,8 +48,8 @@ def boundary_of(content_type: str) -> str:
         >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
         '---osclivepreview---'
     """
-    found = _BOUNDARY.search(content_type[:1000])
-    return (found[1] or found[2]).strip() if found else ""
+    match = _BOUNDARY.search(content_type[:1000])
+    return (match[1] or match[2]).strip() if match else ""
 
 
 class MjpegParser:
@@ -73,12 +73,12 @@ class MjpegParser:
         )
         self._tail = len(self._mark) + 2 * _MAX_DASHES + 3
         self._buffer = bytearray()
-        self._searched = 0  # no boundary starts before this place in the buffer
-        self._skipped = 0
+        self._search_from = 0  # no boundary starts before this place in the buffer
+        self._skip_bytes = 0
         self._futile = 0
         self._header = 0
         self._length = 0
-        self._walk: _Walk | None = None
+        self._walk: _SegmentWalk | None = None
         # Of the class, since a method of this object would keep it alive.
         self._state: Callable[[MjpegParser, list[bytes]], bool] = MjpegParser._seek
         self.dropped = 0
@@ -86,7 +86,7 @@ class MjpegParser:
     @property
     def _blind(self) -> bool:
         """Whether pictures are looked for without a boundary."""
-        return not self._mark or self._skipped > _PATIENCE
+        return not self._mark or self._skip_bytes > _PATIENCE
 
     def feed(self, data: bytes) -> list[bytes]:
         """Take what the connection gave.
@@ -104,10 +104,10 @@ class MjpegParser:
     def _seek(self, frames: list[bytes]) -> bool:
         """Between parts: skip to the next boundary, or to a picture where there is none."""
         del frames
-        found = self._next_boundary()
-        if found:
-            self._take(found[1])
-            self._skipped = self._header = self._length = self._futile = 0
+        span = self._next_boundary()
+        if span:
+            self._take(span[1])
+            self._skip_bytes = self._header = self._length = self._futile = 0
             self._state = MjpegParser._head
             return True
         if self._blind:
@@ -138,20 +138,20 @@ class MjpegParser:
             self._length = 0
         elif not line.strip():
             self._begin()
-        elif found := _LENGTH.match(line.strip()):
-            self._length = int(found[1])
+        elif match := _LENGTH.match(line.strip()):
+            self._length = int(match[1])
         return True
 
     def _begin(self) -> None:
         """At the first byte of a picture."""
-        known = 0 < self._length <= MAX_FRAME_BYTES
-        self._state = MjpegParser._body if known else MjpegParser._scan
+        has_length = 0 < self._length <= MAX_FRAME_BYTES
+        self._state = MjpegParser._body if has_length else MjpegParser._scan
 
     def _body(self, frames: list[bytes]) -> bool:
         """In a picture of stated length."""
         length = self._length
-        found = self._next_boundary()
-        if found and found[0] < length:
+        span = self._next_boundary()
+        if span and span[0] < length:
             self._state = MjpegParser._scan
             return True
         if len(self._buffer) < length:
@@ -164,10 +164,10 @@ class MjpegParser:
 
     def _scan(self, frames: list[bytes]) -> bool:
         """In a picture of unknown length, or ahead of it."""
-        found = self._next_boundary()
-        limit = found[0] if found else len(self._buffer)
+        span = self._next_boundary()
+        limit = span[0] if span else len(self._buffer)
         if self._walk is None:
-            return self._scan_start(limit, bounded=found is not None)
+            return self._scan_start(limit, bounded=span is not None)
         end = self._walk.advance(self._buffer, limit)
         if end > 0:
             self._deliver(frames, end)
@@ -175,9 +175,9 @@ class MjpegParser:
             # What comes after the damaged place may be the next picture.
             place = max(self._walk.place, _LEAP if self._futile > _FUTILE else 2)
             self._futile += self._blind
-            self._drop(place, limit, whole=found is not None)
-        elif found or limit > MAX_FRAME_BYTES:
-            self._drop(limit, limit, whole=found is not None)
+            self._drop(place, limit, whole=span is not None)
+        elif span or limit > MAX_FRAME_BYTES:
+            self._drop(limit, limit, whole=span is not None)
         else:
             return False
         return True
@@ -186,7 +186,7 @@ class MjpegParser:
         start = self._buffer.find(_SOI, 0, limit)
         if start >= 0:
             self._take(start)
-            self._walk = _Walk()
+            self._walk = _SegmentWalk()
             return True
         if bounded:
             self._state = MjpegParser._seek
@@ -219,26 +219,26 @@ class MjpegParser:
         if not self._mark:
             return None
         # The plain search is several times faster and finds nothing almost always.
-        place = self._buffer.find(self._mark, self._searched)
-        found = self._line.search(self._buffer, place) if place >= 0 else None
-        if found:
-            return found.span()
-        self._searched = max(self._searched, len(self._buffer) - self._tail)
+        place = self._buffer.find(self._mark, self._search_from)
+        match = self._line.search(self._buffer, place) if place >= 0 else None
+        if match:
+            return match.span()
+        self._search_from = max(self._search_from, len(self._buffer) - self._tail)
         return None
 
     def _take(self, count: int) -> None:
         del self._buffer[:count]
-        self._searched = max(self._searched - count, 0)
+        self._search_from = max(self._search_from - count, 0)
 
     def _trim(self) -> None:
         """Forget what can no longer be the start of anything."""
         spare = len(self._buffer) - self._tail - 1
         if spare > 0:
-            self._skipped += spare
+            self._skip_bytes += spare
             self._take(spare)
 
 
-class _Walk:
+class _SegmentWalk:
     """Goes through the segments of a JPEG that stands at the start of a growing buffer."""
 
     __slots__ = ("_fill", "_packed", "_segments", "place")
@@ -257,9 +257,9 @@ class _Walk:
         """
         while self.place + 2 <= limit:
             if self._packed:
-                found = _MARKER.search(data, self.place, limit)
-                self.place = found.start() if found else limit - 1
-                del found  # holds the buffer, which then could not grow
+                match = _MARKER.search(data, self.place, limit)
+                self.place = match.start() if match else limit - 1
+                del match  # holds the buffer, which then could not grow
                 self._packed = self.place == limit - 1
                 continue
             if data[self.place] != 0xFF:
@@ -302,8 +302,8 @@ def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
         kind, length = head[1], int.from_bytes(head[2:4])
         if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
             rows, columns = int.from_bytes(head[5:7]), int.from_bytes(head[7:9])
-            known = kind <= 0xC1 and head[4] == 8 and head[9] in (1, 3) and rows and columns
-            return (rows, columns) if known else None
+            valid = kind <= 0xC1 and head[4] == 8 and head[9] in (1, 3) and rows and columns
+            return (rows, columns) if valid else None
         place += 1 if kind == 0xFF else 2 + length
     return None
 

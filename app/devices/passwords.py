@@ -92,8 +92,8 @@ class Digest(HTTPDigestAuth):
         Raises `PasswordNeeded` when it is no challenge that can be answered.
         """
         self._challenge = {}
-        found = _SCHEME.search(header[:_LONGEST_CHALLENGE])
-        items = parse_dict_header(header[found.end() : _LONGEST_CHALLENGE]) if found else {}
+        match = _SCHEME.search(header[:_LONGEST_CHALLENGE])
+        items = parse_dict_header(header[match.end() : _LONGEST_CHALLENGE]) if match else {}
         fields = {str(key).lower(): value or "" for key, value in items.items()}
         if not {"realm", "nonce"} <= fields.keys() or not all(
             _TOKEN.fullmatch(value) and value.isascii() for value in fields.values()
@@ -138,8 +138,8 @@ class Passwords:
 
     def get(self, account: str) -> str | None:
         """Look a password up. None where none is kept or the keyring cannot be used."""
-        found = self._try(lambda ring: ring.get_password(SERVICE, account)) if account else None
-        return found if isinstance(found, str) and _sound(found) else None
+        password = self._try(lambda ring: ring.get_password(SERVICE, account)) if account else None
+        return password if isinstance(password, str) and _sound(password) else None
 
     def set(self, account: str, password: str) -> bool:
         """Keep a password."""
@@ -151,29 +151,29 @@ class Passwords:
 
         if not account or not _sound(password):
             return False
-        kept = self._try(keep)
-        if not kept:
+        ok = self._try(keep)
+        if not ok:
             self._tell()
-        return bool(kept)
+        return bool(ok)
 
     def _try(self, work: Callable[[Any], _T]) -> _T | None:
         """Use the keyring, however that fails; one that hangs is left behind."""
-        done: list[_T] = []
+        results: list[_T] = []
 
         def run() -> None:
             try:
                 import keyring
 
-                done.append(work(keyring))
+                results.append(work(keyring))
             except Exception:  # noqa: BLE001 - backends raise what they like; it may hold a password
                 return
 
         thread = threading.Thread(target=run, name="turnlight-keyring", daemon=True)
         thread.start()
         thread.join(self._patience_s)
-        if not done:
+        if not results:
             self._tell()
-        return done[0] if done else None
+        return results[0] if results else None
 
     def _tell(self) -> None:
         say, self._say = self._say, None

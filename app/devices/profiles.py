@@ -121,7 +121,7 @@ def _theta(facts: CameraFacts) -> ModelProfile:
     rows, columns = max(size for size in facts.sizes if size[1] <= WIDEST)
     return ModelProfile(
         name=facts.name,
-        title=facts.stated.title() if facts.model else f"Ricoh Theta {facts.name}",
+        title=facts.model_text.title() if facts.model else f"Ricoh Theta {facts.name}",
         bracket="watched" if facts.watched else "native" if itself else "single",
         fallback=facts.limits,
         overhead_s=facts.overhead_s,
@@ -208,10 +208,10 @@ def profile_for(info: Info) -> ModelProfile:
     """
     if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")
-    known = camera_facts(info.model)
-    if known is None:
+    facts = camera_facts(info.model)
+    if facts is None:
         return _UNKNOWN_THETA
-    name = known.name
+    name = facts.name
     if name == "V" and info.firmware and info.firmware < _NEW_V:
         name = "V-old"
     profile = profile_named(name)

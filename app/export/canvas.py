@@ -137,10 +137,10 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
     """Cut text that is wider than `limit`, with an ellipsis in its place."""
     if text_width(text, size, weight) <= limit:
         return text
-    kept = text
-    while kept and text_width(f"{kept.rstrip()}…", size, weight) > limit:
-        kept = kept[:-1]
-    return f"{kept.rstrip()}…"
+    head = text
+    while head and text_width(f"{head.rstrip()}…", size, weight) > limit:
+        head = head[:-1]
+    return f"{head.rstrip()}…"
 
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
@@ -156,7 +156,7 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
     return [centre, *rim]
 
 
-class Canvas:
+class Page:
     """A page that is drawn on: a picture of `SCALE` pixels per logical pixel, or a PDF.
 
     Args:
@@ -250,12 +250,12 @@ class Canvas:
 
         Args:
             box: Where, on whole pixels.
-            display: NDArray[np.float32], (h, w, 3). sRGB in 0..1, of the size that `Canvas.size_of`
+            display: NDArray[np.float32], (h, w, 3). sRGB in 0..1, of the size that `Page.size_of`
                 gives.
         """
-        shown = np.ascontiguousarray((display * 255.0 + 0.5).astype(np.uint8))
-        high, wide = shown.shape[:2]
-        image = QImage(shown.data, wide, high, 3 * wide, QImage.Format.Format_RGB888)
+        pixels = np.ascontiguousarray((display * 255.0 + 0.5).astype(np.uint8))
+        high, wide = pixels.shape[:2]
+        image = QImage(pixels.data, wide, high, 3 * wide, QImage.Format.Format_RGB888)
         self._painter.save()
         if self._image is None:
             self._painter.setClipPath(_rounded(box, radius))
@@ -328,7 +328,7 @@ class Canvas:
         self._painter.fillPath(path, _ink(colour, opacity))
 
 
-def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Canvas], None]) -> bytes:
+def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Page], None]) -> bytes:
     """Make a PDF of one white page: outlines, pictures, and words in fonts that come with it."""
     load_fonts()
     data = QByteArray()
@@ -342,7 +342,7 @@ def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Canvas], 
     inch = 25.4 / 96.0
     writer.setPageSize(QPageSize(QSizeF(width * inch, height * inch), millimetres))
     writer.setPageMargins(QMarginsF())
-    canvas = Canvas(width, height, (255, 255, 255), writer)
+    canvas = Page(width, height, (255, 255, 255), writer)
     draw(canvas)
     canvas.close()
     buffer.close()

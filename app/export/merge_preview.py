@@ -21,10 +21,10 @@ from app.core.measure.finish.display import (
 )
 from app.core.measure.finish.lights import Light
 from app.core.measure.finish.tripod_detection import Clutter
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.portrait.pictures import WELL
 from app.core.text import tr
-from app.export.canvas import SCALE, Box, Canvas, Point, circle_points, shorten, text_width
+from app.export.canvas import SCALE, Box, Page, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale
 from app.words.measure.masks import clutter_name
 from app.words.phrases.quantities import stops_words, upper_first
@@ -40,7 +40,7 @@ _NOTES_LEFT: Final = 0.52  # of the panorama's width
 
 
 def preview(
-    merged: Merged,
+    merged: MergedLight,
     lights: Sequence[Light] = (),
     masks: Sequence[Clutter] = (),
     exposure_stops: float = 0.0,
@@ -58,21 +58,23 @@ def preview(
         NDArray[np.uint8], (rows, columns, 3). sRGB, for `images.write_png`; the
         panorama in it is 2,048 wide.
     """
-    shown = display_panorama(merged.radiance, exposure_stops) if display is None else display
-    if shown.shape[1] != WIDTH:
-        rows = max(round(shown.shape[0] * WIDTH / shown.shape[1]), 1)
-        shown = np.asarray(cv2.resize(shown, (WIDTH, rows), interpolation=cv2.INTER_AREA), np.uint8)
+    picture = display_panorama(merged.radiance, exposure_stops) if display is None else display
+    if picture.shape[1] != WIDTH:
+        rows = max(round(picture.shape[0] * WIDTH / picture.shape[1]), 1)
+        picture = np.asarray(
+            cv2.resize(picture, (WIDTH, rows), interpolation=cv2.INTER_AREA), np.uint8
+        )
     for each in masks:
-        shown = mask_overlay(shown, each.mask)
-    shown = clip_overlay(shown, merged.clipped)
-    high, wide = float(-(-shown.shape[0] // SCALE)), shown.shape[1] / SCALE
+        picture = mask_overlay(picture, each.mask)
+    picture = clip_overlay(picture, merged.clipped)
+    high, wide = float(-(-picture.shape[0] // SCALE)), picture.shape[1] / SCALE
     notes = _notes(merged, masks, exposure_stops)
     lines = max(min(len(lights), _MOST_ROWS + 1) + 1 if lights else 0, len(notes))
     top = _MARGIN + _SCALE_ROOM
-    canvas = Canvas(wide + 2 * _MARGIN, top + high + _GAP + lines * _ROW + _MARGIN - 8, Dark.BG)
-    box = (_MARGIN, top, wide, shown.shape[0] / SCALE)
-    canvas.picture(box, shown.astype(np.float32) / 255.0, 8.0)
-    if shown.shape[1] == 2 * shown.shape[0]:
+    canvas = Page(wide + 2 * _MARGIN, top + high + _GAP + lines * _ROW + _MARGIN - 8, Dark.BG)
+    box = (_MARGIN, top, wide, picture.shape[0] / SCALE)
+    canvas.picture(box, picture.astype(np.float32) / 255.0, 8.0)
+    if picture.shape[1] == 2 * picture.shape[0]:
         _draw_scale(canvas, box)
         _draw_lamps(canvas, box, lights)
     foot = (_MARGIN, top + high + _GAP)
@@ -81,7 +83,7 @@ def preview(
     return canvas.pixels
 
 
-def _draw_scale(canvas: Canvas, box: Box) -> None:
+def _draw_scale(canvas: Page, box: Box) -> None:
     """Azimuths over the panorama, and the line where the photographer stands."""
     x, top, wide, high = box
     middle = x + wide / 2.0
@@ -90,17 +92,17 @@ def _draw_scale(canvas: Canvas, box: Box) -> None:
     draw_scale(canvas, box, tr("0° photographer stands here"), (Dark.CTL, Dark.DIM))
 
 
-def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[Light]) -> None:
+def _draw_lamps(canvas: Page, box: Box, lights: Sequence[Light]) -> None:
     """Rings around the lamps, each with its letter where no other letter is."""
-    taken: list[Point] = []
+    points: list[Point] = []
     rings = [(light, *_ring(box, light)) for light in lights]
     for _, centre, radius in rings:
         ring = circle_points(centre, radius)
         canvas.stroke(ring, Dark.TAG, 3.5, opacity=0.55)
         canvas.stroke(ring, Dark.ON_TAG, 1.5)
     for light, centre, radius in rings:
-        at = _free_place(box, centre, radius, taken)
-        taken.append(at)
+        at = _free_place(box, centre, radius, points)
+        points.append(at)
         _draw_tag(canvas, at, light.id)
 
 
@@ -113,7 +115,7 @@ def _ring(box: Box, light: Light) -> tuple[Point, float]:
     return centre, min(max(light.diameter_deg / 360.0 * wide / 2.0 + 3.0, 7.0), 60.0)
 
 
-def _free_place(box: Box, centre: Point, radius: float, taken: Sequence[Point]) -> Point:
+def _free_place(box: Box, centre: Point, radius: float, points: Sequence[Point]) -> Point:
     """Middle of a letter beside its ring: inside the panorama, away from other letters."""
     x, top, wide, high = box
     room = _TAG_SIZE / 2.0 + 2.0
@@ -132,21 +134,21 @@ def _free_place(box: Box, centre: Point, radius: float, taken: Sequence[Point]) 
     ]
 
     def crowded(place: Point) -> float:
-        nearest = min((float(np.hypot(place[0] - a, place[1] - b)) for a, b in taken), default=1e9)
+        nearest = min((float(np.hypot(place[0] - a, place[1] - b)) for a, b in points), default=1e9)
         on_lamp = float(np.hypot(place[0] - centre[0], place[1] - centre[1])) < radius
         return max(_TAG_SIZE + 2.0 - nearest, 0.0) + (100.0 if on_lamp else 0.0)
 
     return min(places, key=crowded)
 
 
-def _draw_tag(canvas: Canvas, at: Point, letter: str) -> None:
+def _draw_tag(canvas: Page, at: Point, letter: str) -> None:
     wide = max(text_width(letter, 13, 700) + 10.0, _TAG_SIZE)
     box = (at[0] - wide / 2.0, at[1] - _TAG_SIZE / 2.0, wide, _TAG_SIZE)
     canvas.panel(box, Dark.TAG, 5.0, Dark.CTL)
     canvas.text((at[0], at[1] + 4.7), letter, 13, 700, Dark.ON_TAG, "middle")
 
 
-def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
+def _draw_lamp_list(canvas: Page, at: Point, lights: Sequence[Light]) -> None:
     """Write a row for each lamp: letter, where it is, what it gives."""
     if not lights:
         return
@@ -155,8 +157,8 @@ def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
     heads = (tr("Lamp"), tr("Azimuth"), tr("Elevation"), tr("Share of the light"))
     for stop, head in zip(stops, heads, strict=True):
         canvas.text((x + stop, y + 12), head, 12, 600, Dark.DIM)
-    shown = lights[:_MOST_ROWS]
-    for row, light in enumerate(shown, start=1):
+    rows = lights[:_MOST_ROWS]
+    for row, light in enumerate(rows, start=1):
         line = y + row * _ROW + 12
         _draw_tag(canvas, (x + _TAG_SIZE / 2.0, line - 4.5), light.id)
         canvas.text((x + stops[1], line), signed(light.azimuth_deg), 13, 400, Dark.TEXT)
@@ -167,19 +169,19 @@ def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
         elif light.clipped:
             words = tr("at least {share}, clipped", share=words)
         canvas.text((x + stops[3], line), words, 13, 600 if light.clipped else 400, Dark.TEXT)
-    if len(lights) > len(shown):
-        line = y + (len(shown) + 1) * _ROW + 12
+    if len(lights) > len(rows):
+        line = y + (len(rows) + 1) * _ROW + 12
         rest = sum(light.share for light in lights[_MOST_ROWS:])
         words = tr(
             "and {count} more, together {share}",
-            count=len(lights) - len(shown),
+            count=len(lights) - len(rows),
             share=small_percent(rest),
         )
         canvas.text((x, line), words, 13, 400, Dark.DIM)
 
 
 def _notes(
-    merged: Merged, masks: Sequence[Clutter], exposure_stops: float
+    merged: MergedLight, masks: Sequence[Clutter], exposure_stops: float
 ) -> list[tuple[str, str]]:
     """Say what the marks mean: a kind of swatch, and words."""
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
@@ -211,7 +213,7 @@ def _notes(
     return notes
 
 
-def _draw_notes(canvas: Canvas, at: Point, notes: Sequence[tuple[str, str]]) -> None:
+def _draw_notes(canvas: Page, at: Point, notes: Sequence[tuple[str, str]]) -> None:
     for row, (kind, words) in enumerate(notes):
         x, line = at[0], at[1] + row * _ROW + 12
         box = (x, line - 11.0, 22.0, 14.0)

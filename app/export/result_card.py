@@ -18,8 +18,8 @@ from app.core.portrait import pictures
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.export.canvas import (
-    Canvas,
     Colour,
+    Page,
     Point,
     circle_points,
     sector,
@@ -50,18 +50,18 @@ class CardData:
     """What a card shows.
 
     Attributes:
-        drawn: Draws the head in rows and columns, sRGB: under the studio lamps, and here at the
+        draw: Draws the head in rows and columns, sRGB: under the studio lamps, and here at the
             best turn.
     """
 
     style: StyleResult
-    drawn: Callable[[tuple[int, int]], Sequence[Bytes]]
+    draw: Callable[[tuple[int, int]], Sequence[Bytes]]
     places: Mapping[str, str]
     limit: float
 
-    def shown(self, size: tuple[int, int]) -> list[FloatImage]:
+    def pictures(self, size: tuple[int, int]) -> list[FloatImage]:
         """Both pictures as a canvas takes them."""
-        return [np.asarray(picture / 255, np.float32) for picture in self.drawn(size)]
+        return [np.asarray(picture / 255, np.float32) for picture in self.draw(size)]
 
 
 def height_of(data: CardData) -> float:
@@ -70,15 +70,15 @@ def height_of(data: CardData) -> float:
     return _BLOCK_TOP + max(_PLOT, 24.0 + _REASON_LEADING * len(lines)) + _FOOT
 
 
-def draw_card(canvas: Canvas, at: Point, height: float, data: CardData) -> None:
+def draw_card(canvas: Page, at: Point, height: float, data: CardData) -> None:
     """Draw a card."""
     x, y = at
     style = data.style
     canvas.panel((x, y, WIDTH, height), Dark.PANEL, 8.0, Dark.LINE)
     size = canvas.size_of((x + _PAD, y + _PAD, _PICTURE, _PICTURE))
-    for column, shown in enumerate(data.shown(size)):
+    for column, picture in enumerate(data.pictures(size)):
         box = (x + _PAD + column * (_PICTURE + 8.0), y + _PAD, _PICTURE, _PICTURE)
-        canvas.picture(box, shown if style.attainable else pictures.greyed(shown), 6.0)
+        canvas.picture(box, picture if style.attainable else pictures.greyed(picture), 6.0)
     inner = WIDTH - 2 * _PAD
     main = Dark.TEXT if style.attainable else Dark.DIM
     title = shorten(style.title or style.name, 16, inner, 600)
@@ -102,7 +102,7 @@ def draw_card(canvas: Canvas, at: Point, height: float, data: CardData) -> None:
     _draw_foot(canvas, (x + _PAD, y + height - _FOOT), inner, data)
 
 
-def _draw_turn(canvas: Canvas, at: Point, style: StyleResult) -> None:
+def _draw_turn(canvas: Page, at: Point, style: StyleResult) -> None:
     x, y = at
     turn, start = style.turn_refined_deg, x
     direction = direction_of(turn)
@@ -121,7 +121,7 @@ def _reason_lines(style: StyleResult) -> list[str]:
     return wrap_text(reason_sentence(style.shortfall), _REASON_SIZE, _REASON_WIDTH)
 
 
-def _draw_reason(canvas: Canvas, at: Point, style: StyleResult) -> None:
+def _draw_reason(canvas: Page, at: Point, style: StyleResult) -> None:
     x, y = at
     _draw_not_possible_icon(canvas, (x + 7.5, y + 9), Dark.DIM)
     canvas.text((x + 21, y + 14), tr("out of reach"), 14, 600, Dark.DIM)
@@ -130,7 +130,7 @@ def _draw_reason(canvas: Canvas, at: Point, style: StyleResult) -> None:
         canvas.text((x, baseline), line, _REASON_SIZE, 400, Dark.DIM)
 
 
-def _draw_foot(canvas: Canvas, at: Point, width: float, data: CardData) -> None:
+def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
     """Numbers and the meter."""
     x, y = at
     style = data.style
@@ -152,7 +152,7 @@ def side_of(style: StyleResult, places: Mapping[str, str]) -> str:
 
 
 def _draw_polar(
-    canvas: Canvas,
+    canvas: Page,
     centre: Point,
     radius: float,
     curve: Sequence[float],
@@ -194,7 +194,7 @@ def _draw_polar(
         canvas.dot(tip, 2.75, Dark.PANEL)
 
 
-def draw_turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: bool) -> None:
+def draw_turn_icon(canvas: Page, centre: Point, colour: Colour, *, clockwise: bool) -> None:
     """Draw a curved arrow of 16 px."""
     sign = 1.0 if clockwise else -1.0
     arc = [at_turn(centre, _ICON_RADIUS, sign * angle) for angle in range(105, 415, 5)]
@@ -204,7 +204,7 @@ def draw_turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: 
     canvas.stroke([(corner[0], y - 7.0), corner, (corner[0] - sign * 4.9, y - 2.1)], colour, 1.75)
 
 
-def _draw_not_possible_icon(canvas: Canvas, centre: Point, colour: Colour) -> None:
+def _draw_not_possible_icon(canvas: Page, centre: Point, colour: Colour) -> None:
     """Draw a circle with a bar across, 16 px."""
     canvas.stroke(circle_points(centre, _ICON_RADIUS), colour, 1.5)
     canvas.stroke([at_turn(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)], colour, 1.5)

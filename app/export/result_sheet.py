@@ -22,7 +22,7 @@ from app.core.solver.solve import StyleResult
 from app.core.styles.styles import RARE, load_styles
 from app.core.text import tr
 from app.export import result_card as card
-from app.export.canvas import Canvas, Point, shorten, text_width, wrap_text
+from app.export.canvas import Page, Point, shorten, text_width, wrap_text
 from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
 from app.words.phrases.directions import BARE_SIDES
 from app.words.phrases.turns import (
@@ -59,7 +59,7 @@ _OBJECTIVES: Final = {
 
 def draw_sheet(
     results: Sequence[StyleResult],
-    drawn: Callable[[str, tuple[int, int]], Sequence[Bytes]],
+    draw: Callable[[str, tuple[int, int]], Sequence[Bytes]],
     environment: Environment,
     title: str,
     head: str,
@@ -74,7 +74,7 @@ def draw_sheet(
     Cards stand in reach by match, then out of reach by match, rare styles last in each.
 
     Args:
-        drawn: Draws a style, by name, as `CardData.drawn`.
+        draw: Draws a style, by name, as `CardData.drawn`.
         front_deg: Panorama azimuth from which the turns are counted, degrees.
         places: Where the light comes from, in words, by name, for styles without a side; by default
             what the built-in styles say.
@@ -90,7 +90,7 @@ def draw_sheet(
     # As in the gallery, what is rarely wanted by itself stands after the others.
     order = sorted(results, key=lambda one: (not one.attainable, one.name in RARE, -one.match))
     cards = [
-        card.CardData(style, partial(drawn, style.name), places, least.get(style.name, limit))
+        card.CardData(style, partial(draw, style.name), places, least.get(style.name, limit))
         for style in order
     ]
     flags = make_flags(order)
@@ -98,7 +98,7 @@ def draw_sheet(
     rows = [max(heights[start : start + _COLUMNS]) for start in range(0, len(cards), _COLUMNS)]
     cards_top = _HEADER + 26.0 + _PANORAMA_HEIGHT + lanes_height(flags) + 24.0
     key_top = cards_top + sum(rows) + _GAP * len(rows) + 12.0
-    canvas = Canvas(_WIDTH, key_top + _KEY_HEIGHT + _MARGIN, Dark.BG)
+    canvas = Page(_WIDTH, key_top + _KEY_HEIGHT + _MARGIN, Dark.BG)
     _draw_header(
         canvas,
         title,
@@ -113,7 +113,7 @@ def draw_sheet(
 
 
 def _draw_cards(
-    canvas: Canvas, cards: Sequence[card.CardData], heights: Sequence[float], top: float
+    canvas: Page, cards: Sequence[card.CardData], heights: Sequence[float], top: float
 ) -> None:
     """Draw rows of cards of these heights from the top down."""
     for row, height in enumerate(heights):
@@ -122,7 +122,7 @@ def _draw_cards(
         top += height + _GAP
 
 
-def _draw_header(canvas: Canvas, title: str, subtitle: str) -> None:
+def _draw_header(canvas: Page, title: str, subtitle: str) -> None:
     inner = _WIDTH - 2 * _MARGIN
     # Names of places are mostly names of files.
     plain = " ".join(title.replace("_", " ").split())
@@ -179,7 +179,7 @@ def lanes_height(flags: Sequence[Flag]) -> float:
     return _FLAG_TOP + _LANE * (1 + max((flag.lane for flag in flags), default=-1))
 
 
-def _draw_panorama(canvas: Canvas, at: Point, environment: Environment, front_deg: float) -> float:
+def _draw_panorama(canvas: Page, at: Point, environment: Environment, front_deg: float) -> float:
     """Draw the panorama under its scale of turns.
 
     Args:
@@ -187,14 +187,14 @@ def _draw_panorama(canvas: Canvas, at: Point, environment: Environment, front_de
     """
     x, top = at[0], at[1] + _SCALE_ROOM
     box = (x, top, _PANORAMA_WIDTH, _PANORAMA_HEIGHT)
-    shown = pictures.panorama(environment, front_deg, canvas.size_of(box))
-    canvas.picture(box, shown, 8.0)
+    strip = pictures.panorama(environment, front_deg, canvas.size_of(box))
+    canvas.picture(box, strip, 8.0)
     draw_scale(canvas, box, "0°", (Dark.CTL, Dark.DIM))
     _draw_front(canvas, (x + _PANORAMA_WIDTH / 2.0, top))
     return top + _PANORAMA_HEIGHT
 
 
-def _draw_flags(canvas: Canvas, at: Point, flags: Sequence[Flag]) -> None:
+def _draw_flags(canvas: Page, at: Point, flags: Sequence[Flag]) -> None:
     """Draw the turns of the styles under the panorama."""
     x, y = at
     for flag in flags:
@@ -212,7 +212,7 @@ def _draw_flags(canvas: Canvas, at: Point, flags: Sequence[Flag]) -> None:
             canvas.text((end + 6, baseline), flag.side, 12, 400, Dark.DIM)
 
 
-def _draw_front(canvas: Canvas, at: Point) -> None:
+def _draw_front(canvas: Page, at: Point) -> None:
     """Mark where the photographer stands at turn 0: a line with a dark edge, and a tag."""
     x, y = at
     line = [(x, y), (x, y + _PANORAMA_HEIGHT)]
@@ -224,7 +224,7 @@ def _draw_front(canvas: Canvas, at: Point) -> None:
     canvas.text((x, y + _PANORAMA_HEIGHT - 24), words, 12, 600, Dark.ON_TAG, "middle")
 
 
-def _draw_aside(canvas: Canvas, at: Point, cards: Sequence[card.CardData]) -> None:
+def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None:
     """Draw the count and the best style."""
     x, y = at
     reach = sum(data.style.attainable for data in cards)
@@ -242,7 +242,7 @@ def _draw_aside(canvas: Canvas, at: Point, cards: Sequence[card.CardData]) -> No
     _paragraph(canvas, (x, y + 132), words, _ASIDE_WIDTH, 14)
 
 
-def _draw_best(canvas: Canvas, at: Point, data: card.CardData) -> None:
+def _draw_best(canvas: Page, at: Point, data: card.CardData) -> None:
     x, y = at
     style = data.style
     title = shorten(style.title or style.name, 20, _ASIDE_WIDTH - 120, 600)
@@ -251,18 +251,18 @@ def _draw_best(canvas: Canvas, at: Point, data: card.CardData) -> None:
     canvas.text((end + 10, y + 38), side, 14, 400, Dark.DIM)
     canvas.text((x + _ASIDE_WIDTH, y + 38), tr("best match here"), 14, 400, Dark.DIM, "right")
     turn = style.turn_refined_deg
-    moved = direction_of(turn) != "none"
-    here = tr("Here, at {turn}", turn=turn_words(turn)) if moved else tr("Here, without a turn")
+    moves = direction_of(turn) != "none"
+    here = tr("Here, at {turn}", turn=turn_words(turn)) if moves else tr("Here, without a turn")
     tags = (tr("Target"), here)
     size = canvas.size_of((x, y + 54, _PICTURE, _PICTURE))
-    for column, (tag, portrait) in enumerate(zip(tags, data.shown(size), strict=True)):
+    for column, (tag, portrait) in enumerate(zip(tags, data.pictures(size), strict=True)):
         left = x + column * (_PICTURE + 12.0)
         canvas.picture((left, y + 54, _PICTURE, _PICTURE), portrait, 8.0)
         draw_tag(canvas, (left + 8, y + 54 + _PICTURE - 30), tag)
     _draw_best_turn(canvas, (x, y + 54 + _PICTURE), data)
 
 
-def _draw_best_turn(canvas: Canvas, at: Point, data: card.CardData) -> None:
+def _draw_best_turn(canvas: Page, at: Point, data: card.CardData) -> None:
     """Draw the turn in large figures, and which way to walk."""
     x, y = at
     style = data.style
@@ -284,7 +284,7 @@ def _draw_best_turn(canvas: Canvas, at: Point, data: card.CardData) -> None:
     _paragraph(canvas, (x, y + 100), words, _ASIDE_WIDTH, 14)
 
 
-def _draw_key(canvas: Canvas, at: Point, width: float) -> None:
+def _draw_key(canvas: Page, at: Point, width: float) -> None:
     """Draw what the parts of a card mean."""
     x, y = at
     rows = (
@@ -314,7 +314,7 @@ def _draw_key(canvas: Canvas, at: Point, width: float) -> None:
         _paragraph(canvas, (left + 84, top), meaning, column_width - 84, 12)
 
 
-def _paragraph(canvas: Canvas, at: Point, text: str, width: float, size: float) -> None:
+def _paragraph(canvas: Page, at: Point, text: str, width: float, size: float) -> None:
     """Draw wrapped text from its first baseline on."""
     x, y = at
     leading = size + (6.0 if size > 12 else 4.0)

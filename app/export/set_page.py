@@ -25,8 +25,8 @@ from app.core.text import tr
 from app.export.canvas import (
     PIXELS_PER_INCH,
     Box,
-    Canvas,
     Colour,
+    Page,
     Point,
     pdf_bytes,
     shorten,
@@ -81,7 +81,7 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     return look(sheet.panorama, behind, lens).astype(np.float32) / np.float32(255.0)
 
 
-def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
+def draw_strip(canvas: Page, place: Point, sheet: SetSheet) -> None:
     """Draw the panorama and its scale of turns."""
     x, y = place
     box = (x, y, STRIP_WIDTH, STRIP_HEIGHT)
@@ -93,7 +93,7 @@ def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     _pole(canvas, (x + x_of(turn), y), Print.AMBER_FILL, dashed=False)
     if sheet.yaw_deg:
         _pole(canvas, (x + x_of(sheet.nose_deg), y), Print.ON_TAG, dashed=False)
-    for lamp in sheet.shown:
+    for lamp in sheet.visible_lamps:
         draw_lamp(canvas, _spot(place, lamp, sheet), lamp)
     _draw_tags(canvas, place, sheet)
     _draw_scale(canvas, (x, y + STRIP_HEIGHT))
@@ -108,7 +108,7 @@ def _spot(place: Point, lamp: SheetLamp, sheet: SetSheet) -> Point:
     )
 
 
-def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
+def _draw_tags(canvas: Page, place: Point, sheet: SetSheet) -> None:
     """Name the marks, each in the row where it covers no lamp, no other tag and no frame."""
     x, y = place
     turn = float(whole(sheet.turn_deg))
@@ -122,20 +122,20 @@ def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     if sheet.yaw_deg:
         words.append((tr("The nose points here"), sheet.nose_deg))
     words.append((tr("Background of the picture"), turn + 180.0))
-    spots = [_spot(place, lamp, sheet) for lamp in sheet.shown]
-    taken: list[Box] = [(spot[0] - 14.0, spot[1] - 14.0, 28.0, 28.0) for spot in spots]
+    spots = [_spot(place, lamp, sheet) for lamp in sheet.visible_lamps]
+    occupied: list[Box] = [(spot[0] - 14.0, spot[1] - 14.0, 28.0, 28.0) for spot in spots]
     half = 0.5 * BACKGROUND_TALL_DEG
     frame = (half / _ACROSS, half / (TOP_DEG - BOTTOM_DEG) * STRIP_HEIGHT)
     middle = (x + x_of(turn + 180.0), y + TOP_DEG / (TOP_DEG - BOTTOM_DEG) * STRIP_HEIGHT)
     for around in (-STRIP_WIDTH, 0.0, STRIP_WIDTH):
         left = middle[0] + around - frame[0]
-        taken.append((left, middle[1] - frame[1], 2.0 * frame[0], 2.0 * frame[1]))
+        occupied.append((left, middle[1] - frame[1], 2.0 * frame[0], 2.0 * frame[1]))
     for text, at_turn in words:
         width = text_width(text, 12, 500) + 16.0
         left = min(max(x + x_of(at_turn) - width / 2.0, x + 6.0), x + STRIP_WIDTH - 6.0 - width)
         boxes = [(left, y + row, width, 22.0) for row in _ROWS]
-        best = min(boxes, key=lambda box: sum(overlap(box, other) for other in taken))
-        taken.append(best)
+        best = min(boxes, key=lambda box: sum(overlap(box, other) for other in occupied))
+        occupied.append(best)
         draw_tag(canvas, (left, best[1]), text)
 
 
@@ -151,8 +151,8 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     if width >= 2 * size[1]:
         # Finer than the print: averaged first, so that nothing flickers into stairs.
         source = np.asarray(cv2.blur(source, (width // size[1], width // size[1])), np.uint8)
-    taken = cv2.remap(source, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-    return np.asarray(taken, np.float32) / np.float32(255.0)
+    view = cv2.remap(source, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    return np.asarray(view, np.float32) / np.float32(255.0)
 
 
 def _outline(turn_deg: float) -> NDArray[np.float64]:
@@ -165,7 +165,7 @@ def _outline(turn_deg: float) -> NDArray[np.float64]:
     return np.stack([turns, np.degrees(np.arcsin(rays[:, 1]))], axis=1)
 
 
-def _draw_frame(canvas: Canvas, place: Point, edge: NDArray[np.float64]) -> None:
+def _draw_frame(canvas: Page, place: Point, edge: NDArray[np.float64]) -> None:
     """Draw an edge once more on the other side where it goes past the strip's end."""
     x, y = place
     down = (TOP_DEG - edge[:, 1]) / (TOP_DEG - BOTTOM_DEG) * STRIP_HEIGHT + y
@@ -177,7 +177,7 @@ def _draw_frame(canvas: Canvas, place: Point, edge: NDArray[np.float64]) -> None
             canvas.stroke(points, Print.AMBER_FILL, 1.75, closed=True, dashes=(6.0, 4.0))
 
 
-def _pole(canvas: Canvas, foot: Point, colour: Colour, *, dashed: bool) -> None:
+def _pole(canvas: Page, foot: Point, colour: Colour, *, dashed: bool) -> None:
     x, y = foot
     canvas.stroke([(x, y + 2.0), (x, y + STRIP_HEIGHT - 2.0)], Print.TAG, 4.0, opacity=0.7)
     dashes = (6.0, 5.0) if dashed else None
@@ -185,7 +185,7 @@ def _pole(canvas: Canvas, foot: Point, colour: Colour, *, dashed: bool) -> None:
     canvas.stroke(line, colour, 1.75 if dashed else 2.0, dashes=dashes)
 
 
-def _draw_scale(canvas: Canvas, place: Point) -> None:
+def _draw_scale(canvas: Page, place: Point) -> None:
     x, y = place
     for degrees in range(-180, 181, 15):
         tick = min(max(x + (degrees + 180.0) / _ACROSS, x + 0.5), x + STRIP_WIDTH - 0.5)
@@ -216,7 +216,7 @@ _LARGE: Final = 88.0
 _LEADING: Final = 18.0
 
 
-def draw_page(canvas: Canvas, sheet: SetSheet) -> None:
+def draw_page(canvas: Page, sheet: SetSheet) -> None:
     """Draw a set sheet."""
     _draw_header(canvas, sheet)
     bottom = _draw_turn(canvas, sheet)
@@ -230,7 +230,7 @@ def draw_page(canvas: Canvas, sheet: SetSheet) -> None:
 
 def draw(sheet: SetSheet) -> NDArray[np.uint8]:
     """Draw a set sheet as a picture, (2246, 1588, 3), sRGB, 192 pixels per inch: A4."""
-    canvas = Canvas(WIDTH, HEIGHT, Print.PAPER)
+    canvas = Page(WIDTH, HEIGHT, Print.PAPER)
     draw_page(canvas, sheet)
     return canvas.pixels
 
@@ -250,13 +250,13 @@ def write_pdf(path: Path, sheet: SetSheet) -> None:
     atomic_write_bytes(path, data)
 
 
-def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
+def _draw_header(canvas: Page, sheet: SetSheet) -> None:
     place = " ".join(sheet.place.replace("_", " ").split()) or tr("Unnamed place")
     title = shorten(sheet.title, 32, 0.5 * _INNER, 700)
     end = canvas.text((MARGIN, 72.0), title, 32, 700, Print.INK)
     name = shorten(place, 16, _RIGHT - end - 24.0, 600)
     canvas.text((_RIGHT, 62.0), name, 16, 600, Print.INK, "right")
-    canvas.text((_RIGHT, 81.0), sheet.made, 13, 400, Print.DIM, "right")
+    canvas.text((_RIGHT, 81.0), sheet.made_text, 13, 400, Print.DIM, "right")
     side = shorten(light_words(sheet.side) or upper_first(sheet.light), 15, 0.5 * _INNER)
     end = canvas.text((MARGIN, 100.0), side, 15, 400, Print.DIM)
     room = _RIGHT - end - 24.0
@@ -271,7 +271,7 @@ def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
     canvas.panel((MARGIN, 121.0, _INNER, 1.5), Print.INK)
 
 
-def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
+def _draw_turn(canvas: Page, sheet: SetSheet) -> float:
     """Draw the turn in large figures and in words; return where the words end."""
     y = _TURN_TOP
     turn = sheet.turn_deg
@@ -302,7 +302,7 @@ def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
     return y + 133.0
 
 
-def _draw_facts(canvas: Canvas, top: float, sheet: SetSheet) -> None:
+def _draw_facts(canvas: Page, top: float, sheet: SetSheet) -> None:
     canvas.panel((MARGIN, top, _COLUMN, 1.0), Print.LINE)
     y = _draw_match(canvas, top + 22.0, sheet)
     facts = _facts(sheet)
@@ -335,15 +335,15 @@ def _facts(sheet: SetSheet) -> list[_Fact]:
     if sheet.ratio is not None:
         facts.append(_Fact(tr("Ratio"), f"{ratio_sentence(sheet.ratio)}."))
     if sheet.glare is not None:
-        seen = "" if sheet.catchlights is None else f"{catchlight_words(sheet.catchlights)}."
-        words = " ".join(filter(None, (glare_sentence(sheet.glare), seen)))
+        eye_words = "" if sheet.catchlights is None else f"{catchlight_words(sheet.catchlights)}."
+        words = " ".join(filter(None, (glare_sentence(sheet.glare), eye_words)))
         facts.append(_Fact(tr("Eyes"), words, sheet.glare.warns))
     if sheet.flow is not None:
         facts.append(_Fact(tr("Light"), f"{flow_words(sheet.flow)}."))
     return facts
 
 
-def _draw_match(canvas: Canvas, y: float, sheet: SetSheet) -> float:
+def _draw_match(canvas: Page, y: float, sheet: SetSheet) -> float:
     canvas.text((MARGIN, y), tr("Match"), 13, 600, Print.INK)
     x = MARGIN + _LABEL
     # Rounded down, so that what is under the limit never reads as the limit.
@@ -356,7 +356,7 @@ def _draw_match(canvas: Canvas, y: float, sheet: SetSheet) -> float:
     return y + 36.0
 
 
-def _draw_fact(canvas: Canvas, y: float, fact: _Fact, lines: Sequence[str]) -> float:
+def _draw_fact(canvas: Page, y: float, fact: _Fact, lines: Sequence[str]) -> float:
     """Draw a label with wrapped words beside it; return the next line."""
     x = MARGIN
     if fact.alarm:
@@ -369,7 +369,7 @@ def _draw_fact(canvas: Canvas, y: float, fact: _Fact, lines: Sequence[str]) -> f
     return y + 6.0
 
 
-def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
+def _draw_pictures(canvas: Page, sheet: SetSheet) -> None:
     boxes: list[Box] = [
         (MARGIN + k * (_PICTURE + _GAP), _PICTURES_TOP, _PICTURE, _PICTURE) for k in range(3)
     ]
@@ -378,15 +378,15 @@ def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
         here = tr("Here, {turn}", turn=turn_words(sheet.turn_deg))
     tags = (tr("Target"), here, tr("Behind the sitter"))
     size = canvas.size_of(boxes[0])
-    target, shown = (np.asarray(one / 255, np.float32) for one in sheet.drawn(size))
-    views = (target, shown, background(sheet, size))
+    target, picture = (np.asarray(one / 255, np.float32) for one in sheet.draw(size))
+    views = (target, picture, background(sheet, size))
     for box, view, text in zip(boxes, views, tags, strict=True):
         canvas.picture(box, view, 8.0)
         place: Point = (box[0] + 8.0, box[1] + box[3] - 30.0)
         draw_tag(canvas, place, shorten(text, 12, box[2] - 32.0, 500))
 
 
-def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:
+def _draw_notes(canvas: Page, sheet: SetSheet) -> None:
     y = _NOTES_TOP
     canvas.text((MARGIN, y), tr("Notes"), 13, 600, Print.INK)
     x = MARGIN + _LABEL
@@ -400,7 +400,7 @@ def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:
         canvas.text((x, baseline), text, 13, 400, Print.INK)
 
 
-def _draw_foot(canvas: Canvas, sheet: SetSheet) -> None:
+def _draw_foot(canvas: Page, sheet: SetSheet) -> None:
     draw_logo(canvas, (MARGIN + 8.0, _FOOT - 4.5), (8.0, 6.75, 5.2), (Print.INK, Print.PAPER))
     end = canvas.text((MARGIN + 24.0, _FOOT), tr("Turnlight set sheet"), 12, 600, Print.INK)
     text = tr("Turns are degrees, clockwise as seen from above.")

@@ -12,7 +12,7 @@ from typing import Final
 
 from app.core.base.angles import at_turn, difference, direction_of, whole, wrap
 from app.core.text import tr
-from app.export.canvas import Box, Canvas, Colour, Point, circle_points, sector, text_width
+from app.export.canvas import Box, Colour, Page, Point, circle_points, sector, text_width
 from app.export.set_sheet import SetSheet, SheetLamp
 from app.export.theme import Print
 from app.words.lights import share_words
@@ -41,7 +41,7 @@ def centre_of(place: Point) -> Point:
     return place[0] + WIDTH / 2.0, place[1] + (HEIGHT - _LEGEND) / 2.0 + 4.0
 
 
-def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
+def draw_plan(canvas: Page, place: Point, sheet: SetSheet) -> None:
     """Draw the plan."""
     canvas.panel((*place, WIDTH, HEIGHT), Print.TINT, 8.0)
     centre = centre_of(place)
@@ -51,7 +51,7 @@ def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     for at, radius in stands:
         _draw_arrow(canvas, centre, at, (radius - 14.0, _HEAD + 14.0), Print.AMBER)
     _draw_people(canvas, centre, turn, sheet.nose_deg)
-    for lamp, (at, radius) in zip(sheet.shown, stands, strict=True):
+    for lamp, (at, radius) in zip(sheet.visible_lamps, stands, strict=True):
         draw_lamp(canvas, at_turn(centre, radius, at), lamp)
     _draw_labels(canvas, place, sheet, turn)
     _draw_legend(canvas, (place[0] + 16.0, place[1] + HEIGHT - _LEGEND), sheet)
@@ -64,7 +64,7 @@ def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
 def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
     """Give the turn and radius of each lamp: no disc covers that of a stronger one."""
     stands: list[tuple[float, float]] = []
-    for lamp in sheet.shown:
+    for lamp in sheet.visible_lamps:
         turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
         others = [at_turn(middle, far, at) for at, far in stands]
         while any(math.dist(at_turn(middle, radius, turn), one) < _APART for one in others):
@@ -73,7 +73,7 @@ def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
     return stands
 
 
-def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) -> None:
+def _draw_ground(canvas: Page, centre: Point, sheet: SetSheet, turn: float) -> None:
     """Draw what lies under everything: background, tolerance arc, circle, hours."""
     behind = turn + 180.0
     half = BACKGROUND_WIDE_DEG / 2.0
@@ -87,13 +87,13 @@ def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) ->
         canvas.stroke(ends, Print.DIM, 1.0)
     for hour in (12, 3, 6, 9):
         x, y = at_turn(centre, RADIUS - 18.0, 30.0 * hour)
-        busy = [turn, *(_turn_of(lamp, sheet) for lamp in sheet.shown)]
+        busy = [turn, *(_turn_of(lamp, sheet) for lamp in sheet.visible_lamps)]
         if hour != 12 and all(abs(difference(30.0 * hour, place)) > 11.0 for place in busy):
             canvas.text((x, y + 4.3), str(hour), 12, 400, Print.DIM, "middle")
 
 
 def _draw_arrow(
-    canvas: Canvas,
+    canvas: Page,
     centre: Point,
     turn_deg: float,
     reach: tuple[float, float],
@@ -110,9 +110,9 @@ def _draw_arrow(
     canvas.shape([barbs[0], tip, barbs[1]], colour)
 
 
-def _draw_people(canvas: Canvas, centre: Point, turn: float, nose: float) -> None:
-    moved = direction_of(turn) != "none"
-    if moved:
+def _draw_people(canvas: Page, centre: Point, turn: float, nose: float) -> None:
+    moves = direction_of(turn) != "none"
+    if moves:
         _draw_head(canvas, centre, _HEAD, 0.0, ghost=True)
         _draw_camera(canvas, at_turn(centre, RADIUS, 0.0), 0.0, ghost=True)
     _draw_head(canvas, centre, _HEAD, nose, ghost=False)
@@ -126,7 +126,7 @@ def _draw_people(canvas: Canvas, centre: Point, turn: float, nose: float) -> Non
     spot = at_turn(centre, RADIUS, turn)
     canvas.dot(spot, 16.0, Print.TINT)
     _draw_camera(canvas, spot, turn, ghost=False)
-    if moved:
+    if moves:
         # Beside the cameras, away from each other.
         aside = -1.0 if turn > 0 else 1.0
         far = abs(turn) > _NEAR_DEG
@@ -136,32 +136,32 @@ def _draw_people(canvas: Canvas, centre: Point, turn: float, nose: float) -> Non
         _draw_badge(canvas, second, "2")
 
 
-def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> None:
+def _draw_labels(canvas: Page, place: Point, sheet: SetSheet, turn: float) -> None:
     """Write what lamps and background are, where there is room for it."""
     centre = centre_of(place)
-    taken: list[Box] = [
+    boxes: list[Box] = [
         _box_around(at_turn(centre, RADIUS, turn), 22.0),
         _box_around(at_turn(centre, RADIUS, turn + math.copysign(15.0, turn)), 11.0),
         _box_around(at_turn(centre, RADIUS, 0.0), 20.0),
         _box_around(centre, 1.3 * _HEAD),
     ]
     stands = _stands(sheet)
-    taken += [_box_around(at_turn(centre, radius, at), 14.0) for at, radius in stands]
+    boxes += [_box_around(at_turn(centre, radius, at), 14.0) for at, radius in stands]
     bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
-    wanted = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
-    lamps = zip(sheet.shown, stands, strict=True)
-    wanted += [(_lamp_words(lamp), *stand, Print.INK) for lamp, stand in lamps]
+    labels = [(tr("Background"), turn + 180.0, 118.0, Print.DIM)]
+    lamps = zip(sheet.visible_lamps, stands, strict=True)
+    labels += [(_lamp_words(lamp), *stand, Print.INK) for lamp, stand in lamps]
     if sheet.nose_deg != turn:
         width = text_width(tr("nose"), _LABEL, 500) + 4.0
         aside = abs(math.sin(math.radians(sheet.nose_deg)))
         x, y = at_turn(centre, 61.0 + 0.5 * width * aside, sheet.nose_deg)
-        taken.append((x - width / 2.0, y - 8.0, width, 16.0))
-        canvas.panel(taken[-1], Print.TINT, 2.0)
+        boxes.append((x - width / 2.0, y - 8.0, width, 16.0))
+        canvas.panel(boxes[-1], Print.TINT, 2.0)
         canvas.text((x, y + 4.3), tr("nose"), _LABEL, 500, Print.INK, "middle")
-    for text, turn_deg, radius, colour in wanted:
+    for text, turn_deg, radius, colour in labels:
         width = text_width(text, _LABEL, 500)
-        box = _room(centre, radius, turn_deg, width, taken, bounds)
-        taken.append(box)
+        box = _room(centre, radius, turn_deg, width, boxes, bounds)
+        boxes.append(box)
         canvas.panel((box[0] - 2, box[1], box[2] + 4, box[3]), Print.TINT, 2.0)
         canvas.text((box[0], box[1] + 12.0), text, _LABEL, 500, colour)
 
@@ -177,7 +177,7 @@ def _box_around(spot: Point, reach: float) -> Box:
 
 
 def _room(
-    centre: Point, radius: float, turn_deg: float, width: float, taken: list[Box], bounds: Box
+    centre: Point, radius: float, turn_deg: float, width: float, occupied: list[Box], bounds: Box
 ) -> Box:
     """Find a place for a label beside its mark: the first that covers nothing, else the best.
 
@@ -208,7 +208,7 @@ def _room(
         across = [box[0] + share * box[2] for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
         middle = box[1] + height / 2.0 - centre[1]
         inside = sum(math.hypot(x - centre[0], middle) < RADIUS + 10.0 for x in across)
-        return sum(overlap(box, other) for other in taken) + 60.0 * inside
+        return sum(overlap(box, other) for other in occupied) + 60.0 * inside
 
     return min(boxes, key=cost)
 
@@ -220,7 +220,7 @@ def overlap(a: Box, b: Box) -> float:
     return max(across, 0.0) * max(down, 0.0)
 
 
-def _draw_legend(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
+def _draw_legend(canvas: Page, place: Point, sheet: SetSheet) -> None:
     x, y = place
     if direction_of(sheet.turn_deg) == "none":
         text = tr("From above. You and the sitter stay as you stand.")
@@ -243,7 +243,7 @@ def _draw_legend(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     canvas.text((x, y + 38.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
 
 
-def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:
+def _draw_head(canvas: Page, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:
     """Draw a head from above.
 
     Args:
@@ -251,7 +251,7 @@ def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, g
     """
 
     def turned(points: Sequence[Point]) -> list[Point]:
-        return _placed([(size * x, size * y) for x, y in points], centre, turn_deg)
+        return _place_points([(size * x, size * y) for x, y in points], centre, turn_deg)
 
     skull = turned([(0.78 * x, y) for x, y in circle_points((0.0, 0.0), 1.0)])
     nose = turned([(-0.17, -0.95), (-0.12, -1.2), (0.0, -1.27), (0.12, -1.2), (0.17, -0.95)])
@@ -269,22 +269,22 @@ def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, g
     canvas.stroke(nose, Print.INK, 2.0)
 
 
-def _draw_camera(canvas: Canvas, centre: Point, turn_deg: float, *, ghost: bool) -> None:
+def _draw_camera(canvas: Page, centre: Point, turn_deg: float, *, ghost: bool) -> None:
     """Draw a camera from above that stands at a turn and looks toward the middle.
 
     Args:
         turn_deg: Where it stands: 0 above the middle, clockwise to the right.
     """
     # Up is away from the middle; the lens points down, toward it.
-    body = _placed([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
-    lens = _placed([(-5, 4), (5, 4), (6, 9), (-6, 9)], centre, turn_deg)
+    body = _place_points([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
+    lens = _place_points([(-5, 4), (5, 4), (6, 9), (-6, 9)], centre, turn_deg)
     edge = Print.MIDDLE if ghost else Print.INK
     for shape in (lens, body):
         canvas.stroke(shape, edge, 2.5, closed=True)
         canvas.shape(shape, Print.PAPER if ghost else Print.INK)
 
 
-def _placed(points: Sequence[Point], centre: Point, turn_deg: float) -> list[Point]:
+def _place_points(points: Sequence[Point], centre: Point, turn_deg: float) -> list[Point]:
     """Turn a drawing clockwise about its origin, and put that at a place."""
     angle = math.radians(turn_deg)
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -294,7 +294,7 @@ def _placed(points: Sequence[Point], centre: Point, turn_deg: float) -> list[Poi
 
 
 def draw_curved_arrow(
-    canvas: Canvas, centre: Point, radius: float, arc: tuple[float, float], colour: Colour
+    canvas: Page, centre: Point, radius: float, arc: tuple[float, float], colour: Colour
 ) -> None:
     """Draw a thick arc with an arrow head at its end.
 
@@ -311,7 +311,7 @@ def draw_curved_arrow(
     canvas.shape([barbs[0], at_turn(centre, radius, stop), barbs[1]], colour)
 
 
-def draw_lamp(canvas: Canvas, centre: Point, lamp: SheetLamp) -> None:
+def draw_lamp(canvas: Page, centre: Point, lamp: SheetLamp) -> None:
     """Draw a lamp: an amber disc with its letter, or the sun with its rays."""
     if lamp.sun:
         for k in range(8):
@@ -324,14 +324,14 @@ def draw_lamp(canvas: Canvas, centre: Point, lamp: SheetLamp) -> None:
         canvas.text((centre[0], centre[1] + 4.3), lamp.name, 12, 600, Print.INK, "middle")
 
 
-def _draw_badge(canvas: Canvas, centre: Point, number: str) -> None:
+def _draw_badge(canvas: Page, centre: Point, number: str) -> None:
     """Draw a small number in a circle."""
     canvas.dot(centre, 8.5, Print.PAPER)
     canvas.dot(centre, 7.5, Print.INK)
     canvas.text((centre[0], centre[1] + 4.2), number, 12, 600, Print.PAPER, "middle")
 
 
-def draw_warning(canvas: Canvas, centre: Point, colour: Colour) -> None:
+def draw_warning(canvas: Page, centre: Point, colour: Colour) -> None:
     """Draw a triangle with an exclamation mark, 16 px."""
     x, y = centre
     triangle = [(x, y - 6.5), (x + 7.5, y + 6.5), (x - 7.5, y + 6.5)]

@@ -66,7 +66,7 @@ class SetSheet:
         yaw_deg: How far the face turns toward the sitter's own left from the lens, deg.
         reason: Why the style is out of reach here; None where it is in reach.
         ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
-        drawn: Draws target and picture as the screen shows them, (h, w, 3) uint8 sRGB, in rows and
+        draw: Draws target and picture as the screen shows them, (h, w, 3) uint8 sRGB, in rows and
             columns.
     """
 
@@ -78,7 +78,7 @@ class SetSheet:
     strength: float
     panorama: Bytes = field(repr=False)
     place: str
-    drawn: Callable[[tuple[int, int]], tuple[Bytes, Bytes]]
+    draw: Callable[[tuple[int, int]], tuple[Bytes, Bytes]]
     light: str = ""
     front_deg: float = 0.0
     yaw_deg: float = 0.0
@@ -88,7 +88,7 @@ class SetSheet:
     ratio: LightingRatio | None = None
     glare: Glare | None = None
     flow: Flow | None = None
-    made: str = ""
+    made_text: str = ""
     age: str = ""
     head: str = ""
     notes: str = ""
@@ -100,7 +100,7 @@ class SetSheet:
         return float(whole(self.turn_deg) - round(self.yaw_deg))
 
     @property
-    def shown(self) -> tuple[SheetLamp, ...]:
+    def visible_lamps(self) -> tuple[SheetLamp, ...]:
         """The lamps that are drawn: the sun, and up to four with a fair share of the light."""
         fair = [lamp for lamp in self.lamps if lamp.sun or lamp.share >= _LEAST_SHARE]
         return tuple(sorted(fair, key=lambda lamp: not lamp.sun)[:_MOST_LAMPS])
@@ -138,14 +138,14 @@ def assemble(
     radiance: FloatImage,
     *,
     place: str,
-    lit: FloatImage,
-    drawn: Callable[[FloatImage, tuple[int, int]], tuple[Bytes, Bytes]],
+    face_picture: FloatImage,
+    draw: Callable[[FloatImage, tuple[int, int]], tuple[Bytes, Bytes]],
     light: str = "",
     front_deg: float = 0.0,
     turn_deg: float | None = None,
     sun: tuple[float, float] | None = None,
     limit: float = 45.0,
-    made: str = "",
+    made_text: str = "",
     age: str = "",
     head: str = "",
     notes: str = "",
@@ -156,8 +156,8 @@ def assemble(
 
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
-        lit: The environment around the nose at the turn, as a transport takes it.
-        drawn: As in `SetSheet`, after the linear picture of the head here, (N, N, 3).
+        face_picture: The environment around the nose at the turn, as a transport takes it.
+        draw: As in `SetSheet`, after the linear picture of the head here, (N, N, 3).
         front_deg: Panorama azimuth at which the photographer stands, deg.
         turn_deg: Another turn than the best one, deg; match and strength are then read between the
             turns of the grid, and the arc is that of the peak it lies on.
@@ -170,9 +170,9 @@ def assemble(
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
     facing = turn + front_deg
-    pixels = render(transport, lit)
-    seen = eye_light(radiance)
-    found = find(radiance) if findings is None else findings
+    pixels = render(transport, face_picture)
+    eyes = eye_light(radiance)
+    light_findings = find(radiance) if findings is None else findings
     return SetSheet(
         title=result.title or result.name,
         side=result.side,
@@ -182,18 +182,18 @@ def assemble(
         strength=strength,
         panorama=display_panorama(radiance, width=min(radiance.shape[1], _WIDEST)),
         place=place,
-        drawn=partial(drawn, to_image(transport, pixels)),
+        draw=partial(draw, to_image(transport, pixels)),
         light=light,
         front_deg=front_deg,
         yaw_deg=result.yaw_deg,
-        lamps=lamps_of(found, sun),
+        lamps=lamps_of(light_findings, sun),
         reason=None if result.attainable else reason_sentence(result.shortfall),
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
         # The eyes look into the lens; light falls on the face by where the nose points.
-        glare=glare(seen, facing, sun, found),
-        flow=light_flow(seen, facing - result.yaw_deg),
-        made=made,
+        glare=glare(eyes, facing, sun, light_findings),
+        flow=light_flow(eyes, facing - result.yaw_deg),
+        made_text=made_text,
         age=age,
         head=head,
         notes=notes,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.core.base.angles import at_turn
-from app.export.canvas import Anchor, Box, Canvas, Colour, Point, text_width
+from app.export.canvas import Anchor, Box, Colour, Page, Point, text_width
 from app.words.phrases.turns import signed
 
 
@@ -44,14 +44,14 @@ class Print:
     ON_TAG: Final[Colour] = Dark.ON_TAG
 
 
-def draw_tag(canvas: Canvas, place: Point, text: str) -> None:
+def draw_tag(canvas: Page, place: Point, text: str) -> None:
     """Draw white words on a dark tag, 22 high, its upper left corner at `place`."""
     canvas.panel((*place, text_width(text, 12, 500) + 16.0, 22.0), Dark.TAG, 4.0)
     canvas.text((place[0] + 8.0, place[1] + 15.5), text, 12, 500, Dark.ON_TAG)
 
 
 def draw_logo(
-    canvas: Canvas, centre: Point, radii: tuple[float, float, float], colours: tuple[Colour, Colour]
+    canvas: Page, centre: Point, radii: tuple[float, float, float], colours: tuple[Colour, Colour]
 ) -> None:
     """Draw a head lit from one side: half a disc of light in a ring.
 
@@ -64,7 +64,7 @@ def draw_logo(
     canvas.shape([at_turn(centre, radii[2], 180.0 * k / 48) for k in range(49)], Dark.AMBER)
 
 
-def draw_scale(canvas: Canvas, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
+def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
     """Draw turns from -180 to 180 over a panorama; the outermost two stay inside its ends.
 
     Args:
@@ -83,7 +83,7 @@ def draw_scale(canvas: Canvas, box: Box, zero: str, colours: tuple[Colour, Colou
             draw_degrees(canvas, (tick, top - 13), degrees, colours[1])
 
 
-def draw_degrees(canvas: Canvas, at: Point, degrees: int, colour: Colour) -> None:
+def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
     """Draw a number of a scale; both its ends are written with their sign, inside it."""
     ends: dict[int, Anchor] = {-180: "left", 180: "right"}
     text = "−180°" if degrees == -180 else signed(degrees)
@@ -91,7 +91,7 @@ def draw_degrees(canvas: Canvas, at: Point, degrees: int, colour: Colour) -> Non
 
 
 def draw_meter(
-    canvas: Canvas, box: Box, match: float, limit: float, colours: tuple[Colour, Colour, Colour]
+    canvas: Page, box: Box, match: float, limit: float, colours: tuple[Colour, Colour, Colour]
 ) -> None:
     """Draw a bar of 100 with a tick at the limit, which stands out 3 px above and below.
 
@@ -102,9 +102,9 @@ def draw_meter(
     x, y, width, height = box
     colour, track, ground = colours
     canvas.panel(box, track, height / 2.0)
-    filled = width * min(max(match, 0.0), 100.0) / 100.0
-    if filled >= height:
-        canvas.panel((x, y, filled, height), colour, height / 2.0)
+    bar_width = width * min(max(match, 0.0), 100.0) / 100.0
+    if bar_width >= height:
+        canvas.panel((x, y, bar_width, height), colour, height / 2.0)
     at = x + width * limit / 100.0
     canvas.panel((at - 2.0, y - 3.0, 4.0, height + 6.0), ground)
     canvas.panel((at - 0.75, y - 3.0, 1.5, height + 6.0), colour)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from app.core.localization.photo_check import PHOTO_ENDINGS, Sought
-from app.core.localization.recapture_registration import Registered
+from app.core.localization.photo_check import PHOTO_ENDINGS, PhotoSearch
+from app.core.localization.recapture_registration import Registration
 from app.core.text import tr
 from app.words.phrases.turns import direction_words
 
@@ -14,13 +14,13 @@ PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
 """Photos, as a dialog for files offers them."""
 
 
-def photo_warnings(sought: Sought) -> list[str]:
+def photo_warnings(search: PhotoSearch) -> list[str]:
     """Write what the photographer should know about a photo that was looked for."""
-    if sought.stated_deg is None:
+    if search.stated_deg is None:
         return []
-    found = sought.heading.fov_deg
-    widths = {"found": f"{found:.0f}°", "stated": f"{sought.stated_deg:.0f}°"}
-    if found < sought.stated_deg:
+    fov_deg = search.heading.fov_deg
+    widths = {"found": f"{fov_deg:.0f}°", "stated": f"{search.stated_deg:.0f}°"}
+    if fov_deg < search.stated_deg:
         return [
             tr(
                 "The picture seems to be cropped: it is {found} wide, and its EXIF data "
@@ -37,7 +37,7 @@ def photo_warnings(sought: Sought) -> list[str]:
     ]
 
 
-def registration_words(registered: Registered) -> str:
+def registration_words(registered: Registration) -> str:
     """Write how a second capture lies on the first, and what was carried over."""
     if not registered.trusted:
         return tr(

@@ -22,7 +22,7 @@ from app.core.places.remarks import (
     Unfinished,
 )
 from app.core.text import tr
-from app.words.sentences import Sentences, written
+from app.words.sentences import Sentences, sentence_of
 
 _PARTS: Final = {
     "name": tr("its name"),
@@ -51,7 +51,7 @@ _PARTS: Final = {
 
 def trouble_words(trouble: Remark) -> str:
     """Write what is wrong with a place, for a list of places."""
-    return written(_TROUBLES if type(trouble) in _TROUBLES else SENTENCES, trouble)
+    return sentence_of(_TROUBLES if type(trouble) in _TROUBLES else SENTENCES, trouble)
 
 
 def _damage(remark: PartLost) -> str:

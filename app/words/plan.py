@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from app.core.base.angles import wrap
 from app.core.guidance.mode import Mode
-from app.core.guidance.plan import Mark, Plan
+from app.core.guidance.plan import PlanDrawing, PlanMark
 from app.core.text import tr
 from app.words.phrases.directions import direction_words, lens_words
 
@@ -25,7 +25,7 @@ class PlanWords:
     description: str = ""
 
 
-def plan_words(plan: Plan, step: str = "") -> PlanWords:
+def plan_words(plan: PlanDrawing, step: str = "") -> PlanWords:
     """Write the words of a plan.
 
     Args:
@@ -46,7 +46,7 @@ def plan_words(plan: Plan, step: str = "") -> PlanWords:
     )
 
 
-def _label(mark: Mark, plan: Plan) -> str:
+def _label(mark: PlanMark, plan: PlanDrawing) -> str:
     if mark.kind == "lamp":
         return mark.lamp
     if mark.kind == "now":

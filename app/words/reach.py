@@ -322,7 +322,7 @@ def reason_card(shortfall: Shortfall | None) -> str:
         case LightShortfall(cause=Cause.NO_LIGHT, origin=Origin.HIGH_IN_FRONT):
             return tr("No light high in front")
         case LightShortfall():
-            return _placed(shortfall, _ON_CARDS.get(shortfall.cause, _CAUSES[shortfall.cause]))
+            return _with_place(shortfall, _ON_CARDS.get(shortfall.cause, _CAUSES[shortfall.cause]))
     return _without_numbers(shortfall)
 
 
@@ -432,10 +432,10 @@ def _stops(value: float, limit: float) -> str:
 
 
 def _cause(shortfall: LightShortfall) -> str:
-    return _placed(shortfall, _CAUSES[shortfall.cause])
+    return _with_place(shortfall, _CAUSES[shortfall.cause])
 
 
-def _placed(shortfall: LightShortfall, words: str) -> str:
+def _with_place(shortfall: LightShortfall, words: str) -> str:
     return words if shortfall.origin is None else words.format(place=_ORIGINS[shortfall.origin])
 
 

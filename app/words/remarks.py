@@ -8,7 +8,7 @@ from typing import Final
 from app.core.base.remarks import PlainRemark, Remark
 from app.words import places
 from app.words.measure import bracket, merged_light, panorama, ways
-from app.words.sentences import Sentences, written
+from app.words.sentences import Sentences, sentence_of
 
 _TABLES: Final = (
     bracket.SENTENCES,
@@ -31,7 +31,7 @@ def remark_words(remark: Remark) -> str:
         >>> remark_words(PlainRemark("The battery is low."))
         'The battery is low.'
     """
-    return written(SENTENCES, remark)
+    return sentence_of(SENTENCES, remark)
 
 
 def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ Sentences: TypeAlias = Mapping[type[Remark], str | Callable[[Any], str]]
 """By remark: a sentence with the names of its fields in braces, or a function that writes it."""
 
 
-def written(sentences: Sentences, remark: Remark) -> str:
+def sentence_of(sentences: Sentences, remark: Remark) -> str:
     """Write a remark by its entry in a table."""
     entry = sentences[type(remark)]
     if not isinstance(entry, str):

@@ -253,8 +253,8 @@ def takes(entry: Setting) -> str:
 
 def note_words(note: SettingsNote) -> str:
     """Write what was lost when the settings were read."""
-    if note.kept is not None:
-        return tr("The file as it was is kept as {name}.", name=note.kept.name)
+    if note.copy is not None:
+        return tr("The file as it was is kept as {name}.", name=note.copy.name)
     if note.entry is not None:
         return tr(
             "{message} It is {words} again.",

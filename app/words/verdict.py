@@ -69,26 +69,28 @@ def verdict_sentence(result: StyleResult) -> str:
         "Best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     turn = result.turn_refined_deg
-    told = {"turn": turn_words(turn)}
+    values = {"turn": turn_words(turn)}
     if result.grade is not None:
-        told["best"] = str(whole_of(result.match))
+        values["best"] = str(whole_of(result.match))
         if whole(turn) == 0:
-            return tr("Best match here is {best} without a turn.", **told)
-        return tr("Best match here is {best} at {turn}.", **told)
+            return tr("Best match here is {best} without a turn.", **values)
+        return tr("Best match here is {best} at {turn}.", **values)
     if result.match >= LIMITS.match:
-        told |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f} %"}
+        values |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f} %"}
         if whole(turn) == 0:
-            return tr("Best contrast here is {best} without a turn. The limit is {limit}.", **told)
-        return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **told)
+            return tr(
+                "Best contrast here is {best} without a turn. The limit is {limit}.", **values
+            )
+        return tr("Best contrast here is {best} at {turn}. The limit is {limit}.", **values)
     match = whole_of(result.match)
-    told |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
+    values |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
     if match < _UNLIKE:
         return tr(
-            "No turn here comes close: the best match is {best}, and {limit} is needed.", **told
+            "No turn here comes close: the best match is {best}, and {limit} is needed.", **values
         )
     if whole(turn) == 0:
-        return tr("Best match here is {best} without a turn. The limit is {limit}.", **told)
-    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **told)
+        return tr("Best match here is {best} without a turn. The limit is {limit}.", **values)
+    return tr("Best match here is {best} at {turn}. The limit is {limit}.", **values)
 
 
 def paper_verdict(quality: float) -> str:

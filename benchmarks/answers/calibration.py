@@ -19,7 +19,7 @@ from app.core.portrait.pictures import greyed, panorama
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.style_pack import load_named_pack
-from app.export.canvas import Canvas
+from app.export.canvas import Page
 from app.export.theme import Dark
 from benchmarks.speed.plain_portrait import portrait
 
@@ -47,7 +47,7 @@ def contact_sheet(solved: dict[str, tuple[Environment, tuple[StyleResult, ...]]]
     pack, transport = load_named_pack("generic"), load_named("generic")
     coverage = pack.coverage.astype(np.float32)
     styles = pack.styles
-    canvas = Canvas(
+    canvas = Page(
         LEFT + len(styles) * (CELL + GAP) + 16,
         HEAD + (len(solved) + 1) * (CELL + GAP + 14) + 16,
         Dark.BG,
@@ -75,7 +75,7 @@ def contact_sheet(solved: dict[str, tuple[Environment, tuple[StyleResult, ...]]]
     return canvas.pixels
 
 
-def _put(canvas: Canvas, at: tuple[float, float], display: np.ndarray) -> None:
+def _put(canvas: Page, at: tuple[float, float], display: np.ndarray) -> None:
     height, width = display.shape[0] / 2, display.shape[1] / 2
     canvas.picture((at[0], at[1], width, height), np.ascontiguousarray(display, np.float32))
 

@@ -35,7 +35,7 @@ from app.core.solver.face import AREAS
 from app.core.solver.lens_search import LensWish, ViewTables, YawWord, solve_lens
 from app.core.solver.search import curves, luminance_of
 from app.core.solver.signature import GRADES
-from app.core.solver.solve import Searched, StyleResult
+from app.core.solver.solve import PlaceSearch, StyleResult
 from app.core.solver.turn_choice import LIMITS, LightMap
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import StylePack
@@ -132,7 +132,7 @@ def lit_halves(pack: StylePack, light: Float32) -> Float64:
 
     0 where the face is all but dark, lit from behind.
     """
-    areas = curves(pack.tables, pack.seen(light)).others[: len(AREAS)]
+    areas = curves(pack.tables, pack.project(light)).others[: len(AREAS)]
     halves = np.stack([areas[AREAS.index(f"{side} half")] for side in ("left", "right")])
     least = DARK * float(halves.max())
     left, right = np.maximum(halves, least)
@@ -256,8 +256,8 @@ def background_rows(ask: Asker, place: str, light: Float32) -> Iterator[dict[str
 def grades_of(pack: StylePack, light: Float32) -> NDArray[np.int64]:
     """(S, 64) grade of the answer at each azimuth of the nose, looked at one by one."""
     light = light / np.float32(light.mean())
-    found = curves(pack.tables, pack.seen(light))
-    here = Searched(pack, LIMITS, LightMap(luminance_of(light)), found)
+    found = curves(pack.tables, pack.project(light))
+    here = PlaceSearch(pack, LIMITS, LightMap(luminance_of(light)), found)
     return np.array(
         [
             [GRADES.index(here.verdict(row, at).grade or "no") for at in range(TURNS)]

@@ -29,7 +29,7 @@ from app.core.solver.peaks import ARC_SHARE
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves, luminance_of
 from app.core.solver.signature import GRADES
-from app.core.solver.solve import Searched, StyleResult, solve_all
+from app.core.solver.solve import PlaceSearch, StyleResult, solve_all
 from app.core.solver.turn_choice import LIMITS, LightMap
 from app.core.styles.style_pack import StylePack, load_named_pack
 
@@ -37,14 +37,14 @@ _SLACK: Final = 0.5  # points: the match is read between the grid turns along st
 ROOT: Final = Path(__file__).resolve().parents[2]
 
 
-def searched(pack: StylePack, light: NDArray[np.float32]) -> Searched:
+def searched(pack: StylePack, light: NDArray[np.float32]) -> PlaceSearch:
     """Measure all styles at all turns of a light, (32, 64, 3)."""
     even, _ = normalised(light, pack.header.environment)
-    seen = curves(pack.tables, pack.seen(even))
-    return Searched(pack, LIMITS, LightMap(luminance_of(even)), seen)
+    seen = curves(pack.tables, pack.project(even))
+    return PlaceSearch(pack, LIMITS, LightMap(luminance_of(even)), seen)
 
 
-def grade_of(place: Searched, row: int, at: int) -> int:
+def grade_of(place: PlaceSearch, row: int, at: int) -> int:
     """Position in `GRADES` of the picture at one grid turn."""
     grade = place.verdict(row, at).grade
     assert grade is not None

@@ -31,7 +31,7 @@ from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack import load_named_pack, load_transport_of
 
 if TYPE_CHECKING:
-    from app.core.second_light.search import Placed
+    from app.core.second_light.search import LampPlacement
     from app.core.solver.turn_choice import Objective
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,7 +40,7 @@ from app.core.second_light.lamp_presets import (  # noqa: E402
     FULL,
     powers_of,
 )
-from app.core.second_light.search import Placed  # noqa: E402
+from app.core.second_light.search import LampPlacement  # noqa: E402
 from app.core.second_light.search_kernel import lamp_tables  # noqa: E402
 from app.core.solver.turn_choice import Objective  # noqa: E402
 
@@ -79,7 +79,7 @@ class GreedyPair:
     attainable_greedy: bool
 
 
-def compared(full: Placed, greedy: Placed, objective: Objective) -> GreedyPair:
+def compared(full: LampPlacement, greedy: LampPlacement, objective: Objective) -> GreedyPair:
     """Compare the full search with the paper's greedy one, which turns first and then places."""
     lost = full.match - greedy.match
     if objective == "paper":

@@ -29,7 +29,7 @@ from app.core.base.colour import srgb_encode
 from app.core.base.files import atomic_write_text
 from app.core.environment.environment import solid_angles
 from app.core.faces import facing
-from app.core.faces.facing import WIDE_DEG, Facing, find_facing, standing
+from app.core.faces.facing import WIDE_DEG, FacingEstimate, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import HeadMap, head_map, on_head
 from app.core.faces.pose import head_pose
@@ -54,7 +54,7 @@ class Shot:
 
     place: str
     turn_deg: float
-    found: Facing | None
+    found: FacingEstimate | None
 
 
 def developed(light: Floats, chance: np.random.Generator) -> NDArray[np.uint8]:

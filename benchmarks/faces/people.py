@@ -208,7 +208,7 @@ def run(
     for place, light in lights.items():
         grey = light @ np.array([0.2126, 0.7152, 0.0722])
         results = solve_all(pack, light)
-        found = curves(pack.tables, pack.seen(light))
+        found = curves(pack.tables, pack.project(light))
         predicted = measure(pack, found)
         if place not in known:
             known[place] = [relit(person, grey, pack.styles, rows) for person in people]

@@ -24,7 +24,7 @@ import numpy as np
 from app.core.base.angles import wrap
 from app.core.base.files import atomic_write_text
 from app.core.environment.environment import from_radiance, read_environment, reduce
-from app.core.faces.facing import Facing, Standing, find_facing, standing
+from app.core.faces.facing import FacingEstimate, Standing, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import on_head
 from app.core.faces.pose import head_pose
@@ -135,7 +135,7 @@ def overlap(one: Box, other: Box) -> float:
 
 def shot(
     name: str, file: Path, yaw: int, turn: float, chance: np.random.Generator
-) -> Facing | None:
+) -> FacingEstimate | None:
     """What a photograph of a head says of where it looks; None where it says nothing."""
     head = pictured(name, file, (yaw, 0), turn, PHOTO_PX)
     gain = head.gain * 2 ** chance.uniform(-1, 1)

@@ -22,7 +22,7 @@ import numpy as np
 
 from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
-from app.core.localization.heading import Found, Sight, compare, find_heading, see
+from app.core.localization.heading import HeadingMatch, Sight, compare, find_heading, see
 from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.stand import LEAST_CONFIDENCE, trust
 from benchmarks.heading.heading_cases import (
@@ -62,7 +62,9 @@ class Rows:
     def __init__(self) -> None:
         self.rows: list[dict[str, Any]] = []
 
-    def add(self, kind: str, case: Case, found: Found | None, *, wrong: bool = False) -> None:
+    def add(
+        self, kind: str, case: Case, found: HeadingMatch | None, *, wrong: bool = False
+    ) -> None:
         row: dict[str, Any] = {"kind": kind, "wrong": wrong, "confidence": 0.0, "off": 180.0}
         if found is not None:
             heading, pitch, roll = found.pose.angles_deg

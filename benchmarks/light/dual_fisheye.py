@@ -50,7 +50,7 @@ from benchmarks.speed.plain_search import choose
 from tests.helpers.fisheye import Rig, bracket
 
 if TYPE_CHECKING:
-    from app.core.measure.read.frame import Merged
+    from app.core.measure.read.frame import MergedLight
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -96,7 +96,7 @@ def irradiances(light: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return np.array([(np.maximum(toward @ a, 0.0) * energy).sum() for a in axes])
 
 
-def lamps_off(stitched: Any, light: Any, truth: Merged) -> list[dict[str, float]]:
+def lamps_off(stitched: Any, light: Any, truth: MergedLight) -> list[dict[str, float]]:
     """Compare place and light of the true panorama's compact lamps, each in a window around it."""
     rows = []
     toward, weights = directions(SHAPE), solid_angles(SHAPE)[:, None]

@@ -32,7 +32,7 @@ from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.half_size import anchors
 from app.core.measure.bracket.merge import SIZE, merge
 from app.core.measure.bracket.weighting import doubts
-from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
+from app.core.measure.read.frame import Bracket, Exposure, Frame, MergedLight
 from app.core.measure.read.pixels import open_frames
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter
@@ -174,7 +174,7 @@ def usable(pictures: Sequence[Bytes]) -> NDArray[np.bool_]:
     return np.asarray(unclipped & np.any([plane > 0 for plane in largest], axis=0))
 
 
-def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merged:
+def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> MergedLight:
     """Merge as the program does."""
     # As `measure.bracket.merging`: what is reduced anyway is decoded at half size where it may be.
     halves = [not whole for whole in anchors(bracket.stops)] if size else ()
@@ -182,7 +182,7 @@ def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merg
         return merge(stack, RESPONSE, stack.stops, scheme=scheme, size=size)
 
 
-def in_cd_m2(merged: Merged) -> Float64:
+def in_cd_m2(merged: MergedLight) -> Float64:
     """Radiance on the scale of the light that was photographed."""
     assert merged.cd_m2 is not None
     return merged.radiance.astype(np.float64) * merged.cd_m2
@@ -320,7 +320,7 @@ def memorial(folder: Path) -> dict[str, float]:
                     chosen.response,
                     chosen.stops,
                     scheme=scheme,
-                    known=sure,
+                    exposures_known=sure,
                     doubts=() if plain else doubts(stack.samples, table, chosen.stops),
                     size=None,
                 )

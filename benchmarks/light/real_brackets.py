@@ -26,7 +26,7 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.alignment.handheld import laid
+from app.core.measure.bracket.alignment.handheld import warp
 from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
@@ -175,7 +175,7 @@ def ours(one: Set, folder: Path) -> tuple[Float32, list[Bytes], int, Measurement
         if path not in names:
             continue
         lay = probe.lays[names.index(path)] if probe.lays else None
-        frames.append(laid(frame, lay.homography) if lay and lay.needed else frame)
+        frames.append(warp(frame, lay.homography) if lay and lay.needed else frame)
         home = index if lay and lay.shift_px == 0.0 else home
     return probe.finished.measured.radiance, frames, home, probe
 
@@ -201,7 +201,7 @@ def measured(one: Set, crops: Path | None) -> dict[str, Any]:
     seconds = time.perf_counter() - started
     row: dict[str, Any] = {"set": one.name, "frames": len(one.frames), "seconds": round(seconds, 2)}
     row["methods"] = {"ours": judged(one, light, frames, home)}
-    row["moved"] = round(probe.moved.share, 3)
+    row["moved"] = round(probe.motion.share, 3)
     row["words"] = [str(word) for word in probe.warnings]
     if one.made is not None and not one.held and one.made.still.all():
         truth = one.made.seen(len(one.frames) // 2)[0]

@@ -35,7 +35,7 @@ from app.core.measure.finish.sun import SkyWord, direct_normal_lux, restore
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan import camera_table
 from app.core.measure.plan.planner import CameraLimits, plan
-from app.core.measure.read.frame import Exposure, Merged
+from app.core.measure.read.frame import Exposure, MergedLight
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import SENSORS
@@ -101,7 +101,7 @@ def meter(light: Float32) -> float:
     return high
 
 
-def expose(cd_m2: Float32, limits: CameraLimits) -> Merged:
+def expose(cd_m2: Float32, limits: CameraLimits) -> MergedLight:
     """What a perfect merge of the camera's full plan holds of a scene."""
     iso, aperture = min(limits.isos), min(limits.apertures)
     factor = 1.2 / meter(luminance(cd_m2))
@@ -111,7 +111,7 @@ def expose(cd_m2: Float32, limits: CameraLimits) -> Merged:
     clip = 2.0 ** (metered.ev - min(shot.exposure.ev for shot in shots))
     relative = cd_m2 / np.float32(unit)
     lost = (relative.max(axis=2) >= clip).astype(np.float32)
-    return Merged(
+    return MergedLight(
         radiance=np.minimum(relative, np.float32(clip)),
         clipped=lost,
         dark=np.zeros_like(lost),
@@ -135,7 +135,7 @@ class Trial:
     with_sun: dict[str, list[float]]
 
 
-def photograph(cd_m2: Float32, camera: str, pack: StylePack, seed: int) -> Merged:
+def photograph(cd_m2: Float32, camera: str, pack: StylePack, seed: int) -> MergedLight:
     """Shoot a scene with a simulated camera's full plan, and merge the files."""
     model = SENSORS[camera]
     shots = plan(meter_with(cd_m2, model), limits_of(camera), "full").shots

@@ -26,7 +26,7 @@ from app.core.solver.lens_search import LensWish, ViewTables, match_curves, solv
 from app.core.solver.search import curves
 from app.core.solver.solve import measure
 from app.core.solver.transport import Transport, load_named, render
-from app.core.solver.turn_choice import LIMITS, Measured, choose
+from app.core.solver.turn_choice import LIMITS, StyleMeasures, choose
 from app.core.solver.weights import region_weights
 from app.core.styles.lamps import mirror_index
 from app.core.styles.style_pack import StylePack, judged_region, load_named_pack
@@ -270,7 +270,7 @@ class Matches:
     """
 
     yaws: tuple[float, ...]
-    front: Measured
+    front: StyleMeasures
     ours: Float64
     own: Float64
     theirs: Float64
@@ -283,7 +283,7 @@ def matches(scenes: Path, work: Path, paths: int, place: str, head: Head) -> Mat
     """Measure a place whose renders are all there."""
     light = as_placed(light_of(scenes, place), FINE[0])
     chosen = [head.pack.index(name) for name in STYLES]
-    seen, tables = head.pack.seen(light), tables_of(head)
+    seen, tables = head.pack.project(light), tables_of(head)
     front = measure(head.pack, curves(head.pack.tables, seen))
     by_yaw = match_curves(head.pack, tables, seen, front)
     rendered = [
@@ -294,7 +294,7 @@ def matches(scenes: Path, work: Path, paths: int, place: str, head: Head) -> Mat
     told = {one.name: one for one in solve_lens(head.pack, tables, light, LensWish("auto"))}
     return Matches(
         head.yaws,
-        Measured(*(getattr(front, name)[chosen] for name in Measured.__slots__)),
+        StyleMeasures(*(getattr(front, name)[chosen] for name in StyleMeasures.__slots__)),
         np.stack([by_yaw[yaw][0][chosen] for yaw in head.yaws]),
         own,
         theirs,
@@ -399,13 +399,13 @@ def _pairs(place: str, found: Matches) -> Iterator[dict[str, Any]]:
         }
 
 
-def _by_rule(front: Measured, row: int, match: Float64, is_open: Bools) -> Bools:
+def _by_rule(front: StyleMeasures, row: int, match: Float64, is_open: Bools) -> Bools:
     """(Y, 64) pairs that the program's rule lets a match choose from: those of the best grade."""
     found, grades = np.zeros_like(is_open), []
     for yaw, some in enumerate(is_open):
         measured = replace(front[row], match=match[yaw], contrast=np.ones(TURNS))
         choice = choose(measured, "picture", LIMITS, some)
-        found[yaw] = choice.allowed & some
+        found[yaw] = choice.eligible & some
         grades.append(int(choice.grade) if some.any() else -1)
     return np.asarray(found & (np.array(grades) == max(grades))[:, None])
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.style_pack import load_named_pack
-from app.export.canvas import SCALE, Canvas, shorten, wrap_text
+from app.export.canvas import SCALE, Page, shorten, wrap_text
 from app.export.theme import Dark
 from benchmarks.speed.plain_portrait import portrait
 from benchmarks.truth.stock import ROOT, rotate
@@ -95,7 +95,7 @@ def draw(columns: list[tuple[str, str, list[Picture]]], rows: Sequence[str], fil
     """Write a sheet: a column of pictures for each style, with two lines of words above."""
     margin = 116
     width = margin + len(columns) * (SIDE + GAP) + GAP
-    canvas = Canvas(width, TOP + LABEL + len(rows) * (SIDE + GAP), Dark.BG)
+    canvas = Page(width, TOP + LABEL + len(rows) * (SIDE + GAP), Dark.BG)
     for y, words in enumerate(rows):
         for line, text in enumerate(wrap_text(words, 12, margin - 2 * GAP)):
             at = (GAP, TOP + LABEL + y * (SIDE + GAP) + SIDE / 2 + 16 * line - 8)

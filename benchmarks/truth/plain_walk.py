@@ -46,7 +46,7 @@ class Strays:
     environment: tuple[int, int]
     tally: Tally
 
-    def met(self, at: Meeting) -> None:
+    def on_hit(self, at: Meeting) -> None:
         """Nothing to note."""
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:

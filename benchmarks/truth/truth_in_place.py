@@ -204,7 +204,7 @@ def areas_of(pack: StylePack, transport: Transport, grey: Float64, light: Float3
     """(A, TURNS) means of areas in true pictures; what is around the head is the panorama's."""
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
     means = areas @ grey.T / np.maximum(areas.sum(axis=1), 1e-30)[:, None]
-    means[AROUND] = search.curves(pack.tables, pack.seen(light)).others[: len(AREAS)][AROUND]
+    means[AROUND] = search.curves(pack.tables, pack.project(light)).others[: len(AREAS)][AROUND]
     return np.asarray(means)
 
 

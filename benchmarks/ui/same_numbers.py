@@ -29,8 +29,8 @@ from app.export.set_sheet import SetSheet, assemble
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.screens.probe.notices import lamp_rows
 from app.ui.screens.styles.cards import cards_of
-from app.ui.screens.styles.detail import Detail
-from app.ui.screens.styles.gallery import Question, Snapshot
+from app.ui.screens.styles.detail import DetailResolver
+from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
 from app.words.lights import share_words
 from app.words.phrases.quantities import contrast_words
@@ -45,7 +45,7 @@ _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))
 def snapshot_of(head: Head, light: PlaceLight) -> Snapshot:
     """Answer a place as the window does, without pictures."""
     results = solve_place(head, light, (), Settings(), 0.0)
-    question = Question(head, light, results=results)
+    question = GalleryQuestion(head, light, results=results)
     styles = {style.name: style for style in head.pack.styles}
     found = {one.name: one for one in results}
     nothing = dict.fromkeys(styles, (None, None))
@@ -78,8 +78,8 @@ def sheet_of(snapshot: Snapshot, name: str) -> SetSheet:
         question.head.transport,
         light.environment.radiance,
         place=light.name,
-        lit=facing(),
-        drawn=lambda here, size: ([], []),  # type: ignore[arg-type,return-value]
+        face_picture=facing(),
+        draw=lambda here, size: ([], []),  # type: ignore[arg-type,return-value]
         findings=question.findings(),
     )
 
@@ -135,7 +135,7 @@ def compare(
     light = prepare(read_environment(file))
     snapshot, printed = snapshot_of(head, light), solved(file, head.name)
     cards = {card.key: card for card in cards_of(snapshot, Filter.ALL, Sort.NAME, None)}
-    detail = Detail()
+    detail = DetailResolver()
     for count, name in enumerate(styles or snapshot.results):
         state = detail.at(snapshot, name, None, _SMALL, quick=True)
         sheet = sheet_of(snapshot, name)

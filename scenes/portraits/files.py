@@ -63,7 +63,7 @@ def save_head(path: Path, head: PortraitHead) -> None:
     """Store a head, atomically."""
     arrays = {name: getattr(head, name) for name in HEAD_ARRAYS}
     arrays |= {name: getattr(head.nodes, name) for name in NODE_ARRAYS}
-    arrays |= {name: getattr(head.seen, name) for name in SEEN_ARRAYS}
+    arrays |= {name: getattr(head.visible, name) for name in SEEN_ARRAYS}
     arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in UNIT_ARRAYS}
     arrays |= {name: arrays[name].astype(np.float16) for name in HALF_ARRAYS}
     arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge", "eye")}

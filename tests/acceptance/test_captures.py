@@ -17,7 +17,7 @@ from app.core.base.colour import luminance
 from app.core.environment.environment import reduce_radiance
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.metadata import read_header
-from app.devices.simulated.exposure_maker import Sight
+from app.devices.simulated.exposure_maker import FrameSight
 from app.devices.simulated.scene import Scene
 from benchmarks.light.shots.brackets import enlarged
 from benchmarks.light.shots.views import view_of
@@ -36,7 +36,7 @@ SHAPE = (2688, 5376)
 class SmoothScene(Scene):
     """A place that looks like a photograph: its texels are joined by straight lines."""
 
-    def view(self, shape: tuple[int, int]) -> Sight:
+    def view(self, shape: tuple[int, int]) -> FrameSight:
         return view_of(self.environment, shape, smooth=True)
 
 

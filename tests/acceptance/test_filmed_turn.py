@@ -57,7 +57,7 @@ def test_turns_read_off_a_film_of_a_modelled_place(
 ) -> None:
     demo, pack = resources() / "demo", load_named_pack("generic")
     film = film_of(demo / views, distance_cm)
-    assert film.shown.all()
+    assert film.visible.all()
     assert film.headings.closed
     truth = solve_all(pack, reduce(read_environment(demo / f"{probe}.exr")))
     around = np.arange(TURNS) * 360 / TURNS

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from app.devices.errors import DeviceError
 from app.devices.simulated.exchange import Drop, Pause, Piece
 from app.devices.theta.client import (
-    Command,
+    CommandReply,
     FileEntry,
     Info,
     OscClient,
@@ -242,7 +242,7 @@ def check(value: Any) -> None:
         assert safe_name(value.name) == value.name
         assert value.url.startswith(f"{HERE.base}/")
         assert value.size >= 0
-    elif isinstance(value, Command):
+    elif isinstance(value, CommandReply):
         assert value.state in ("done", "inProgress")
         assert value.id is None or isinstance(value.id, (str, int))
         assert all(url.startswith(f"{HERE.base}/") for url in value.file_urls)

@@ -134,7 +134,7 @@ def test_each_style_s_own_target_shows_it(head: str) -> None:
     pack = _pack(head)
     for style in pack.styles:
         light = np.sum([far_lamp(lamp, (32, 64)) for lamp in style.lamps], axis=0)
-        at_front = curves(pack.tables, pack.seen(light))
+        at_front = curves(pack.tables, pack.project(light))
         measured = measure(pack, at_front)
         row = pack.index(style.name)
         assert measured.yes[row, 0] >= 0, (style.name, measured.yes[row, 0])

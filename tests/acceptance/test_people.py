@@ -81,7 +81,7 @@ def test_a_place_that_is_turned_turns_its_answers() -> None:
     for path in sorted((resources() / "demo" / "scenes").glob("*.exr")):
         radiance = read_environment(path).radiance
         light = reduce_light(radiance)
-        found = curves(pack.tables, pack.seen(light))
+        found = curves(pack.tables, pack.project(light))
         slack = measure(pack, found)
         before = solve_all(pack, light)
         for columns in rng.integers(radiance.shape[1], size=3).tolist():

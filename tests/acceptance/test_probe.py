@@ -25,7 +25,7 @@ from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.camera_table import camera_facts
 from app.core.measure.plan.planner import plan
-from app.core.measure.read.frame import Exposure, Pose
+from app.core.measure.read.frame import Exposure, XmpPose
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
@@ -174,7 +174,7 @@ def test_a_rotated_frame_is_laid_on_the_others(tmp_path: Path) -> None:
 def test_frames_that_lie_on_each_other_are_left_alone(tmp_path: Path) -> None:
     probe = merged(shoot(tmp_path, light("courtyard")))
     assert all(a.rotation is None for a in probe.alignments)
-    assert probe.moved.share == 0.0
+    assert probe.motion.share == 0.0
     assert probe.response.response.name == "sRGB"
     assert probe.warnings == ()
 
@@ -209,8 +209,8 @@ def test_an_exposure_that_lies_is_found_out(wrong: int, tmp_path: Path) -> None:
     assert np.percentile(found, 95) <= 0.06
 
 
-@pytest.mark.parametrize("tilt", [Pose(-29.0, 0.0), Pose(0.0, 40.0), Pose(-29.0, -35.8)])
-def test_a_tilt_is_undone(tilt: Pose, tmp_path: Path) -> None:
+@pytest.mark.parametrize("tilt", [XmpPose(-29.0, 0.0), XmpPose(0.0, 40.0), XmpPose(-29.0, -35.8)])
+def test_a_tilt_is_undone(tilt: XmpPose, tmp_path: Path) -> None:
     """A lamp at a known place is back there within 0.3 degrees after levelling."""
     shape = (512, 1024)
     radiance = np.full((*shape, 3), 50.0, np.float32)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.environment.environment import read_environment, reduce
 from app.core.second_light.added import AddedLight, from_captured, from_numbers, prepare_near
-from app.core.second_light.captured import make_lamp, placed
+from app.core.second_light.captured import make_lamp, place_lamp
 from app.core.second_light.contrast import FaceBasis, less_mean, prepare_face
 from app.core.second_light.lamp_presets import parse, powers_of
 from app.core.second_light.placements import placement
 from app.core.second_light.scale import illuminance
-from app.core.second_light.search import Placed, place_all
+from app.core.second_light.search import LampPlacement, place_all
 from app.core.second_light.search_kernel import (
     LampTables,
     lamp_alone,
@@ -65,7 +65,7 @@ def _lamp(word: str) -> tuple[AddedLight, LampTables]:
         light[118:150, 250:270] = (700.0, 600.0, 420.0)
         light[118:124, 250:256] *= 6.0
         lamp = make_lamp("tall", light, alpha, white_cd_m2=1.0, distance_m=0.4)
-        added = from_captured(transport, placed(lamp), face=face)
+        added = from_captured(transport, place_lamp(lamp), face=face)
     else:
         shape = load_shape_of(transport, "generic")
         near = prepare_near(transport, shape)
@@ -246,7 +246,7 @@ def test_a_mirrored_place_gives_the_mirrored_answer() -> None:
     added, tables = _lamp("panel@0.3")
     place = _scene("drachenfels_cellar", 30.0)
 
-    def answers(light: NDArray[np.float32]) -> dict[str, Placed]:
+    def answers(light: NDArray[np.float32]) -> dict[str, LampPlacement]:
         found = place_all(pack, transport, light, added, powers=(1 / 32, 1 / 64), tables=tables)
         return {one.name: one for one in found}
 

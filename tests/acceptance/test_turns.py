@@ -236,7 +236,7 @@ def test_match_is_within_half_a_point_of_exact(head: str) -> None:
     worst = 0.0
     lights = {**_scenes(), "lamp": _lamp(70.0, 20.0, transport.environment_shape)}
     for light in lights.values():
-        found = curves(pack.tables, pack.seen(light))
+        found = curves(pack.tables, pack.project(light))
         turned = np.stack([np.roll(light, -k, axis=1).ravel() for k in range(TURNS)], axis=1)
         pictures = basis @ (transport.texel_basis.astype(np.float64) @ turned)
         mean = region @ pictures / region.sum()

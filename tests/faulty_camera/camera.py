@@ -22,7 +22,13 @@ from app.devices.simulated.exchange import (
     text_reply,
 )
 from app.devices.simulated.scene import Scene
-from app.devices.simulated.shooting import CameraDate, Job, JobKind, PlannedFrame, StoredFile
+from app.devices.simulated.shooting import (
+    CameraDate,
+    JobKind,
+    PlannedFrame,
+    ShootingJob,
+    StoredFile,
+)
 from tests.faulty_camera.digest import Guard
 from tests.faulty_camera.faults import Faults, WireFaults
 from tests.faulty_camera.habits import OddCamera
@@ -312,7 +318,7 @@ class FaultyCamera(OddCamera):
             entry["fileUrl"] = f"http://{self.personality.address}/files/{name}"
             entries.insert(dice.randint(0, len(entries)), entry)
 
-    def has_ended(self, job: Job) -> bool:
+    def has_ended(self, job: ShootingJob) -> bool:
         polled = job.kind == "bracket" or self.personality.bracket is None
         return super().has_ended(job) and not self.faults.spend("never-done", polled)
 
@@ -327,7 +333,7 @@ class FaultyCamera(OddCamera):
 
     # Taking pictures.
 
-    def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> Job:
+    def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> ShootingJob:
         job = super().shoot(name, kind, self._exposures(shots))
         if self.faults.spend("storage-full", len(job.frames) > self._room_left()):
             job.frames[self._room_left() :] = []
@@ -335,7 +341,7 @@ class FaultyCamera(OddCamera):
         chosen = len(self.shooter.jobs) > self._drop_job and job.frames
         if self.faults.on("drop-during-exposure") and chosen:
             share = self.faults.dice("drop-during-exposure").uniform(0.1, 0.8)
-            self._drop_at = job.begun + share * (job.frames[-1].end - job.begun)
+            self._drop_at = job.start_s + share * (job.frames[-1].end - job.start_s)
         return job
 
     def _exposures(self, shots: Sequence[dict[str, JsonValue]]) -> Sequence[dict[str, JsonValue]]:

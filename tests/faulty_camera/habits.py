@@ -22,7 +22,7 @@ from app.devices.simulated.exchange import (
 )
 from app.devices.simulated.preview import PreviewBody, PreviewGate
 from app.devices.simulated.scene import Scene
-from app.devices.simulated.shooting import Job, JobKind
+from app.devices.simulated.shooting import JobKind, ShootingJob
 from tests.faulty_camera.old_api import OldApiCamera
 from tests.faulty_camera.silence import NO_ANSWER
 
@@ -122,7 +122,7 @@ class OddCamera(OldApiCamera):
             return command
         return replace(command, act=partial(change, command.act))
 
-    def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> Job:
+    def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> ShootingJob:
         if kind == "single" and self._rests(self.habits.rest_s):
             raise Instead(Reply(0, delay_s=LATENCY_S))
         return super().shoot(name, kind, shots)

@@ -16,7 +16,7 @@ from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import CameraModel, Personality
 from app.devices.simulated.exchange import JsonValue, Reply, Request, refusal
 from app.devices.simulated.exif import Tags
-from app.devices.simulated.optics import View, view_of
+from app.devices.simulated.optics import FrameView, view_of
 from app.devices.simulated.options import OptionStore
 from app.devices.simulated.scene import Scene, Take
 from tests.faulty_camera.models import personality_named
@@ -75,7 +75,7 @@ class InstaScene(Scene):
         super().__init__(scene.environment, scene.shot, seed=scene.seed)
         self._circles: dict[int, FloatImage] = {}
 
-    def view(self, shape: tuple[int, int]) -> View:
+    def view(self, shape: tuple[int, int]) -> FrameView:
         rows = shape[0]
         if rows not in self._circles:
             self._circles[rows] = circles(self.environment, rows)

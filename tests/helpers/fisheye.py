@@ -149,7 +149,7 @@ def write(
             make="Simulated",
             model=camera,
             software="1",
-            taken="2026:06:21 12:00:00",
+            date_time="2026:06:21 12:00:00",
             shutter_s=2.0**stop / 64.0,
             aperture=2.0,
             iso=100.0,

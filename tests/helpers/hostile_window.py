@@ -234,7 +234,7 @@ def _library(app: Any, _presenter: Any, path: Path) -> None:
     for former in folder.iterdir():
         former.unlink()
     (folder / "mine.toml").write_bytes(path.read_bytes())
-    app.desk.refresh_user_styles()
+    app.place_controller.refresh_user_styles()
 
 
 _WAYS: Final[dict[str, Callable[[Any, Any, Path], object]]] = {
@@ -247,6 +247,6 @@ _WAYS: Final[dict[str, Callable[[Any, Any, Path], object]]] = {
     "lamp of Light": lambda app, presenter, path: presenter.lamps.take([path]),
     "style into Styles": lambda app, presenter, path: presenter.files.import_style(path),
     "style into Paint": lambda app, presenter, path: presenter.files.import_style(path),
-    "head": lambda app, presenter, path: app.desk.choose_head(path),
+    "head": lambda app, presenter, path: app.place_controller.choose_head(path),
     "library of styles": _library,
 }

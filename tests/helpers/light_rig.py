@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import wrap
-from app.core.second_light.search import Placed
+from app.core.second_light.search import LampPlacement
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.shortfall import Cause, LightShortfall
@@ -19,7 +19,7 @@ from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light import jobs
 from app.ui.screens.light.mask import MaskEdit
-from app.ui.screens.light.pictures import Answers, Held, InHand, Question, View
+from app.ui.screens.light.pictures import Answers, InHand, LampPosition, LampQuestion, LampView
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
@@ -31,13 +31,15 @@ SAVED = {"badger": (20.0, 62.0), "below": (9.0, 48.0)}
 GAINED = {"left-split": (61.0, 84.0)}
 
 
-def placed(before: StyleResult, match: float, spot: tuple[float, float], turn: float) -> Placed:
+def placed(
+    before: StyleResult, match: float, spot: tuple[float, float], turn: float
+) -> LampPlacement:
     """An answer: the map has its peak where the lamp is best."""
     azimuths = np.arange(64) * 5.625
     altitudes = np.arange(-4, 5) * 16.875
     away = (azimuths - spot[0] + 180.0) % 360.0 - 180.0
     values = match * np.exp(-(away[None, :] ** 2 + (altitudes[:, None] - spot[1]) ** 2) / 3200.0)
-    return Placed(
+    return LampPlacement(
         name=before.name,
         title=before.title,
         side=before.side,
@@ -109,9 +111,9 @@ class LightRig:
         self.runner, self.model = self.table.runner, self.table.model
         self.saved, self.gained = dict(SAVED), dict(GAINED)
         self.hands: list[Any] = []
-        self.questions: list[Question] = []
-        self.looks: list[tuple[str, Held]] = []
-        self.nearer: Placed | None = None
+        self.questions: list[LampQuestion] = []
+        self.looks: list[tuple[str, LampPosition]] = []
+        self.nearer: LampPlacement | None = None
         self.allowed = np.ones(576, bool)
         self.power = 1.0
         self.weak: set[str] = set()
@@ -148,7 +150,7 @@ class LightRig:
         nothing: Any = SimpleNamespace(distance_m=lamp.distance_m)
         return InHand(of, self.shape, nothing, nothing, lamp, nothing, nothing, grey)
 
-    def _ask(self, hand: InHand, question: Question, styles: Any = None) -> Answers:
+    def _ask(self, hand: InHand, question: LampQuestion, styles: Any = None) -> Answers:
         del styles
         self.questions.append(question)
         before = {one.name: one for one in self.model.results}
@@ -164,14 +166,16 @@ class LightRig:
             answers.append(replace(one, power=self.power))
         return Answers(hand, question, tuple(answers), self.allowed)
 
-    def _with(self, answers: Answers, name: str, held: Held, match: float) -> StyleResult:
+    def _with(self, answers: Answers, name: str, held: LampPosition, match: float) -> StyleResult:
         del held
         one = answers.of(name)
         assert one is not None
         facing = wrap(one.turn_refined_deg + answers.question.front_deg)
         return replace(one.before, turn_refined_deg=facing, match=match)
 
-    def _look(self, answers: Answers, name: str, held: Held, size: Any, known: Any) -> View:
+    def _look(
+        self, answers: Answers, name: str, held: LampPosition, size: Any, known: Any
+    ) -> LampView:
         del known
         self.looks.append((name, held))
         one = answers.of(name)
@@ -181,4 +185,4 @@ class LightRig:
         away += 10.0 * abs(np.log2(held.power / one.power))
         match = max(one.match - away, 0.0)
         reach = match >= LIMITS.match
-        return View(answers, name, held, size, grey, grey, grey, match, 50.0, reach, None)
+        return LampView(answers, name, held, size, grey, grey, grey, match, 50.0, reach, None)

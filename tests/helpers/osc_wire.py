@@ -15,7 +15,7 @@ from typing import Any
 import requests
 import urllib3
 
-from app.devices.bounded_socket import Transport, Watch
+from app.devices.bounded_socket import Watch, WatchedAdapter
 from app.devices.clock import VirtualClock
 from app.devices.simulated.exchange import Drop, Pause, Piece
 from app.devices.theta.client import OscClient
@@ -168,7 +168,7 @@ class _Socket:
         return io.BufferedReader(self.wire)
 
 
-class WireAdapter(Transport):
+class WireAdapter(WatchedAdapter):
     """Answers every request with what `answer` makes of it; its sockets keep the watch too."""
 
     def __init__(

@@ -41,12 +41,12 @@ class Studio:
     def enter(self, key: str = "") -> None:
         """Bring the Paint screen to the front, as the window does."""
         self.model.update(step=Step.STYLES, painting=key)
-        self.presenter.entered()
+        self.presenter.enter()
 
     def leave(self) -> None:
         """Go back to the gallery, as the window does."""
         self.model.update(painting=None)
-        self.presenter.left()
+        self.presenter.leave()
 
     def stroke(self, *points: tuple[float, float]) -> None:
         """Paint a stroke through points in shares of the canvas."""

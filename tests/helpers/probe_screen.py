@@ -219,7 +219,7 @@ def vanish_after(bench: Bench, frames: int) -> None:
     """Make the camera go away when so many frames are here."""
 
     def look() -> None:
-        seen = bench.presenter.taking._seen
+        seen = bench.presenter.taking._progress
         if seen is not None and sum(frame.done for frame in seen.status.frames) >= frames:
             bench.rig.camera.reachable = lambda: False  # type: ignore[method-assign]
 

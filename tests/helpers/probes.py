@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.sphere import direction, directions_at
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 
 Float32 = NDArray[np.float32]
 
@@ -32,10 +32,10 @@ def place(
     return np.repeat(radiance[..., None], 3, axis=2)
 
 
-def clip(radiance: Float32, level: float = math.inf, cd_m2: float | None = None) -> Merged:
+def clip(radiance: Float32, level: float = math.inf, cd_m2: float | None = None) -> MergedLight:
     """What a perfect merge holds of a scene whose darkest frame clips at a level."""
     lost = (radiance.max(axis=2) >= level).astype(np.float32)
-    return Merged(
+    return MergedLight(
         radiance=np.minimum(radiance, np.float32(level)),
         clipped=lost,
         dark=np.zeros_like(lost),

@@ -33,7 +33,7 @@ from app.ui.screens.paint import document
 from app.ui.screens.paint.state import LiveState
 from app.ui.screens.styles import detail
 from app.ui.screens.styles.cards import cards_of
-from app.ui.screens.styles.gallery import Question, Snapshot
+from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot
 from app.ui.screens.styles.state import DetailState, Filter, Sort
 from app.words.styles import full_title
 from tests.helpers import second_light
@@ -88,7 +88,7 @@ def _shown(
 ) -> Iterable[tuple[str, dict[str, str | None]]]:
     styles = {style.name: style for style in pack.styles}
     head: Any = SimpleNamespace(pack=pack, studio_wanted=pack.studio)
-    question = Question(head, light, results=tuple(results), objective=objective)
+    question = GalleryQuestion(head, light, results=tuple(results), objective=objective)
     pictures = dict.fromkeys(styles, (None, None))
     snapshot = Snapshot(question, styles, {one.name: one for one in results}, {}, {}, pictures)
     cards = {card.key: card for card in cards_of(snapshot, Filter.ALL, Sort.NAME, None)}

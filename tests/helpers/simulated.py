@@ -12,7 +12,7 @@ from app.devices.clock import VirtualClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import Reply, Request
-from app.devices.simulated.exposure_maker import Shot
+from app.devices.simulated.exposure_maker import ShotOptions
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.shooting import StoredFile
 from tests.faulty_camera.camera import FaultyCamera
@@ -26,7 +26,7 @@ def room(scale: float = 1.0) -> Scene:
     """A small place with a bright front, the same for all."""
     light = np.random.default_rng(7).lognormal(3.0, 1.0, (32, 64, 3)).astype(np.float32)
     light[:, 16:48] *= 4.0
-    return Scene(light, Shot(scale=scale))
+    return Scene(light, ShotOptions(scale=scale))
 
 
 def stored(camera: SimulatedCamera) -> tuple[StoredFile, ...]:

@@ -163,9 +163,9 @@ def main(folder: Path) -> int:
         listener.heard.clear()
         root.grab()
         model, camera = app.model, app.model.camera
-        known = {*names, *(title for _, title in app.desk.heads())}
+        known = {*names, *(title for _, title in app.place_controller.heads())}
         known |= {model.place.name} if model.place is not None else set()
-        known |= {camera.found.name, camera.found.model} if camera is not None else set()
+        known |= {camera.device.name, camera.device.model} if camera is not None else set()
         # What ends in an ellipsis was cut off in painting: its widget says the whole.
         heard = (("painted", each) for each in listener.heard if not each.endswith("…"))
         for where, text in (*texts(root), *heard):

@@ -199,7 +199,7 @@ class Rig:
 
     def start(self) -> None:
         self.presenter.attach(self.view)
-        self.presenter.entered()
+        self.presenter.enter()
 
     def tick(self, times: int = 1, seconds: float = 0.04) -> TurnState:
         for _ in range(times):

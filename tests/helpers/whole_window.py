@@ -88,7 +88,7 @@ def opened(
 def open_light(app: App, robot: Robot, path: Path = SCENE) -> None:
     """Open a panorama and wait for its answers."""
     before = app.model.light
-    app.desk.open_paths([path])
+    app.place_controller.open_paths([path])
     robot.wait(lambda: app.model.light is not before and bool(app.model.results), "the answers")
     robot.wait(lambda: not app.runner.running("solve"), "solving")
 

@@ -121,7 +121,7 @@ def test_who_opens_another_place_meanwhile_stays_there(home: Path) -> None:
 
 def test_a_capture_over_the_demo_place_is_seen_by_a_real_webcam(home: Path) -> None:
     with opened(home, sounds=False) as (app, robot):
-        app.desk.open_demo()
+        app.place_controller.open_demo()
         robot.wait(lambda: app.model.demo_open, "the demo place")
         place = app.model.place
         assert place is not None

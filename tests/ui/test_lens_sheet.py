@@ -72,7 +72,7 @@ def test_the_window_answers_as_the_command_does(shown: Shown) -> None:
 def test_a_background_is_asked_for_on_the_panorama(shown: Shown) -> None:
     sheet = opened(shown)
     now = shown.table.presenter.background_now()
-    sheet._wanted.click()
+    sheet._toggle.click()
     shown.settle()
     assert asked(shown).yaw == "auto"
     assert asked(shown).background == pytest.approx((wrap(now - 20), wrap(now + 20)))
@@ -84,7 +84,7 @@ def test_a_background_is_asked_for_on_the_panorama(shown: Shown) -> None:
     for one in shown.table.model.results:
         if one.attainable:
             assert asked(shown).met_by(one.turn_refined_deg + shown.table.model.front_deg)
-    sheet._wanted.click()
+    sheet._toggle.click()
     shown.settle()
     assert asked(shown).background is None
 

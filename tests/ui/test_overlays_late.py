@@ -50,7 +50,7 @@ def test_a_head_of_ones_own_is_chosen_by_its_file(
 def test_places_that_are_found_after_the_list_was_closed() -> None:
     commands, late = MagicMock(), []
     commands.all_actions.return_value = ()
-    commands.desk.heads.return_value = ()
+    commands.place_controller.heads.return_value = ()
     commands.services.model.head = None
 
     def submit(key: str, work: Any, *, done: Any) -> None:

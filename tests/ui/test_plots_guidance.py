@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import difference
-from app.core.guidance.plan import Mark, Plan
+from app.core.guidance.plan import PlanDrawing, PlanMark
 from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.plots.mask_canvas import draw_brush_ring
 from app.ui.plots.plan import PlanView
@@ -270,14 +270,14 @@ class TestBrushRing:
 class TestPlan:
     """The walk from above."""
 
-    PLAN = Plan(
+    PLAN = PlanDrawing(
         marks=(
-            Mark("now", 30.0),
-            Mark("goal", 90.0),
-            Mark("start", 0.0),
-            Mark("light", 200.0),
-            Mark("lamp", 110.0, "LED panel"),
-            Mark("background", -90.0),
+            PlanMark("now", 30.0),
+            PlanMark("goal", 90.0),
+            PlanMark("start", 0.0),
+            PlanMark("light", 200.0),
+            PlanMark("lamp", 110.0, "LED panel"),
+            PlanMark("background", -90.0),
         ),
         nose_deg=30.0,
         way=(30.0, 60.0),
@@ -319,7 +319,7 @@ class TestPlan:
             )
             view.set_plan(replace(self.PLAN, marks=marks), self.WORDS)
             view.grab()
-            words = view._taken[1 + 5 :]  # after the head, and what is no word
+            words = view._boxes[1 + 5 :]  # after the head, and what is no word
             assert len(words) >= 3, "at least you, goal and start are named"
             inside = QRectF(view.rect())
             for first, area in enumerate(words):
@@ -331,26 +331,26 @@ class TestPlan:
         self, qtbot: QtBot, goal: float
     ) -> None:
         view = self.make(qtbot, (500, 420))
-        marks = (Mark("now", goal + 12.0), Mark("goal", goal))
-        plan = Plan(marks=marks, up_deg=0.0)
+        marks = (PlanMark("now", goal + 12.0), PlanMark("goal", goal))
+        plan = PlanDrawing(marks=marks, up_deg=0.0)
         view.set_plan(plan, replace(plan_words(plan), title="You, from above " * 3))
         view.grab()
         turns = []
-        for area in view._taken[1 + 2 :]:
+        for area in view._boxes[1 + 2 :]:
             x, y = area.center().x() - view.centre[0], area.center().y() - view.centre[1]
             turns.append(difference(math.degrees(math.atan2(x, -y)), goal))
         # What counts least is drawn last: you first, then the goal.
         assert len(turns) == 2
         assert turns[0] > turns[1]
-        assert not any(area.top() < 20.0 for area in view._taken[1 + 2 :])
+        assert not any(area.top() < 20.0 for area in view._boxes[1 + 2 :])
 
     @pytest.mark.parametrize(("nose", "lens"), [(30.0, 30.0), (0.0, 30.0), (75.0, 30.0)])
     def test_arrows_show_where_the_nose_points_and_how_the_lens_looks(
         self, qtbot: QtBot, nose: float, lens: float
     ) -> None:
         view, apart = self.make(qtbot), nose != lens
-        marks = (Mark("now", lens), Mark("nose", nose))
-        plan = Plan(marks=marks, nose_deg=nose, lens_deg=lens, yaw_deg=round(lens - nose))
+        marks = (PlanMark("now", lens), PlanMark("nose", nose))
+        plan = PlanDrawing(marks=marks, nose_deg=nose, lens_deg=lens, yaw_deg=round(lens - nose))
         view.set_plan(plan, plan_words(plan))
         ground = pixels(view)[2:-2, 2:-2]
         bright = (ground.min(axis=2) > 180).astype(float)
@@ -367,11 +367,11 @@ class TestPlan:
         assert along(nose, 0.32, 0.52) > 0.9
         assert (0.3 < along(lens, 0.6, 0.82) < 1.0) == apart, "the line of sight is dashed"
         assert along(2.0 * lens - nose + (0 if apart else 60), 0.32, 0.52) < 0.3
-        assert len(view._taken) == (1 + 1 + 3 + 1 + 2 if apart else 1 + 1 + 1 + 1)
+        assert len(view._boxes) == (1 + 1 + 3 + 1 + 2 if apart else 1 + 1 + 1 + 1)
 
     def test_it_is_told_in_words(self, qtbot: QtBot) -> None:
         view = self.make(qtbot)
         assert view.accessibleName() == "From above"
         assert view.accessibleDescription().startswith("Walk to your left. At the goal, light: ")
-        view.set_plan(Plan(), PlanWords())
+        view.set_plan(PlanDrawing(), PlanWords())
         assert view.accessibleDescription() == ""

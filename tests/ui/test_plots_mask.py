@@ -23,7 +23,7 @@ class Drawn:
     picture: np.ndarray = field(default_factory=lambda: np.full((64, 128, 3), 60, np.uint8))
     alpha: np.ndarray = field(default_factory=lambda: np.zeros((64, 128), np.float32))
     centre: tuple[float, float] = (170.0, 10.0)
-    lit: bool = True
+    adds_lamp: bool = True
     radius_deg: float = 4.0
 
 

@@ -33,7 +33,7 @@ from app.ui.plots.polar import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.screens.paint import face_view as face_module
 from app.ui.screens.paint.screen_view import PaintScreen
-from app.ui.screens.paint.state import Shown
+from app.ui.screens.paint.state import CanvasMode
 from app.ui.screens.paint.tools_view import ToolColumn, ToolStrip
 from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
@@ -304,14 +304,14 @@ def test_target_and_here_take_the_place_of_the_weights(booth: Booth) -> None:
     booth.presenter.tools.change(strength=1.0)
     booth.drag((0.7, 0.3), (0.7, 0.6))
     weights = booth.face.grab().toImage()
-    booth.presenter.show(Shown.TARGET)
+    booth.presenter.show(CanvasMode.TARGET)
     target = booth.face.grab().toImage()
     assert target != weights
     # Strokes go on while the target is shown, and show in it.
     booth.presenter.tools.change(tool=Tool.DARKER)
     booth.drag((0.3, 0.3), (0.3, 0.6))
     assert booth.face.grab().toImage() != target
-    booth.presenter.show(Shown.WEIGHTS)
+    booth.presenter.show(CanvasMode.WEIGHTS)
     assert booth.spot(0.3, 0.45) < 0
     colours = booth.face._face._colours
     followed = colours.pixels.copy()
@@ -460,7 +460,7 @@ def test_outline_of_the_head_is_drawn_at_the_screens_own_resolution(
 @pytest.mark.alone
 def test_a_segment_costs_little_more_than_its_own_answer(booth: Booth) -> None:
     """Event to pixels, by the app's CPU time against what the search alone needs."""
-    face, session = booth.face, booth.presenter._easel.session  # type: ignore[union-attr]
+    face, session = booth.face, booth.presenter._document.session  # type: ignore[union-attr]
     booth.window.activateWindow()
     places = [booth.at(0.5 + 0.2 * np.cos(a), 0.5 + 0.2 * np.sin(a)) for a in np.linspace(0, 6, 50)]
     QTest.mousePress(face, LEFT, PLAIN, places[0])

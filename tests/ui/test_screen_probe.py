@@ -119,7 +119,7 @@ class TestTools:
 
 class TestCapture:
     def test_from_the_big_button_to_the_styles(self, bench: Bench, qtbot: QtBot) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         column = screen.camera
         signs: list[str] = []
@@ -145,7 +145,7 @@ class TestCapture:
         assert bench.model.step == "styles"
 
     def test_cancel(self, bench: Bench, qtbot: QtBot) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         pressed: list[bool] = []
 
@@ -161,7 +161,7 @@ class TestCapture:
         assert not screen.camera.stop.isVisible()
 
     def test_trouble_has_its_buttons(self, bench: Bench, qtbot: QtBot) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         vanish_after(bench, 2)
         click(qtbot, screen.camera.capture)
@@ -186,7 +186,7 @@ class TestCapture:
 
 class TestWays:
     def test_each_way_shows_what_it_needs(self, bench: Bench, qtbot: QtBot) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         column = screen.camera
         for key in ("film", "ball", "photos", "file", "camera"):
@@ -201,7 +201,7 @@ class TestWays:
             assert column.capture.text() == ("Capture" if camera else WAYS[key].button)
 
     def test_film_may_be_mirrored(self, bench: Bench, qtbot: QtBot) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         column = shown(bench, qtbot).camera
         click(qtbot, column.way.part("film"))
         assert not column.mirrored.isChecked()
@@ -213,7 +213,7 @@ class TestWays:
         self, bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         bench.devices.there = False
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         asked: list[str] = []
         monkeypatch.setattr(screen, "ask_measured", asked.append)
@@ -228,7 +228,7 @@ class TestWays:
 class TestCamera:
     def test_none_found_and_an_address_typed(self, bench: Bench, qtbot: QtBot) -> None:
         bench.devices.there = False
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         panel = screen.camera.panel
         assert panel.isVisible()
@@ -246,7 +246,7 @@ class TestCamera:
     def test_a_password_is_typed(self, tmp_path: Path, qtbot: QtBot) -> None:
         user = f"THETAYL{SERIAL}"
         bench = Bench(tmp_path, {"user": user, "password": "12345678"})
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         panel = screen.camera.panel
         assert panel.user.text() == user
@@ -262,7 +262,7 @@ class TestCamera:
 class TestEverywhere:
     @pytest.mark.slow
     def test_every_control_has_a_name(self, bench: Bench, qtbot: QtBot, compact: bool) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         bench.presenter.open_demo()
         bench.presenter.cameras.toggle_panel()
         screen = shown(bench, qtbot, compact)
@@ -303,7 +303,7 @@ class TestLivePreview:
     def test_it_is_seen_with_the_best_styles_and_closed_by_its_button(
         self, bench: Bench, qtbot: QtBot
     ) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         screen = shown(bench, qtbot)
         light, seen = screen.light, []
 

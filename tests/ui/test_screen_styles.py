@@ -22,7 +22,7 @@ from app.core.places.place import CaptureFacts, Place
 from app.core.portrait.light import portrait_light
 from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portraits import framing
-from app.core.storage.library import Damaged
+from app.core.storage.library import DamagedItem
 from app.core.styles.lamps import Studio
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.cards_view import CompareSheet, DamagedCard, StyleCard, card_size
@@ -299,7 +299,7 @@ class TestGrid:
             "PySide6.QtGui.QDesktopServices.openUrl", lambda url: opened.append(url.toLocalFile())
         )
         file = shown.table.folder / "styles" / "broken.toml"
-        shown.table.model.update(damaged_styles=(Damaged(file, CoreError("It is empty.")),))
+        shown.table.model.update(damaged_styles=(DamagedItem(file, CoreError("It is empty.")),))
         card = shown.view.findChild(DamagedCard)
         assert isinstance(card, DamagedCard)
         assert "This style cannot be read. Its file is untouched." in card.accessibleName()

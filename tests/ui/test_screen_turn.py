@@ -17,17 +17,17 @@ from shiboken6 import isValid
 
 from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
-from app.core.localization.photo_check import Taken
+from app.core.localization.photo_check import PhotoLocation
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import photos as shots
-from app.ui.screens.turn.parts_view import Question, ShotsSheet
+from app.ui.screens.turn.parts_view import ShotsSheet, StandQuestion
 from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.theme import set_theme, theme
 from app.ui.theme.theme import ThemeName
 from app.ui.widgets.buttons import IconButton
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.labels import Text
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.photos import write_photo
@@ -47,7 +47,7 @@ class Shown:
         rig.presenter.attach(self.screen)
         self.screen.show()
         self.screen._clock.stop()
-        rig.presenter.entered()
+        rig.presenter.enter()
 
     def turn_to(self, turn_deg: float) -> None:
         """Turn the sitter; the view is a real one here, so nothing is read off a mock."""
@@ -76,7 +76,7 @@ def make(monkeypatch: pytest.MonkeyPatch, qtbot: QtBot) -> Iterator[Callable[...
 
     yield make_one
     for one in made:
-        one.rig.presenter.left()
+        one.rig.presenter.leave()
         one.rig.presenter.detach()
 
 
@@ -120,7 +120,7 @@ def test_what_the_presenter_says_is_on_the_screen(make: Callable[..., Shown]) ->
 def test_segmented_by_mouse_and_by_keyboard(make: Callable[..., Shown]) -> None:
     shown = make()
     shown.turn_to(shown.rig.goal - 40.0)
-    mode = shown.screen.column.findChild(Segmented)
+    mode = shown.screen.column.findChild(SegmentedChoice)
     assert mode is not None
     click(mode.part("selfie"), Qt.MouseButton.LeftButton)
     assert shown.rig.model.settings.mode == "selfie"
@@ -131,7 +131,7 @@ def test_segmented_by_mouse_and_by_keyboard(make: Callable[..., Shown]) -> None:
 
 def test_the_question_is_answered_by_mouse(make: Callable[..., Shown]) -> None:
     shown = make(camera_looks="ask")
-    assert shown.screen.findChildren(Question) == []
+    assert shown.screen.findChildren(StandQuestion) == []
     shown.turn_to(0.0)
     question = shown.screen.left.question
     assert question is not None
@@ -204,7 +204,7 @@ def test_the_photo_is_asked_for_and_told_of(
     assert "drop" in line.words
     assert not line.lister.isVisible()
     turn = whole(shown.rig.goal) - 3
-    taken = Taken("found", wrap(turn + 180.0), float(turn), 0.0, 60.0, 0.9)
+    taken = PhotoLocation("found", wrap(turn + 180.0), float(turn), 0.0, 60.0, 0.9)
     monkeypatch.setattr(shots, "locate_photo", lambda *_: taken)
     photo = write_photo(tmp_path / "IMG_7.jpg", np.full((300, 400, 3), 90, np.uint8))
     monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(photo)], ""))

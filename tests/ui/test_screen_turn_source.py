@@ -168,7 +168,7 @@ def test_the_resolution(shown: Shown) -> None:
 def test_one_that_knows_its_field_of_view_is_not_asked(shown: Shown) -> None:
     shown.rig.webcams[0].fov_deg = 60.0
     shown.tick()
-    assert shown.sheet.lens.known.text() == "60°, as it says itself"
+    assert shown.sheet.lens.width_text.text() == "60°, as it says itself"
     assert not shown.sheet.lens.how.isVisible()
 
 

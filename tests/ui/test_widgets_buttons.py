@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from app.ui.theme import ThemeName, set_theme, theme
 from app.ui.widgets.buttons import Button, Chip, IconButton, Kind, Size, button_look
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.fields import Toggle
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
@@ -214,7 +214,7 @@ def test_the_knob_of_a_toggle_changes_sides(dpr: int, shown: Show, picture_of: P
 def test_a_segmented_choice_has_the_height_of_its_lines(
     items: list[tuple[str, str]], height: int, qtbot: QtBot
 ) -> None:
-    choice = Segmented(items, "Plan", equal=True)
+    choice = SegmentedChoice(items, "Plan", equal=True)
     qtbot.addWidget(choice)
     assert choice.height() == height
     assert (choice.key, choice.accessibleName()) == (items[0][0], "Plan")
@@ -224,7 +224,11 @@ def test_arrows_move_inside_and_tab_leaves(qtbot: QtBot) -> None:
     window = QWidget()
     qtbot.addWidget(window)
     row = QHBoxLayout(window)
-    before, choice, after = Button("Before"), Segmented(SIDES, "Which styles"), Button("After")
+    before, choice, after = (
+        Button("Before"),
+        SegmentedChoice(SIDES, "Which styles"),
+        Button("After"),
+    )
     for widget in (before, choice, after):
         row.addWidget(widget)
     window.show()
@@ -251,7 +255,7 @@ def test_arrows_move_inside_and_tab_leaves(qtbot: QtBot) -> None:
 
 
 def test_choosing_from_outside_tells_nobody(shown: Show) -> None:
-    choice = Segmented(SIDES)
+    choice = SegmentedChoice(SIDES)
     shown(choice)
     sent: list[str] = []
     choice.chosen.connect(sent.append)
@@ -264,7 +268,7 @@ def test_choosing_from_outside_tells_nobody(shown: Show) -> None:
 
 
 def test_no_part_changes_its_width_when_it_is_chosen(shown: Show) -> None:
-    choice = Segmented(SIDES)
+    choice = SegmentedChoice(SIDES)
     shown(choice)
     widths = [choice.part(key).width() for key, _text in SIDES]
     choice.choose("out")
@@ -272,7 +276,7 @@ def test_no_part_changes_its_width_when_it_is_chosen(shown: Show) -> None:
 
 
 def test_words_of_a_part_may_change(shown: Show) -> None:
-    choice = Segmented(PLANS)
+    choice = SegmentedChoice(PLANS)
     shown(choice)
     choice.set_text("paper", "Quick", "5 frames, 15 s")
     assert choice.part("paper").accessibleName() == "Quick, 5 frames, 15 s"
@@ -280,7 +284,7 @@ def test_words_of_a_part_may_change(shown: Show) -> None:
 
 @pytest.mark.parametrize("dpr", [1, 2])
 def test_the_chosen_part_is_inset_by_three(dpr: int, shown: Show, picture_of: PictureOf) -> None:
-    choice = Segmented(SIDES)
+    choice = SegmentedChoice(SIDES)
     image = picture_of(shown(choice), dpr)
     c = theme().c
     column = [colour(image, 20, y, dpr) for y in range(6)]
@@ -290,7 +294,7 @@ def test_the_chosen_part_is_inset_by_three(dpr: int, shown: Show, picture_of: Pi
 
 def test_the_chosen_part_is_white_on_black_in_contrast(shown: Show, picture_of: PictureOf) -> None:
     set_theme("contrast")
-    choice = Segmented(SIDES)
+    choice = SegmentedChoice(SIDES)
     image = picture_of(shown(choice), 2)
     assert colour(image, 9, 20, 2) == "#000000"
     whites = sum(colour(image, x, y, 2) == "#ffffff" for x in range(10, 60) for y in range(12, 28))

@@ -19,7 +19,7 @@ from pytestqt.qtbot import QtBot
 from app.ui.theme import ThemeName, apply, set_theme, theme
 from app.ui.theme.icons import ICONS, draw_icon
 from app.ui.widgets.buttons import Button, Chip, IconButton
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.displays import Bar, Meter, Picture, Spinner, draw_meter
 from app.ui.widgets.fields import ListField, TextField, Toggle
 from app.ui.widgets.labels import KeyHint, Sign, Text
@@ -105,8 +105,8 @@ def buttons() -> list[QHBoxLayout]:
 def choices(column: QVBoxLayout) -> None:
     low = Chip("battery", "THETA V, 12 %")
     low.set("theta", "THETA V", "12 % battery")
-    column.addLayout(row(Segmented(SIDES, "Which styles")))
-    column.addWidget(Segmented(PLANS, "Plan", equal=True))
+    column.addLayout(row(SegmentedChoice(SIDES, "Which styles")))
+    column.addWidget(SegmentedChoice(PLANS, "Plan", equal=True))
     column.addLayout(row(Chip("person", "Generic head, medium skin", menu=True), low))
     column.addWidget(LabelledSlider("Size", 8, 120, 64, 1, lambda v: f"{v:.0f} px"))
     faded = LabelledSlider("Exposure", -4, 4, 0, 0.1, lambda v: f"{v:.1f} EV", inline=True)

@@ -84,7 +84,7 @@ def test_the_newest_is_lowest_and_none_overlap(window: QWidget) -> None:
     for number in range(5):
         toasts.tell(f"Message {number}, long enough to need a second line of its own here")
     places = toast_places(window)
-    assert toasts.shown == len(places) == 3
+    assert toasts.count == len(places) == 3
     assert [p.bottom() for p in places] == sorted(p.bottom() for p in places)
     assert not any(a.intersects(b) for a in places for b in places if a is not b)
 
@@ -104,14 +104,14 @@ def test_a_toast_is_never_over_a_button(window: QWidget) -> None:
 def test_it_goes_after_its_time(window: QWidget, qtbot: QtBot) -> None:
     toasts = Toasts(window, stay_ms=30)
     toasts.tell("Draft kept")
-    qtbot.waitUntil(lambda: toasts.shown == 0)
+    qtbot.waitUntil(lambda: toasts.count == 0)
 
 
 def test_the_same_said_again_is_not_stacked(window: QWidget) -> None:
     toasts = Toasts(window)
     for text in ("Disk full", "Draft kept", "Disk full"):
         toasts.tell(text)
-    assert toasts.shown == 2
+    assert toasts.count == 2
 
 
 def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> None:
@@ -120,10 +120,10 @@ def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> No
     toasts.tell("My Rembrandt deleted", actions=[("Undo", lambda: None)])
     button_named(window, "Undo").setFocus()
     qtbot.wait(150)
-    assert toasts.shown == 1
+    assert toasts.count == 1
     window.setFocus()
     focused().clearFocus()
-    qtbot.waitUntil(lambda: toasts.shown == 0)
+    qtbot.waitUntil(lambda: toasts.count == 0)
 
 
 def test_actions_act_once_and_close(window: QWidget) -> None:
@@ -134,7 +134,7 @@ def test_actions_act_once_and_close(window: QWidget) -> None:
         actions=[("Undo", lambda: done.append("undo")), ("Show", lambda: done.append("show"))],
     )
     QTest.mouseClick(button_named(window, "Undo"), Qt.MouseButton.LeftButton)
-    assert (done, toasts.shown) == (["undo"], 0)
+    assert (done, toasts.count) == (["undo"], 0)
 
 
 def test_what_stays_is_closed_by_hand_and_gives_way_last(window: QWidget, qtbot: QtBot) -> None:
@@ -143,12 +143,12 @@ def test_what_stays_is_closed_by_hand_and_gives_way_last(window: QWidget, qtbot:
     toasts.tell("Not saved", kind="error", stay=True, closed=lambda: closed.append("Not saved"))
     for number in range(4):
         toasts.tell(f"Message {number}")
-    assert toasts.shown == 3
-    qtbot.waitUntil(lambda: toasts.shown == 1)
+    assert toasts.count == 3
+    qtbot.waitUntil(lambda: toasts.count == 1)
     qtbot.wait(100)
-    assert (toasts.shown, closed) == (1, [])
+    assert (toasts.count, closed) == (1, [])
     QTest.mouseClick(button_named(window, "Close this message"), Qt.MouseButton.LeftButton)
-    assert (toasts.shown, closed) == (0, ["Not saved"])
+    assert (toasts.count, closed) == (0, ["Not saved"])
 
 
 @pytest.fixture

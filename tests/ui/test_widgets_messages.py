@@ -30,4 +30,4 @@ def test_a_focus_that_falls_on_a_message_does_not_hold_it(qtbot: QtBot) -> None:
     toasts.tell("New here?", actions=[("Tour", lambda: None)])
     leaving.hide()
     assert QApplication.focusWidget() is window
-    qtbot.waitUntil(lambda: toasts.shown == 0)
+    qtbot.waitUntil(lambda: toasts.count == 0)

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.ui.theme import ThemeName, set_theme, theme
 from app.ui.widgets.buttons import Button, Chip, IconButton
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.displays import Bar, Meter, Picture, Spinner
 from app.ui.widgets.fields import ListField, TextField, Toggle
 from app.ui.widgets.labels import Icon, KeyHint, Sign, Text, draw_sign
@@ -41,7 +41,7 @@ def everything() -> list[QWidget]:
         Button("Paint"),
         IconButton("plus", "Zoom in"),
         Chip("person", "Generic head"),
-        Segmented([("a", "A"), ("b", "B")], "Choice"),
+        SegmentedChoice([("a", "A"), ("b", "B")], "Choice"),
         LabelledSlider("Size", 0, 1, 0, 1, str),
         Toggle("Mirror"),
         Picture("Target"),

@@ -74,7 +74,7 @@ def robot(app: App) -> Robot:
 
 
 def open_scene(app: App, robot: Robot) -> None:
-    app.desk.open_paths([SCENE])
+    app.place_controller.open_paths([SCENE])
     robot.wait(lambda: bool(app.model.results), "the answers")
 
 
@@ -255,7 +255,7 @@ def test_anything_is_found_by_a_few_letters(app: App, robot: Robot) -> None:
 def test_moving_the_marker_turns_every_answer_and_can_be_undone(app: App, robot: Robot) -> None:
     open_scene(app, robot)
     before = {one.name: one.turn_refined_deg for one in app.model.results}
-    app.desk.move_front(40.0)
+    app.place_controller.move_front(40.0)
     robot.wait(lambda: not app.runner.running("solve"), "solving")
     for one in app.model.results:
         gone = (before[one.name] - one.turn_refined_deg - 40.0 + 180.0) % 360.0 - 180.0
@@ -271,7 +271,7 @@ def test_a_place_opened_again_gives_identical_numbers(qtbot: QtBot, tmp_path: Pa
     app = next(first)
     robot = Robot(app.window)
     open_scene(app, robot)
-    app.desk.move_front(-25.0)
+    app.place_controller.move_front(-25.0)
     app.model.update(chosen="top", goal_deg=33.0)
     robot.wait(lambda: not app.runner.running("solve"), "solving")
     results = {one.name: one.turn_refined_deg for one in app.model.results}
@@ -281,7 +281,7 @@ def test_a_place_opened_again_gives_identical_numbers(qtbot: QtBot, tmp_path: Pa
     app = next(second)
     robot = Robot(app.window)
     assert folder is not None
-    app.desk.open_place(folder)
+    app.place_controller.open_place(folder)
     robot.wait(lambda: bool(app.model.results), "the place")
     robot.wait(lambda: not app.runner.running("solve"), "solving")
     assert {one.name: one.turn_refined_deg for one in app.model.results} == results
@@ -296,8 +296,8 @@ def test_a_list_stays_while_a_place_is_opened_behind_it(app: App, robot: Robot) 
     app.commands.ask("places")
     robot.wait(lambda: robot_sees(robot, "More about studio"), "the list")
     # As when the last place is opened at the start, which nobody asked for just now.
-    app.desk.close()
-    app.desk.open_place(folder)
+    app.place_controller.close()
+    app.place_controller.open_place(folder)
     robot.wait(lambda: app.model.place_folder == folder, "the place")
     assert robot_sees(robot, "More about studio")
     app.window.paths_dropped.emit([SCENE])
@@ -310,7 +310,7 @@ def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
     assert folder is not None
     app.commands.ask("places")
     robot.wait(lambda: robot_sees(robot, "More about studio"), "the list")
-    shelf = PlacesListPresenter(app.services, app.desk)
+    shelf = PlacesListPresenter(app.services, app.place_controller)
     shelf.refresh()
     robot.wait(lambda: bool(shelf.resolve().rows), "the list")
     app.commands.close_overlay()
@@ -360,7 +360,7 @@ def test_a_file_that_cannot_be_read_is_said_and_nothing_is_lost(
     open_scene(app, robot)
     bad = tmp_path / "bad.exr"
     bad.write_bytes(b"not a picture")
-    app.desk.open_paths([bad])
+    app.place_controller.open_paths([bad])
     robot.wait(lambda: any("bad.exr" in m.text for m in app.notify.messages), "the message")
     assert app.model.place is not None
     assert app.model.place.name == "studio"

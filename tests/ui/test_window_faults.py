@@ -215,7 +215,7 @@ def test_a_place_that_cannot_be_kept_is_kept_once_there_is_room(home: Path) -> N
         robot.wait(lambda: not app.runner.running("keep"), "keeping")
         before = (folder / "place.json").read_bytes()
         with full_disk():
-            app.desk.move_front(40.0)
+            app.place_controller.move_front(40.0)
             sentence = say(app, robot, "are not saved")
             assert "“studio”" in sentence
             assert "the disk is full" in sentence
@@ -223,9 +223,9 @@ def test_a_place_that_cannot_be_kept_is_kept_once_there_is_room(home: Path) -> N
             assert (folder / "place.json").read_bytes() == before
             works(app, robot)
             # Another place, and back again: what the disk did not take is not forgotten.
-            app.desk.close()
+            app.place_controller.close()
             assert app.model.place is None
-            app.desk.open_place(folder)
+            app.place_controller.open_place(folder)
             robot.wait(lambda: bool(app.model.results), "the place")
             assert app.model.front_deg == 40.0
         # The place's background may be on its way to the disk just now.
@@ -236,7 +236,7 @@ def test_a_place_that_cannot_be_kept_is_kept_once_there_is_room(home: Path) -> N
 def test_a_panorama_without_room_leaves_nothing_half(home: Path) -> None:
     with opened(home) as (app, robot):
         with full_disk():
-            app.desk.open_paths([SCENE])
+            app.place_controller.open_paths([SCENE])
             sentence = say(app, robot, "is not saved: the disk is full")
             assert next_step_in(sentence)
             # It is solved and shown all the same.
@@ -417,7 +417,7 @@ def test_a_damaged_place_is_opened_from_the_list(
         else:
             assert app.model.place_folder != hurt
         works(app, robot)
-        app.desk.open_place(whole)
+        app.place_controller.open_place(whole)
         robot.wait(lambda: app.model.place_folder == whole, "the other place")
         robot.wait(lambda: not app.runner.running("keep"), "keeping")
     for name, data in files.items():
@@ -580,7 +580,7 @@ def test_killed_in_the_middle_of_saving_nothing_is_lost(home: Path) -> None:
         until(robot, lambda: len(app.model.user_styles) == len(titles), "the styles")
         robot.wait(lambda: app.model.light is not None, "the place that was open last")
         before = app.model.light
-        app.desk.open_place(list_places(home / "places")[0].folder)
+        app.place_controller.open_place(list_places(home / "places")[0].folder)
         robot.wait(lambda: app.model.light is not before, "the newest place")
         robot.wait(lambda: bool(app.model.results), "the answers")
         works(app, robot)

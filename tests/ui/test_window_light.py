@@ -211,8 +211,8 @@ def test_only_what_an_arm_reaches_is_offered(
     robot.wait(lambda: presenter.resolve().sky.closed is not None, "the hatch")
     answers = presenter.work.answers
     assert answers is not None
-    assert not answers.allowed.all()
-    assert all(answers.allowed[one.placement] for one in answers.placed)
+    assert not answers.is_open.all()
+    assert all(answers.is_open[one.placement] for one in answers.placements)
     view.lamp.arm.click()
     robot.wait(lambda: presenter.resolve().sky.closed is None, "no hatch")
 

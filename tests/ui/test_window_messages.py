@@ -60,10 +60,10 @@ def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
     with opened(home) as (app, robot):
         open_light(app, robot)
         assert foot(robot) == "Place saved."
-        app.desk.open_paths([text])
+        app.place_controller.open_paths([text])
         robot.wait(lambda: not app.runner.running("open"), "the drop")
         assert foot(robot) == "Opening notes.txt failed."
-        assert app.window._toasts.shown == 1
+        assert app.window._toasts.count == 1
         assert sees(robot, "Messages, 1 unread")
         # Another theme makes the window anew, and the error is still there.
         app.commands.change("theme", "light")
@@ -75,9 +75,9 @@ def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
         assert sees(robot, "Messages")
         assert not sees(robot, "Messages, 1 unread")
         app.commands.close_overlay()
-        assert app.window._toasts.shown == 1
+        assert app.window._toasts.count == 1
         open_light(app, robot)
-        assert app.window._toasts.shown == 0
+        assert app.window._toasts.count == 0
         assert foot(robot) == "Place saved."
 
 
@@ -137,13 +137,13 @@ def test_at_the_start_the_last_place_is_open_and_an_empty_screen_offers_the_rece
 ) -> None:
     with opened(home) as (app, robot):
         open_light(app, robot)
-        app.desk.change("rename", name="By the window")
+        app.place_controller.change("rename", name="By the window")
         robot.wait(lambda: not app.runner.running("keep"), "keeping")
     with opened(home) as (app, robot):
         robot.wait(lambda: bool(app.model.results), "the last place")
         assert app.model.place is not None
         assert app.model.place.name == "By the window"
-        app.desk.close()
+        app.place_controller.close()
         robot.wait(lambda: sees(robot, "Open By the window"), "the recent places")
         robot.click("Open By the window")
         robot.wait(lambda: app.model.light is not None, "the place")

@@ -16,7 +16,7 @@ from app.core.places.store import create_place
 from app.ui.overlays.places import PlacesBody, SpotsSheet
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField
-from app.ui.widgets.surfaces import Frame, Menu, PictureLine
+from app.ui.widgets.surfaces import Menu, OutlineBox, PictureLine
 from tests.helpers.whole_window import SCENE, open_light, opened, sees
 
 NAMES = ("Café, window", "Court, sun", "Court, evening")
@@ -96,7 +96,7 @@ def test_spots_are_picked_compared_and_opened_with_the_style(
         robot.wait(lambda: not app.runner.running("spots"), "reading")
         robot.settle()
         (sheet,) = app.window.findChildren(SpotsSheet)
-        cards = [one for one in sheet.findChildren(Frame) if "match" in one.accessibleName()]
+        cards = [one for one in sheet.findChildren(OutlineBox) if "match" in one.accessibleName()]
         assert len(cards) == 2
         assert sum(one.accessibleName().startswith("Best spot. ") for one in cards) == 1
         field = sheet.findChildren(ListField)[0]

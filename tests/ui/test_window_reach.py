@@ -21,12 +21,12 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.parts_view import Question
+from app.ui.screens.turn.parts_view import StandQuestion
 from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme
 from app.ui.theme.theme import Theme
 from app.ui.widgets.accessibility import Roving
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.labels import Text
 from benchmarks.ui.screenshots.command import Robot
@@ -142,7 +142,7 @@ def reached(stops: list[QWidget], root: QWidget) -> set[QWidget]:
         members = set(group._members)
         if members & found:
             found |= members
-    for row in root.findChildren(Segmented):
+    for row in root.findChildren(SegmentedChoice):
         parts = set(row.findChildren(QAbstractButton))
         if parts & found or row in found:
             found |= parts
@@ -249,7 +249,7 @@ def overlapping(root: QWidget) -> list[str]:
 def asks(widget: QWidget) -> bool:
     """Whether it belongs to the question of the Turn screen, a panel that covers what is below."""
     parent = widget.parentWidget()
-    return isinstance(parent, Question) or (parent is not None and asks(parent))
+    return isinstance(parent, StandQuestion) or (parent is not None and asks(parent))
 
 
 @pytest.mark.parametrize("running", ["empty", "place"], indirect=True)

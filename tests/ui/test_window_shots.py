@@ -170,7 +170,7 @@ def test_a_wide_picture_is_no_photo_of_the_place(window: tuple[App, Robot], tmp_
     assert app.model.place.capture is not None
     assert app.model.place.capture.plan == "rough"
     # What was kept is there when the place is opened again.
-    app.desk.open_place(before)
+    app.place_controller.open_place(before)
     robot.wait(lambda: app.model.place_folder == before, "the place")
     app.model.update(step=Step.TURN, painting=None)
     until(robot, lambda: line(robot).lister.isVisible(), "the photos")

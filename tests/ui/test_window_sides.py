@@ -28,7 +28,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.styles.cards_view import StyleCard, TurnWords
 from app.ui.screens.turn.guidance_view import GuideColumn, LargeWords
 from app.ui.shell.start import App
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.dialogs import Term
 from app.ui.widgets.labels import Text
 from benchmarks.ui.screenshots.command import Robot
@@ -98,7 +98,7 @@ def running(
 def window(qtbot: QtBot, running: tuple[App, Robot]) -> tuple[App, Robot]:
     """The window as it is after opening, with the marker at the middle of the panorama."""
     app, robot = running
-    app.desk.move_front(0.0)
+    app.place_controller.move_front(0.0)
     app.window._notify.dismiss()
     robot.wait(lambda: not app.runner.running("solve"), "solving")
     return running
@@ -140,7 +140,7 @@ def go_to_turn(app: App, robot: Robot, mode: str) -> None:
     assert app.model.step == "turn"
     column = robot.window.findChild(GuideColumn)
     assert column is not None
-    chooser = column.findChild(Segmented)
+    chooser = column.findChild(SegmentedChoice)
     assert chooser is not None
     robot.click_at(chooser.part(mode))
     assert app.model.settings.mode == mode
@@ -243,7 +243,7 @@ def test_the_marker_moves_every_number_that_is_shown(
     # Away from the middle on the lamp's side: no turn gets so small that one stands in the light.
     moved = math.copysign(25.0, lamp_deg)
     before = {style: turn_of(app, style) for style in SPLITS}
-    app.desk.move_front(moved)
+    app.place_controller.move_front(moved)
     robot.wait(lambda: not app.runner.running("solve"), "solving")
     for style, aside in SPLITS.items():
         turn = turn_of(app, style)

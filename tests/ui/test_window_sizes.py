@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 from app.core.base.paths import resources
 from app.ui.screens.paint.screen_view import PaintScreen
 from app.ui.screens.probe.screen_view import ProbeScreen
-from app.ui.screens.probe.state import Live, ProbeState, RoughCard, Running, Sign
+from app.ui.screens.probe.state import DistantSign, Live, ProbeState, RoughCard, Running
 from app.ui.screens.styles.screen_view import StylesScreen
 from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.shell.frame import fitted
@@ -136,9 +136,9 @@ def test_a_capture_under_way_and_an_empty_place_fit_as_well(
     assert isinstance(view, ProbeScreen)
     picture = np.full((160, 320, 3), 90, np.uint8)
     signs = (
-        Sign("act", "10", "Kneel now"),
-        Sign("act", "Frame 13 of 13", "Stay down", 0.9, picture=picture),
-        Sign("move", "You may move", "Downloading frame 13 of 13", picture=picture),
+        DistantSign("act", "10", "Kneel now"),
+        DistantSign("act", "Frame 13 of 13", "Stay down", 0.9, picture=picture),
+        DistantSign("move", "You may move", "Downloading frame 13 of 13", picture=picture),
     )
     card = RoughCard(
         "Clamshell", "sitter’s right (camera left)", "180°", "counter-clockwise",

@@ -15,7 +15,7 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, solid_angles
-from app.core.measure.read.frame import Exposure, Pose
+from app.core.measure.read.frame import Exposure, XmpPose
 from app.core.measure.read.metadata import read_header
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
 from app.devices.simulated.optics import meter
@@ -58,14 +58,14 @@ def test_metering_against_the_formula() -> None:
 
 def test_files_are_named_stamped_and_readable(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "100RICOH"
-    paths = write_bracket(folder, _room(), THETA_S, BRACKET, first=21, tilt=Pose(4.0, -3.0))
+    paths = write_bracket(folder, _room(), THETA_S, BRACKET, first=21, tilt=XmpPose(4.0, -3.0))
     assert [path.name for path in paths] == ["R0010021.JPG", "R0010022.JPG", "R0010023.JPG"]
     assert sorted(folder.iterdir()) == paths
     frames = [read_header(path).frame for path in paths]
     for frame, wanted in zip(frames, BRACKET, strict=True):
         assert frame.exposure is not None
         assert frame.exposure.ev == pytest.approx(wanted.ev, abs=1e-4)
-        assert frame.pose == Pose(4.0, -3.0)
+        assert frame.pose == XmpPose(4.0, -3.0)
     stamps = [b"2026:06:21 12:00:00", b"2026:06:21 12:00:04", b"2026:06:21 12:00:08"]
     for path, stamp in zip(paths, stamps, strict=True):
         assert path.read_bytes().count(stamp) == 3

@@ -111,7 +111,7 @@ def test_a_new_picture_of_the_same_name_is_not_deleted(tmp_path: Path, debts: De
     assert owed is not None
     # The card was emptied, and the camera counts from the beginning.
     file = next(each for each in made.camera.storage.files if each.name == owed.name)
-    file.taken = file.taken.replace("2026", "2027")
+    file.date_time = file.date_time.replace("2026", "2027")
     made.folder = tmp_path / "another"
     capture(made, debts=debts).run()
     assert owed.name in metering_pictures(made)

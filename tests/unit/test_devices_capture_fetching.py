@@ -42,7 +42,7 @@ def spoil(made: Rig, *places: int, cut: bool = False) -> None:
     for place in places:
         file = stored(made.camera)[place]
         half = len(file.data) // 2
-        file._made["file"] = file.data[:half] + bytes(0 if cut else len(file.data) - half)
+        file._renditions["file"] = file.data[:half] + bytes(0 if cut else len(file.data) - half)
 
 
 def before_fetching(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
@@ -80,7 +80,7 @@ def test_a_picture_that_only_decoding_finds_damaged_is_left_out(
     def scratch() -> None:
         file = stored(made.camera)[2]
         place = file.data.index(b"\xff\xc0") + 5  # its height
-        file._made["file"] = file.data[:place] + b"\x20\x00" + file.data[place + 2 :]
+        file._renditions["file"] = file.data[:place] + b"\x20\x00" + file.data[place + 2 :]
 
     before_fetching(monkeypatch, scratch)
     result = made.shoot("full")

@@ -79,7 +79,7 @@ def contact(client: Client, token: Token | None = None) -> Contact:
     hello, client.hello = client.hello, []
     made = Contact(cast("Any", client), VirtualClock(), token or Token(), quiet)
     made.hello()
-    made.forgotten = client.switched = 0
+    made.losses = client.switched = 0
     client.hello = hello
     return made
 
@@ -104,7 +104,7 @@ def test_a_lost_question_is_put_again_after_reconnecting() -> None:
     client = Client([LOST, NotACamera("router"), BadReply("garbage")])
     camera = contact(client)
     assert camera.ask(script(LOST, 7)) == 7
-    assert camera.forgotten == 0
+    assert camera.losses == 0
 
 
 @pytest.mark.parametrize(
@@ -118,19 +118,19 @@ def test_an_old_api_a_restart_and_a_forgetful_camera_are_noticed() -> None:
     client = Client(old=True)
     camera = contact(client)
     camera.ask(script(LOST, 7))
-    assert (camera.forgotten, client.switched) == (1, 1)
+    assert (camera.losses, client.switched) == (1, 1)
     client = Client()
     client.uptime_s = 1000.0
     camera = contact(client)
     camera.ask(script(LOST, 7))
-    assert camera.forgotten == 0
+    assert camera.losses == 0
     client.uptime_s = 3.0
     camera.clock.sleep(20.0)
     camera.ask(script(LOST, 7))
-    assert camera.forgotten == 1
+    assert camera.losses == 1
     camera.forgets = True
     camera.ask(script(LOST, 7))
-    assert camera.forgotten == 2
+    assert camera.losses == 2
 
 
 def test_a_forgetful_camera_that_states_its_settings_has_not_forgotten() -> None:
@@ -141,12 +141,12 @@ def test_a_forgetful_camera_that_states_its_settings_has_not_forgotten() -> None
     camera.note_settings({"exposureProgram": 2, "iso": 100})
     camera.note_settings({"exposureProgram": 1, "sleepDelay": 65535})
     camera.ask(script(LOST, LOST, 7))
-    assert camera.forgotten == 0
+    assert camera.losses == 0
     client.options["exposureProgram"] = 2
     camera.ask(script(LOST, 7))
-    assert camera.forgotten == 1
+    assert camera.losses == 1
     camera.ask(script(LOST, 7))  # Nothing is known to have been set since.
-    assert camera.forgotten == 2
+    assert camera.losses == 2
 
 
 def test_the_first_contact_gets_several_tries_but_a_router_is_said_soon() -> None:

@@ -329,15 +329,15 @@ def test_a_file() -> None:
     assert found.name == "R0000015.JPG"
     assert found.url == f"{THERE}R0000015.JPG"
     assert found.size == 4_000_015
-    assert found.taken == "2026:11:21 14:05:09+09:00"
+    assert found.date_time == "2026:11:21 14:05:09+09:00"
     assert found.group_id == "B0"
 
 
 def test_a_file_with_little_said_of_it() -> None:
     (found,) = entries({"name": "R1.JPG", "fileUrl": FOLDER + "R1.JPG", "dateTime": "x"})
-    assert (found.size, found.taken, found.group_id) == (0, "", None)
+    assert (found.size, found.date_time, found.group_id) == (0, "", None)
     (found,) = entries(entry(1, dateTimeZone=5, dateTime="2026:11:21 14:05:09"))
-    assert found.taken == "2026:11:21 14:05:09"
+    assert found.date_time == "2026:11:21 14:05:09"
     (found,) = entries(entry(1, size=-5))
     assert found.size == 0
 

@@ -58,7 +58,7 @@ FULL = SessionJournal(
 def entry(number: int = 15, folder: int = 100, **changes: Any) -> FileEntry:
     name = f"R00100{number}.JPG"
     url = f"http://192.168.1.1/files/{folder}RICOH/{name}"
-    return replace(FileEntry(name, url, taken="2026:06:21 12:00:05+02:00"), **changes)
+    return replace(FileEntry(name, url, date_time="2026:06:21 12:00:05+02:00"), **changes)
 
 
 def picture(seed: int = 1, shape: tuple[int, int] = (64, 128)) -> bytes:
@@ -217,8 +217,8 @@ def test_texts_of_a_camera_are_cleaned(tmp_path: Path) -> None:
 def test_local_names_hold_date_and_name_and_never_meet(tmp_path: Path) -> None:
     session = Session.create(tmp_path / "a")
     assert session.local_name(entry()) == "20260621-120005_R0010015.JPG"
-    assert session.local_name(entry(taken="")) == "undated_R0010015.JPG"
-    assert session.local_name(entry(taken="2026:13:41 25:00:00")) == "undated_R0010015.JPG"
+    assert session.local_name(entry(date_time="")) == "undated_R0010015.JPG"
+    assert session.local_name(entry(date_time="2026:13:41 25:00:00")) == "undated_R0010015.JPG"
     frames = session.set_frames([entry(), entry(folder=101), entry(name="r0010015.jpg", url=URL)])
     assert [frame.local for frame in frames] == [
         "20260621-120005_R0010015.JPG",

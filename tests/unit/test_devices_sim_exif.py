@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from app.core.measure.read.frame import Exposure, LensExposure, Pose
+from app.core.measure.read.frame import Exposure, LensExposure, XmpPose
 from app.core.measure.read.makernote import parse_ricoh_note
 from app.core.measure.read.metadata import read_header
 from app.devices.simulated.cameras import (
@@ -44,7 +44,9 @@ def _spec(path: Path) -> oiio.ImageSpec:
 
 
 def test_openimageio_reads_exposure_model_and_pose(tmp_path: Path) -> None:
-    path = _write(tmp_path, THETA_S, tilt=Pose(-12.5, 7.3, 225.0), taken="2026:03:04 05:06:07")
+    path = _write(
+        tmp_path, THETA_S, tilt=XmpPose(-12.5, 7.3, 225.0), date_time="2026:03:04 05:06:07"
+    )
     spec = _spec(path)
     assert spec["ExposureTime"] == pytest.approx(1.0 / 60.0, rel=1e-6)
     assert spec["FNumber"] == pytest.approx(2.0)
@@ -67,7 +69,7 @@ def test_openimageio_reads_exposure_model_and_pose(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("camera", SENSORS.values(), ids=SENSORS)
 def test_the_probe_reads_what_was_meant(camera: CameraModel, tmp_path: Path) -> None:
-    path = _write(tmp_path, camera, tilt=Pose(-20.0, -35.8), lens_gain=(1.0, 1.28))
+    path = _write(tmp_path, camera, tilt=XmpPose(-20.0, -35.8), lens_gain=(1.0, 1.28))
     frame = read_header(path).frame
     assert frame.shape == (32, 64)
     assert frame.exposure is not None
@@ -77,7 +79,7 @@ def test_the_probe_reads_what_was_meant(camera: CameraModel, tmp_path: Path) -> 
     assert frame.exposure.known
     assert frame.camera == camera.model.strip()
     assert not frame.tone_mapped
-    assert frame.pose == (Pose(0.0, 0.0) if camera.levels_itself else Pose(-20.0, -35.8))
+    assert frame.pose == (XmpPose(0.0, 0.0) if camera.levels_itself else XmpPose(-20.0, -35.8))
     if camera.maker_note:
         assert frame.zenith_corrected is camera.levels_itself
         assert [lens.iso for lens in frame.lenses] == [125.0, 160.0]
@@ -92,7 +94,7 @@ def test_layout_is_that_of_real_files() -> None:
     """Byte order, types and counts of the tags as in public files of the S and the X."""
     tags = Tags(
         shape=(32, 64), maker_note=True, zenith_corrected=False, aperture=2.0,
-        pose=Pose(-29.0, -35.8), lenses=(LensExposure(0.002, 100.0), LensExposure(0.002, 140.0)),
+        pose=XmpPose(-29.0, -35.8), lenses=(LensExposure(0.002, 100.0), LensExposure(0.002, 140.0)),
     )  # fmt: skip
     tiff = exif_segment(tags)[10:]
     assert tiff[:8] == b"MM\0*\0\0\0\x08"
@@ -114,7 +116,7 @@ def test_layout_is_that_of_real_files() -> None:
 
 def test_entries_are_sorted_and_word_aligned() -> None:
     tiff = exif_segment(
-        Tags(make="abc", model="de", taken="2026:01:01 00:00:00", shutter_s=1.3, iso=50,
+        Tags(make="abc", model="de", date_time="2026:01:01 00:00:00", shutter_s=1.3, iso=50,
              maker_note=True, lenses=(LensExposure(1.3, 50.0),) * 2)
     )[10:]  # fmt: skip
     main = _directory(tiff, 8)
@@ -171,12 +173,12 @@ def test_files_may_lie(tmp_path: Path) -> None:
     def edit(tags: Tags) -> Tags:
         return replace(tags, iso=800.0, hdr_rendering=True, zenith_corrected=True)
 
-    frame = read_header(_write(tmp_path, THETA_S, edit_tags=edit, tilt=Pose(3.0, 4.0))).frame
+    frame = read_header(_write(tmp_path, THETA_S, edit_tags=edit, tilt=XmpPose(3.0, 4.0))).frame
     assert frame.exposure is not None
     assert frame.exposure.iso == 800.0
     assert frame.tone_mapped
     assert frame.zenith_corrected is True
-    assert frame.pose == Pose(3.0, 4.0)
+    assert frame.pose == XmpPose(3.0, 4.0)
 
 
 @pytest.mark.parametrize("known", [True, False])

@@ -13,7 +13,7 @@ import pytest
 from app.core.base import sphere
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.measure.read.frame import Exposure, Pose
+from app.core.measure.read.frame import Exposure, XmpPose
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
 from app.devices.simulated.optics import saturation_cd_m2
 from benchmarks.light.camera_curves import CURVES, GAMMA_18, LOG, SRGB, Curve
@@ -136,8 +136,8 @@ def test_bloom_lights_the_surroundings() -> None:
     assert (spread[30:35, 62:67] > 100).all()
 
 
-@pytest.mark.parametrize("pose", [Pose(0.0, 25.0), Pose(-29.0, -35.8), Pose(40.0, -12.0)])
-def test_tilt_is_undone_by_its_rotation(pose: Pose) -> None:
+@pytest.mark.parametrize("pose", [XmpPose(0.0, 25.0), XmpPose(-29.0, -35.8), XmpPose(40.0, -12.0)])
+def test_tilt_is_undone_by_its_rotation(pose: XmpPose) -> None:
     """A lamp at a known place is found where the pose says, and back after levelling."""
     environment = np.full((256, 512, 3), 0.02 * LEVEL, dtype=np.float32)
     looks = sphere.directions((256, 512)).astype(np.float64)
@@ -171,7 +171,7 @@ def _angle(one: np.ndarray, other: np.ndarray) -> float:
 
 def test_cameras_that_level_show_no_tilt() -> None:
     environment = _patches()
-    pose = Pose(10.0, 5.0)
+    pose = XmpPose(10.0, 5.0)
     straight = develop(environment, THETA_V, EXPOSURE, noise=False)
     np.testing.assert_array_equal(
         develop(environment, THETA_V, EXPOSURE, noise=False, tilt=pose), straight
@@ -183,7 +183,7 @@ def test_cameras_that_level_show_no_tilt() -> None:
 def test_shift_adds_to_the_tilt() -> None:
     environment = sphere.directions((128, 256)) * np.float32(0.3 * LEVEL) + np.float32(0.4 * LEVEL)
     shift = sphere.rotation(12.0, 8.0, -5.0)
-    options: dict[str, Any] = {"tilt": Pose(20.0, -10.0), "smooth": True, "noise": False}
+    options: dict[str, Any] = {"tilt": XmpPose(20.0, -10.0), "smooth": True, "noise": False}
     tilted = develop(environment, THETA_S, EXPOSURE, **options)
     options["shift"] = shift
     both = develop(environment, THETA_S, EXPOSURE, **options)

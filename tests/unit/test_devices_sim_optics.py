@@ -9,7 +9,7 @@ import pytest
 from app.core.base import sphere
 from app.core.environment.environment import energy, from_radiance, reduce_radiance, solid_angles
 from app.core.measure.bracket.alignment.levelling import tilt_rotation
-from app.core.measure.read.frame import Pose
+from app.core.measure.read.frame import XmpPose
 from app.devices.simulated.optics import column_gains
 from benchmarks.light.shots.brackets import bloomed, enlarged
 from benchmarks.light.shots.views import view_of
@@ -120,7 +120,7 @@ def test_remap_by_the_shift_undoes_it() -> None:
 
 def test_pitch_raises_the_front_lens() -> None:
     # GPano: PosePitchDegrees is the elevation of the picture's centre above the horizon.
-    rotation = tilt_rotation(Pose(30.0, 0.0))
+    rotation = tilt_rotation(XmpPose(30.0, 0.0))
     np.testing.assert_allclose(
         rotation @ sphere.direction(0.0, 0.0), sphere.direction(0.0, 30.0), atol=1e-12
     )
@@ -129,7 +129,7 @@ def test_pitch_raises_the_front_lens() -> None:
 def test_roll_lowers_the_right_side() -> None:
     # GPano: as roll increases, the horizon rotates counter-clockwise in the image. Right of the
     # centre the picture then shows what is below the horizon: the horizon itself is higher.
-    rotation = tilt_rotation(Pose(0.0, 20.0))
+    rotation = tilt_rotation(XmpPose(0.0, 20.0))
     right = rotation @ sphere.direction(90.0, 0.0)
     np.testing.assert_allclose(right, sphere.direction(90.0, -20.0), atol=1e-12)
     np.testing.assert_allclose(
@@ -137,8 +137,10 @@ def test_roll_lowers_the_right_side() -> None:
     )
 
 
-@pytest.mark.parametrize("pose", [Pose(-29.0, -35.8), Pose(40.0, 40.0, 225.0), Pose(-5.0, 170.0)])
-def test_front_lens_stays_at_azimuth_zero(pose: Pose) -> None:
+@pytest.mark.parametrize(
+    "pose", [XmpPose(-29.0, -35.8), XmpPose(40.0, 40.0, 225.0), XmpPose(-5.0, 170.0)]
+)
+def test_front_lens_stays_at_azimuth_zero(pose: XmpPose) -> None:
     front = tilt_rotation(pose) @ sphere.direction(0.0, 0.0)
     assert front[0] == pytest.approx(0.0, abs=1e-12)
     assert front[2] > 0.0
@@ -152,14 +154,14 @@ def test_real_tilted_frame_has_upright_edges() -> None:
     picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     assert picture is not None
     small = cv2.resize(picture, (2688, 1344), interpolation=cv2.INTER_AREA)
-    lean, upright = _upright_lines(small, tilt_rotation(Pose(-29.0, -35.8)))
+    lean, upright = _upright_lines(small, tilt_rotation(XmpPose(-29.0, -35.8)))
     assert abs(lean) <= 1.0
     # The other order of the two, roll within pitch, leaves them leaning; so do other signs.
     for other in (
         sphere.rotation(0.0, -29.0, -35.8),
-        tilt_rotation(Pose(29.0, 35.8)),
-        tilt_rotation(Pose(-29.0, 35.8)),
-        tilt_rotation(Pose(29.0, -35.8)),
+        tilt_rotation(XmpPose(29.0, 35.8)),
+        tilt_rotation(XmpPose(-29.0, 35.8)),
+        tilt_rotation(XmpPose(29.0, -35.8)),
     ):
         _, fewer = _upright_lines(small, other)
         assert fewer < 0.5 * upright

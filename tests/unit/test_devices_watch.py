@@ -42,7 +42,7 @@ def shot(
 ) -> list[Path]:
     exposures = [Exposure(shutter, 100.0, camera.apertures[0]) for shutter in shutters]
     return write_bracket(
-        folder, LIGHT, camera, exposures, first=first, taken=taken, shape=shape, seed=first
+        folder, LIGHT, camera, exposures, first=first, date_time=taken, shape=shape, seed=first
     )
 
 

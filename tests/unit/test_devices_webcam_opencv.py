@@ -11,7 +11,7 @@ import pytest
 from app.devices.clock import VirtualClock
 from app.devices.webcam import OpenCvWebcam, WebcamError, list_webcams
 from app.devices.webcam import opencv as module
-from app.devices.webcam.opencv import SIZE, _tried
+from app.devices.webcam.opencv import SIZE, _probe_indices
 
 
 class Plug:
@@ -170,7 +170,7 @@ def test_elsewhere_the_first_few_are_tried() -> None:
         plugs[index] = Plug(opens=index in (0, 2))
         return plugs[index]
 
-    assert _tried(capture) == (0, 2)
+    assert _probe_indices(capture) == (0, 2)
     assert all(plug.released == 1 for plug in plugs.values())
 
 

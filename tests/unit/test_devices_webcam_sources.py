@@ -62,8 +62,8 @@ def test_an_address_with_a_password_is_not_kept() -> None:
     assert not secret.keepable
     assert "geheim" not in secret.title
     views = SourceViews().with_(secret, width=640).with_(LiveSource.webcam(0), width=640)
-    assert "geheim" not in views.kept(secret).text
-    assert "webcam:0" in views.kept(secret).text
+    assert "geheim" not in views.view_of(secret).text
+    assert "webcam:0" in views.view_of(secret).text
 
 
 def test_each_kind_is_made(tmp_path: Path) -> None:

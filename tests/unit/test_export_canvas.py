@@ -13,7 +13,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.export import canvas as canvas_module
-from app.export.canvas import SCALE, Canvas, circle_points, shorten, text_width, wrap_text
+from app.export.canvas import SCALE, Page, circle_points, shorten, text_width, wrap_text
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -26,7 +26,7 @@ def test_letters_are_inter_and_kerned() -> None:
     assert text_width("", 12) == 0.0
     # Inter's own width of a capital H, 0.74 em, and our sizes are 1/1.028 em.
     assert text_width("H", 100) == pytest.approx(76.1, abs=0.1)
-    canvas = Canvas(100, 30, BLACK)
+    canvas = Page(100, 30, BLACK)
     end = canvas.text((10, 20), "96°", 16, 700, WHITE)
     assert end == pytest.approx(10 + text_width("96°", 16, 700))
     levels = np.unique(canvas.pixels)
@@ -39,7 +39,7 @@ def test_letters_are_inter_and_kerned() -> None:
 
 def test_four_weights_are_four_faces() -> None:
     def ink(weight: int) -> float:
-        canvas = Canvas(200, 30, BLACK)
+        canvas = Page(200, 30, BLACK)
         canvas.text((10, 20), "Light", 16, weight, WHITE)  # type: ignore[arg-type]
         return float(canvas.pixels.astype(float).sum())
 
@@ -48,7 +48,7 @@ def test_four_weights_are_four_faces() -> None:
 
 
 def test_words_end_where_they_are_asked_to() -> None:
-    canvas = Canvas(100, 60, BLACK)
+    canvas = Page(100, 60, BLACK)
     for y, anchor in ((18, "left"), (36, "middle"), (54, "right")):
         canvas.text((50, y), "Light", 12, 400, WHITE, anchor)  # type: ignore[arg-type]
     for row, where in ((0, 1.0), (18, 0.0), (36, -1.0)):
@@ -73,18 +73,18 @@ def test_long_names_get_an_ellipsis() -> None:
 
 
 def test_shapes_have_the_area_that_they_should() -> None:
-    canvas = Canvas(60, 60, (0, 0, 0))
+    canvas = Page(60, 60, (0, 0, 0))
     canvas.dot((30.25, 29.75), 20.0, (200, 200, 200))
     area = canvas.pixels[..., 0].sum() / 200.0 / SCALE**2
     assert area == pytest.approx(np.pi * 400, rel=0.01)
-    canvas = Canvas(60, 60, (0, 0, 0))
+    canvas = Page(60, 60, (0, 0, 0))
     canvas.panel((10, 10, 40, 30), (200, 200, 200), 8.0)
     area = canvas.pixels[..., 0].sum() / 200.0 / SCALE**2
     assert area == pytest.approx(1200 - (4 - np.pi) * 64, rel=0.01)
 
 
 def test_shapes_are_cut_at_the_edge_of_the_canvas() -> None:
-    canvas = Canvas(20, 20, (0, 0, 0))
+    canvas = Page(20, 20, (0, 0, 0))
     canvas.dot((0.0, 0.0), 8.0, WHITE)
     canvas.stroke([(-50.0, 10.0), (50.0, 10.0)], WHITE, 2.0)
     canvas.dot((500.0, 500.0), 8.0, WHITE)
@@ -94,7 +94,7 @@ def test_shapes_are_cut_at_the_edge_of_the_canvas() -> None:
 
 def test_dashes_leave_gaps() -> None:
     ring = circle_points((40, 40), 30)
-    whole, dashed = Canvas(80, 80, (0, 0, 0)), Canvas(80, 80, (0, 0, 0))
+    whole, dashed = Page(80, 80, (0, 0, 0)), Page(80, 80, (0, 0, 0))
     whole.stroke(ring, WHITE, 1.0)
     dashed.stroke(ring, WHITE, 1.0, dashes=(2.0, 3.0))
     share = dashed.pixels.astype(float).sum() / whole.pixels.sum()
@@ -102,7 +102,7 @@ def test_dashes_leave_gaps() -> None:
 
 
 def test_corners_are_round_and_curves_smooth() -> None:
-    canvas = Canvas(60, 60, BLACK)
+    canvas = Page(60, 60, BLACK)
     canvas.stroke([(10, 10), (50, 10), (50, 50)], WHITE, 10.0)
     square, diagonal = (
         canvas.pixels[5 * SCALE, 55 * SCALE - 1],
@@ -110,7 +110,7 @@ def test_corners_are_round_and_curves_smooth() -> None:
     )
     assert square[0] == 0
     assert diagonal[0] == WHITE[0]
-    canvas = Canvas(60, 60, BLACK)
+    canvas = Page(60, 60, BLACK)
     canvas.stroke(circle_points((30, 30), 20), WHITE, 4.0, closed=True)
     light = canvas.pixels[..., 0].astype(float)
     # A circle looks the same from above and from the side.
@@ -118,7 +118,7 @@ def test_corners_are_round_and_curves_smooth() -> None:
 
 
 def test_pictures_have_round_corners() -> None:
-    canvas = Canvas(40, 40, BLACK)
+    canvas = Page(40, 40, BLACK)
     box = (10.0, 10.0, 20.0, 20.0)
     shown = np.full((*canvas.size_of(box), 3), (0.2, 0.4, 0.8), np.float32)
     canvas.picture(box, shown, 6.0)
@@ -130,7 +130,7 @@ def test_pictures_have_round_corners() -> None:
 
 def test_pages_are_drawn_alike_on_other_threads() -> None:
     def drawn(_: int) -> bytes:
-        canvas = Canvas(120, 40, BLACK)
+        canvas = Page(120, 40, BLACK)
         canvas.text((5, 30), "96° clockwise", 16, 600, WHITE)
         canvas.dot((110, 20), 8, WHITE)
         return canvas.pixels.tobytes()

@@ -11,7 +11,7 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.environment.environment import from_radiance, read_environment
-from app.core.faces.facing import Facing, find_facing, standing
+from app.core.faces.facing import FacingEstimate, find_facing, standing
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import on_head
 from app.core.faces.pose import head_pose
@@ -58,7 +58,7 @@ def promised(name: str) -> Promise:
     return promise_of_place(place(name), found.turn_refined_deg, found.arc_deg, pack(), STYLE)
 
 
-def facing(picture: Bytes, light: PlaceLight) -> Facing | None:
+def facing(picture: Bytes, light: PlaceLight) -> FacingEstimate | None:
     (face,) = find_faces(picture)
     pose = head_pose(face, (picture.shape[0], picture.shape[1]))
     return find_facing(*on_head(picture, face), pose, light.searched)
@@ -111,14 +111,14 @@ def test_what_is_told_of_a_clear_face(azimuth: float, arc: tuple[float, float], 
     azimuths = np.arange(128) * 360 / 128 - 180
     away = np.abs([difference(azimuth, one) for one in azimuths])
     likelihood = np.exp(-0.5 * (away / 4.0) ** 2)
-    found = Facing(azimuth, azimuths, likelihood / likelihood.sum())
+    found = FacingEstimate(azimuth, azimuths, likelihood / likelihood.sum())
     assert standing(found, arc) == told
 
 
 def test_of_a_face_that_may_look_two_ways_nothing_is_told() -> None:
     azimuths = np.arange(128) * 360 / 128 - 180
     likelihood = np.exp(-0.5 * ((np.abs(azimuths) - 90.0) / 4.0) ** 2)
-    found = Facing(90.0, azimuths, likelihood / likelihood.sum())
+    found = FacingEstimate(90.0, azimuths, likelihood / likelihood.sum())
     assert standing(found, (80.0, 100.0)) == "unsure"
     assert standing(found, (-5.0, 5.0)) == "unsure"
 
@@ -129,7 +129,7 @@ def test_in_the_light_the_face_shows_what_was_promised() -> None:
     assert found.grade == answer("interior").grade
     assert found.match == pytest.approx(answer("interior").match, abs=5)
     assert found.key_difference_deg == pytest.approx(0.0, abs=8)
-    assert found.light.ratio_stops == pytest.approx(promised("interior").shown.ratio_stops, abs=0.2)
+    assert found.light.ratio_stops == pytest.approx(promised("interior").light.ratio_stops, abs=0.2)
 
 
 @pytest.mark.parametrize("off", [-60.0, 50.0])

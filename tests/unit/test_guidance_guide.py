@@ -16,10 +16,10 @@ from app.core.guidance.guide import (
     NOSE_DEG,
     Goal,
     Guide,
-    Memory,
+    GuideMemory,
+    HeadingSource,
     Phase,
     Reading,
-    Source,
     guide,
 )
 from app.core.guidance.mode import Mode
@@ -224,7 +224,7 @@ def test_a_number_does_not_flicker() -> None:
 
 
 def test_lost_for_a_second() -> None:
-    memory: Memory
+    memory: GuideMemory
     shown, memory = guide(REMBRANDT, Reading(73.0, 10.0))
     shown, memory = guide(REMBRANDT, Reading(None, 10.9), memory)
     assert shown.number == 23
@@ -241,7 +241,7 @@ def test_no_number_before_the_first_heading() -> None:
 
 
 def test_without_a_webcam() -> None:
-    shown, _ = guide(REMBRANDT, Reading(None, 0.0, Source.NONE))
+    shown, _ = guide(REMBRANDT, Reading(None, 0.0, HeadingSource.NONE))
     assert guide_words(shown).headline == "No webcam. Turn 96° clockwise, toward 3 o’clock"
     assert (shown.number, guide_words(shown).number_words, guide_words(shown).walk) == (
         96,
@@ -249,12 +249,12 @@ def test_without_a_webcam() -> None:
         "Walk to your left",
     )
     assert shown.now is None
-    ready, _ = guide(Goal(0.0), Reading(None, 0.0, Source.NONE))
+    ready, _ = guide(Goal(0.0), Reading(None, 0.0, HeadingSource.NONE))
     assert guide_words(ready).headline == "No webcam. No turn needed"
 
 
 def test_without_a_heading_it_counts_from_where_the_photo_was_taken() -> None:
-    shown, _ = guide(REMBRANDT, Reading(None, 0.0, Source.NONE, from_deg=108.3))
+    shown, _ = guide(REMBRANDT, Reading(None, 0.0, HeadingSource.NONE, from_deg=108.3))
     assert (shown.number, shown.direction, guide_words(shown).walk) == (
         12,
         "counter-clockwise",
@@ -265,10 +265,10 @@ def test_without_a_heading_it_counts_from_where_the_photo_was_taken() -> None:
 
 def test_unplugged_and_back() -> None:
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.0))
-    shown, memory = guide(REMBRANDT, Reading(73.0, 0.1, Source.AWAY), memory)
+    shown, memory = guide(REMBRANDT, Reading(73.0, 0.1, HeadingSource.AWAY), memory)
     assert guide_words(shown).headline == "Webcam disconnected. Plug it back in to continue."
     assert shown.number is None
-    shown, memory = guide(REMBRANDT, Reading(None, 0.2, Source.STARTING), memory)
+    shown, memory = guide(REMBRANDT, Reading(None, 0.2, HeadingSource.STARTING), memory)
     assert (shown.phase, shown.number) == (Phase.STARTING, 96), "the number stands at once"
     shown, memory = guide(REMBRANDT, Reading(None, 0.3), memory)
     assert shown.phase is Phase.LOST  # no old number after a break
@@ -336,7 +336,7 @@ def test_without_a_face_it_goes_by_words_that_come_before_the_picture() -> None:
     assert guide_words(held).spoken.startswith(
         "“Nose 30° to your left, eyes to me.” Take the picture."
     )
-    by_eye, _ = guide(ASIDE, Reading(None, 0.0, Source.NONE))
+    by_eye, _ = guide(ASIDE, Reading(None, 0.0, HeadingSource.NONE))
     assert guide_words(by_eye).spoken.endswith(
         "Walk to your left. “Nose 30° to your left, eyes to me.”"
     )

@@ -5,24 +5,24 @@ from __future__ import annotations
 import pytest
 
 from app.core.base.angles import wrap
-from app.core.guidance.guide import Goal, Guide, Reading, Source, guide
+from app.core.guidance.guide import Goal, Guide, HeadingSource, Reading, guide
 from app.core.guidance.mode import Mode
-from app.core.guidance.plan import Mark, Plan, plan_of
+from app.core.guidance.plan import PlanDrawing, PlanMark, plan_of
 from app.words.plan import plan_words
 
 GOAL = Goal(96.0, (79.0, 111.0))
 
 
-def shown_at(turn: float | None, source: Source = Source.LIVE) -> Guide:
+def shown_at(turn: float | None, source: HeadingSource = HeadingSource.LIVE) -> Guide:
     return guide(GOAL, Reading(turn, 0.0, source))[0]
 
 
-def turns_of(plan: Plan) -> dict[str, float]:
+def turns_of(plan: PlanDrawing) -> dict[str, float]:
     return {mark.kind: mark.turn_deg for mark in plan.marks}
 
 
 def test_everybody_is_where_they_are() -> None:
-    plan = plan_of(shown_at(40.0), GOAL, Mode.WALK, 0.0, [Mark("light", 60.0)])
+    plan = plan_of(shown_at(40.0), GOAL, Mode.WALK, 0.0, [PlanMark("light", 60.0)])
     assert turns_of(plan) == {
         "now": 40.0,
         "goal": 96.0,
@@ -53,10 +53,10 @@ def test_up_is_where_one_looks_at_the_start(mode: Mode, up: float, you: str) -> 
 
 
 def test_without_a_heading_it_begins_at_the_start_or_at_the_photo() -> None:
-    start = plan_of(shown_at(None, Source.NONE), GOAL, Mode.WALK)
+    start = plan_of(shown_at(None, HeadingSource.NONE), GOAL, Mode.WALK)
     assert turns_of(start) == {"now": 0.0, "goal": 96.0, "nose": 0.0, "background": -84.0}
     assert start.way == (0.0, 96.0)
-    photo, _ = guide(GOAL, Reading(None, 0.0, Source.NONE, from_deg=108.0))
+    photo, _ = guide(GOAL, Reading(None, 0.0, HeadingSource.NONE, from_deg=108.0))
     plan = plan_of(photo, GOAL, Mode.WALK, 108.0)
     assert (turns_of(plan)["now"], plan.way) == (108.0, (108.0, -12.0))
 
@@ -82,7 +82,7 @@ def test_the_longer_way_is_drawn_as_it_is_walked() -> None:
 def test_nose_and_lens_are_two_where_the_face_is_turned_aside(mode: Mode) -> None:
     goal = Goal(96.0, (79.0, 111.0), yaw_deg=30.0)
     shown, _ = guide(goal, Reading(40.0, 0.0))
-    plan = plan_of(shown, goal, mode, 0.0, [Mark("light", 60.0)])
+    plan = plan_of(shown, goal, mode, 0.0, [PlanMark("light", 60.0)])
     # The sitter's left of the lens is counter-clockwise of it; the background is the lens's.
     assert (plan.nose_deg, plan.lens_deg, turns_of(plan)["nose"]) == (10.0, 40.0, 10.0)
     assert turns_of(plan)["background"] == -84.0

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from app.core.guidance.guide import Goal, Reading, Source, guide
+from app.core.guidance.guide import Goal, HeadingSource, Reading, guide
 from app.core.guidance.tones import RATE, Cue, Sound, chime, cue, samples
 
 GOAL = Goal(96.0, (79.0, 111.0))
@@ -44,7 +44,7 @@ def test_a_nose_that_is_off_beeps_as_a_turn_of_so_many_degrees_does() -> None:
 
 
 def test_nothing_without_a_number() -> None:
-    shown, _ = guide(GOAL, Reading(None, 0.0, Source.NONE))
+    shown, _ = guide(GOAL, Reading(None, 0.0, HeadingSource.NONE))
     assert cue(shown) == Cue("none")
     assert cue(guide(GOAL, Reading(None, 0.0))[0]).sound == "none"
 

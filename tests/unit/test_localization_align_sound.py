@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.localization.homography import corners_of, fit_pairs, moved, scaled, sound
+from app.core.localization.homography import apply_homography, corners_of, fit_pairs, scaled, sound
 from app.core.localization.views import Lens
 from tests.helpers.lens_matrix import lens_matrix
 
@@ -41,7 +41,7 @@ def pairs_of(
 ) -> tuple[Float32, Float32]:
     chance = np.random.default_rng(seed)
     start = chance.uniform([0, 0], SIZE, (count, 2))
-    stop = moved(matrix, start) + chance.normal(0.0, noise, (count, 2))
+    stop = apply_homography(matrix, start) + chance.normal(0.0, noise, (count, 2))
     inside = ((stop >= 0) & (stop <= np.array(SIZE))).all(axis=1)
     start, stop = start[inside], stop[inside]
     start = np.concatenate([start, chance.uniform([0, 0], SIZE, (wrong, 2))])
@@ -64,10 +64,10 @@ def test_turns_are_found_among_wrong_pairs(azimuth: float, how: dict[str, float]
     assert found.homography is not None
     # What is shown of the view.
     back: Float64 = np.asarray(np.linalg.inv(truth), np.float64)
-    seen = moved(back, corners_of(SIZE)).clip(0.0, np.array([640.0, 480.0]))
+    seen = apply_homography(back, corners_of(SIZE)).clip(0.0, np.array([640.0, 480.0]))
     inside = np.array(seen, np.float64)
     homography: Float64 = found.homography
-    off = moved(homography, inside) - moved(truth, inside)
+    off = apply_homography(homography, inside) - apply_homography(truth, inside)
     assert np.abs(off).max() < 6.4
     assert 0.2 < found.overlap <= 1.0
 
@@ -108,7 +108,7 @@ def test_points_that_say_so_exactly_are_refused(name: str) -> None:
     chance = np.random.default_rng(2)
     start = chance.uniform([0, 0], SIZE, (400, 2))
     depth = start @ ABSURD[name][2, :2] + 1.0
-    stop = moved(ABSURD[name], start)
+    stop = apply_homography(ABSURD[name], start)
     keep = (np.abs(depth) > 0.02) & (np.abs(stop) < 3000).all(axis=1)
     found = fit_pairs(start[keep].astype(np.float32), stop[keep].astype(np.float32), SIZES)
     assert found.status == "unsure"
@@ -134,7 +134,7 @@ def at_three_places(chance: np.random.Generator) -> Float64:
 def test_points_that_hold_no_picture_fast(where: Any, seed: int) -> None:
     chance = np.random.default_rng(seed)
     start = where(chance)
-    stop = moved(turned(5.0), start) + chance.normal(0.0, 0.8, start.shape)
+    stop = apply_homography(turned(5.0), start) + chance.normal(0.0, 0.8, start.shape)
     found = fit_pairs(start.astype(np.float32), stop.astype(np.float32), SIZES)
     assert found.status == "unsure"
 
@@ -172,7 +172,7 @@ def test_whatever_is_found_is_sound() -> None:
         found += 1
         assert sound(answer.homography, *SIZES)
         assert np.isfinite(answer.homography).all()
-        corners = moved(answer.homography, corners_of(SIZE)).astype(np.float32)
+        corners = apply_homography(answer.homography, corners_of(SIZE)).astype(np.float32)
         assert cv2.isContourConvex(corners.reshape(-1, 1, 2))
         assert cv2.contourArea(corners.reshape(-1, 1, 2), oriented=True) > 0.0
     assert found >= 15, "or nothing was tested"

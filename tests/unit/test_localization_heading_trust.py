@@ -18,7 +18,7 @@ from app.core.base.errors import CoreError
 from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
 from app.core.localization.features import HeadingIndex, build_index
-from app.core.localization.heading import compare, find_heading, judged, see, support
+from app.core.localization.heading import compare, find_heading, see, support, to_heading
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.localization.rotation import Outlook, fit
 from app.core.localization.stand import LEAST_CONFIDENCE, Evidence, trust
@@ -168,7 +168,7 @@ def test_a_copied_thing_is_not_borne_out_by_the_rest(index: HeadingIndex) -> Non
     assert whole is not None
     if part is not None:
         assert part.evidence.support < whole.evidence.support
-        assert judged(part).confidence < judged(whole).confidence
+        assert to_heading(part).confidence < to_heading(whole).confidence
 
 
 def test_an_askew_picture_is_refused(index: HeadingIndex) -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.localization.heading import strays
-from app.core.localization.rotation import Pose, fit
+from app.core.localization.rotation import CameraPose, fit
 
 Float64 = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def pictured(shift_deg: Float64) -> tuple[Float64, Float64]:
 def test_only_what_is_beside_strays(away_deg: float, share: float) -> None:
     rays, bearings = pictured(np.repeat([0.0, away_deg], [50, 10]))
     pose = fit(rays, bearings)
-    assert isinstance(pose, Pose)
+    assert isinstance(pose, CameraPose)
     assert pose.inside[:50].all()
     assert not pose.inside[50:].any()
     assert strays(rays, bearings, pose.inside, pose) == pytest.approx(share, abs=0.02)

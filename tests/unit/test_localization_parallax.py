@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from app.core.base import sphere
 from app.core.localization import rotation
 from app.core.localization.parallax import Aim, Line, lined_up
-from app.core.localization.rotation import Outlook, Pose
+from app.core.localization.rotation import CameraPose, Outlook
 
 Float = NDArray[np.float64]
 
@@ -33,14 +33,14 @@ def seen_from(
     return rays[inside] + noise, bearings
 
 
-def line_of(pose: Pose, rays: Float, bearings: Float, spread: float = 0.03) -> Line | None:
+def line_of(pose: CameraPose, rays: Float, bearings: Float, spread: float = 0.03) -> Line | None:
     """As for a photograph with somebody in the middle."""
     certain = np.zeros(len(rays), np.float32)
     aims = [Aim(0.0, 0.087), Aim(0.0, 0.025)]
-    return lined_up([pose], rays, bearings, certain, aims, spread, known=spread < 0.1)
+    return lined_up([pose], rays, bearings, certain, aims, spread, lens_known=spread < 0.1)
 
 
-def lined(rays: Float, bearings: Float, spread: float = 0.03) -> tuple[Pose, Line]:
+def lined(rays: Float, bearings: Float, spread: float = 0.03) -> tuple[CameraPose, Line]:
     pose = rotation.fit(rays, bearings, Outlook(sitter_spread=0.015))
     assert pose is not None
     line = line_of(pose, rays, bearings, spread)
@@ -57,14 +57,14 @@ def heading_of(turned: Float) -> float:
 def test_on_the_line_nothing_is_gained_by_leaving_it(metres: float, strange: int) -> None:
     _, line = lined(*seen_from((0.0, 0.0, -metres), 33.0, strange))
     assert heading_of(line.rotation) == pytest.approx(33.0, abs=0.15)
-    assert line.freed < 1.0 + 0.05 * strange  # a few strangers agree by chance
+    assert line.gain < 1.0 + 0.05 * strange  # a few strangers agree by chance
     assert np.degrees(line.error_rad) < 0.5
 
 
 def test_at_the_probe_there_is_no_line() -> None:
     _, line = lined(*seen_from((0.0, 0.0, 0.0), -70.0))
     assert heading_of(line.rotation) == pytest.approx(-70.0, abs=0.05)
-    assert line.freed == line.aside == line.loose_rad == 0.0
+    assert line.gain == line.aside == line.loose_rad == 0.0
 
 
 @pytest.mark.parametrize("aside", [(1.0, 0.0, 0.0), (-2.0, 0.1, -1.0), (2.5, 0.0, 1.0)])
@@ -77,7 +77,7 @@ def test_beside_the_line_many_more_points_agree_elsewhere(
         return
     line = line_of(pose, rays, bearings)
     assert line is not None
-    assert line.freed + line.aside > 10.0
+    assert line.gain + line.aside > 10.0
 
 
 def test_a_bent_lens_and_a_turning_hand_are_no_parallax() -> None:
@@ -87,7 +87,7 @@ def test_a_bent_lens_and_a_turning_hand_are_no_parallax() -> None:
     bent[:, 0] += np.radians(0.6) * bent[:, 1] / 0.9
     _, line = lined(bent, bearings)
     assert heading_of(line.rotation) == pytest.approx(33.0, abs=0.3)
-    assert line.freed < 1.0
+    assert line.gain < 1.0
 
 
 def test_a_few_points_say_nothing() -> None:
@@ -114,7 +114,7 @@ def test_the_place_of_the_probe_is_found_where_nobody_said_it_is(aim: float) -> 
     _, line = lined(full[:, :2] / full[:, 2:], bearings)
     assert heading_of(line.rotation) == pytest.approx(33.0 + aim, abs=0.3)
     assert np.degrees(np.arctan(line.probe[0])) == pytest.approx(-aim, abs=0.5)
-    assert line.freed < 1.0
+    assert line.gain < 1.0
 
 
 def aimed(degrees: float) -> Float:

@@ -283,8 +283,8 @@ def test_a_single_picture_is_believed_earlier_where_the_size_is_likely(
     no_face: None,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def unsure(_grey: object, head: module._Head) -> module._Head:
-        return module._Head(head.x, head.y, head.tall, 0.8)
+    def unsure(_grey: object, head: module._HeadBox) -> module._HeadBox:
+        return module._HeadBox(head.x, head.y, head.tall, 0.8)
 
     monkeypatch.setattr(module, "_looked_again", unsure)
     seen = view(0, 180)

@@ -25,7 +25,7 @@ def run(
     while now < seconds:
         value = np.array([truth(now) + chance.normal(0.0, jitter)])
         state = Steady.at(value, now) if state is None else steadied(state, value, now, LEASH)
-        rows.append((now, truth(now), float(state.shown[0]), float(value[0])))
+        rows.append((now, truth(now), float(state.position[0]), float(value[0])))
         now += chance.uniform(0.7, 1.3) / fps
     return np.array(rows)
 
@@ -71,8 +71,8 @@ def test_the_leash_holds_whatever_happens() -> None:
         now += float(chance.choice([0.0, 0.01, 0.1, 3.0]))
         value = state.measured + chance.normal(0.0, chance.choice([0.1, 2.0, 50.0]), (4, 2))
         state = steadied(state, value, now, LEASH)
-        assert np.isfinite(state.shown).all()
-        assert np.abs(state.shown - value).max() <= LEASH.length + 1e-9
+        assert np.isfinite(state.position).all()
+        assert np.abs(state.position - value).max() <= LEASH.length + 1e-9
 
 
 def test_a_clock_that_stands_still_or_goes_back_does_no_harm() -> None:
@@ -81,11 +81,11 @@ def test_a_clock_that_stands_still_or_goes_back_does_no_harm() -> None:
     assert same.speed[0] == 0.0
     back = steadied(same, np.array([10.4]), 4.0, LEASH)
     assert back.time_s == 5.0
-    assert np.isfinite(back.shown).all()
+    assert np.isfinite(back.position).all()
 
 
 def test_what_was_handed_in_is_not_changed_later() -> None:
     value = np.array([1.0])
     state = Steady.at(value, 0.0)
     value[0] = 9.0
-    assert state.shown[0] == 1.0
+    assert state.position[0] == 1.0

@@ -21,7 +21,7 @@ from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import Heading
 from app.core.localization.heading_conversion import Looks, offset_angle
 from app.core.localization.sitter import Sitter
-from app.core.localization.temporal_filters import Company, Width, kept, read
+from app.core.localization.temporal_filters import Company, Width, read, update_company
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
@@ -306,12 +306,12 @@ def test_what_finds_heads_may_be_missing() -> None:
 def test_what_only_once_looked_like_a_head_is_not_followed_for_long() -> None:
     """A lamp is followed, until searches of the whole picture mostly find somebody else."""
     state, now = Company(), 0.0
-    state = kept(state, person(24.0), now)
+    state = update_company(state, person(24.0), now)
     assert state.sitter == person(24.0)
     for _ in range(60):
         now += 0.06
         # Looked for around the lamp it is the lamp; searched for everywhere it is the sitter.
-        state = kept(state, person(0.0 if state.near(now) is None else 24.0), now)
+        state = update_company(state, person(0.0 if state.near(now) is None else 24.0), now)
         if state.sitter == person(0.0):
             break
     assert state.sitter == person(0.0)
@@ -320,18 +320,18 @@ def test_what_only_once_looked_like_a_head_is_not_followed_for_long() -> None:
     for lap in range(60):
         now += 0.06
         seen = person(24.0 if state.near(now) is None and lap < 20 else 0.0)
-        state = kept(state, seen, now)
+        state = update_company(state, seen, now)
         assert state.sitter == person(0.0)
 
 
 def test_the_sitter_stays_for_a_moment_and_jumps_only_when_seen_twice() -> None:
-    state = kept(Company(), person(10.0), 0.0)
-    assert kept(state, None, 1.0).sitter == state.sitter
-    assert kept(state, None, 2.0).sitter is None
-    other = kept(state, person(-20.0), 0.1)
+    state = update_company(Company(), person(10.0), 0.0)
+    assert update_company(state, None, 1.0).sitter == state.sitter
+    assert update_company(state, None, 2.0).sitter is None
+    other = update_company(state, person(-20.0), 0.1)
     assert other.sitter == state.sitter
-    assert kept(other, person(9.0), 0.2).sitter == person(9.0)
-    assert kept(other, person(-19.0), 0.2).sitter == person(-19.0)
+    assert update_company(other, person(9.0), 0.2).sitter == person(9.0)
+    assert update_company(other, person(-19.0), 0.2).sitter == person(-19.0)
     assert not Company(looked_s=1.0).due(1.1)
     assert state.due(0.1)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import angle_of, directions, remap_frame, rotation
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.alignment.align import Alignment, estimate, reference_of, remarks
+from app.core.measure.bracket.alignment.align import FrameAlignment, estimate, reference_of, remarks
 from app.words.remarks import sentences
 from tests.helpers.quick import sample_first
 
@@ -59,7 +59,7 @@ def _shoot(
 
 
 def _misfits(
-    found: Sequence[Alignment], turns: Sequence[NDArray[np.float64] | None], reference: int
+    found: Sequence[FrameAlignment], turns: Sequence[NDArray[np.float64] | None], reference: int
 ) -> list[float]:
     """Angle that is left between each frame and the reference after what is applied, degrees."""
     lie = [

@@ -115,7 +115,7 @@ def test_frames_that_do_not_fit_are_not_held(
                 # What was held although it shall not be is given up, and read by rows.
                 assert not isinstance(opened.source, MemoryRows)
                 opened.source.close()
-            assert arriving._held == 0
+            assert arriving._cache_bytes == 0
 
 
 def test_a_damaged_file_is_told_and_can_come_again(frames: list[Path], tmp_path: Path) -> None:

@@ -14,11 +14,18 @@ from app.core.base.errors import EnvironmentFileError
 from app.core.environment.environment import energy, read_environment, reduce_radiance
 from app.core.measure.finish.clip_audit import DOUBT, GAINS, Audit, audit, given_up
 from app.core.measure.finish.corrections import apply_gains
-from app.core.measure.finish.findings import Findings, Lamp, advise, darker_frames, find, sources_of
+from app.core.measure.finish.findings import (
+    Findings,
+    LampFinding,
+    advise,
+    darker_frames,
+    find,
+    sources_of,
+)
 from app.core.measure.finish.lights import Source, find_lights
 from app.core.measure.finish.remarks import BlindMatters, MaybeSun, MoreLampsClipped
 from app.core.measure.finish.sun import restore
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.styles.style_pack import StylePack, load_named_pack
@@ -58,7 +65,7 @@ def test_turns_are_those_of_solve(pack: StylePack, objective: Objective) -> None
     lights.append(np.ones((32, 64), np.float32))
     for light in lights:
         wanted = [style.turn_index for style in solve_all(pack, light, objective)]
-        assert choose(pack, light, objective).offered.tolist() == wanted
+        assert choose(pack, light, objective).offer.tolist() == wanted
 
 
 def test_given_up_is_zero_for_the_best_turn_and_a_share_of_the_range(pack: StylePack) -> None:
@@ -169,7 +176,7 @@ def test_reach_changes_where_solving_a_brighter_place_says_so(
 
 
 def in_reach(
-    pack: StylePack, merged: Merged, objective: Objective, limits: Limits
+    pack: StylePack, merged: MergedLight, objective: Objective, limits: Limits
 ) -> dict[str, bool]:
     light = luminance(reduce_radiance(merged.radiance))
     return {r.name: r.attainable for r in solve_all(pack, light, objective, limits=limits)}
@@ -269,7 +276,9 @@ def test_directions_in_words() -> None:
         assert direction_words(azimuth, elevation) == words
 
 
-def named(radiance: NDArray[np.float32], cd_m2: float | None = None, level: float = 8.0) -> Merged:
+def named(
+    radiance: NDArray[np.float32], cd_m2: float | None = None, level: float = 8.0
+) -> MergedLight:
     return clip(radiance, level, cd_m2)
 
 
@@ -356,7 +365,7 @@ def test_bright_part_of_an_open_sky_is_no_window() -> None:
     ],
 )
 def test_what_most_shapes_a_face(kinds: list[tuple[Source, float]], light: str) -> None:
-    lamps = [Lamp("A", kind, 0.0, 20.0, 5.0, share, False) for kind, share in kinds]
+    lamps = [LampFinding("A", kind, 0.0, 20.0, 5.0, share, False) for kind, share in kinds]
     assert Findings(tuple(lamps)).light == light
 
 

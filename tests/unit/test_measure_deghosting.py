@@ -17,7 +17,7 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.contradiction import CLOSE, LOOSE, Predictions, contradiction
 from app.core.measure.bracket.curve.response import Response, srgb_response
-from app.core.measure.bracket.deghosting import Moved, trust
+from app.core.measure.bracket.deghosting import FrameTrust, trust
 from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.merge import merge
 from app.core.measure.read.frame import Exposure
@@ -73,7 +73,7 @@ def pictures(name: str, lights: list[np.ndarray], stops: tuple[float, ...]) -> l
 
 def merged(
     folder: Path, frames: list[np.ndarray], stops: tuple[float, ...], treated: bool = True
-) -> tuple[np.ndarray, Moved]:
+) -> tuple[np.ndarray, FrameTrust]:
     """Merged light of the scenes' size, and what moved; by way of files without losses."""
     folder.mkdir(exist_ok=True)
     paths = [folder / f"{index}.png" for index in range(len(frames))]
@@ -150,7 +150,7 @@ def test_a_still_scene_is_left_alone(name: str, curve: str) -> None:
     for number in (3, 8):
         stops = FULL[:number]
         motion = trust(small(frames[:number]), stops, response)
-        assert motion == Moved((None,) * number)
+        assert motion == FrameTrust((None,) * number)
 
 
 @pytest.mark.slow
@@ -454,4 +454,4 @@ def test_what_does_not_fit_together_is_refused() -> None:
         trust([frame, frame[:16]], (0.0, -2.0), srgb_response())
     with pytest.raises(ValueError, match="an exposure"):
         trust([frame, frame], (0.0,), srgb_response())
-    assert trust([frame], (0.0,), srgb_response()) == Moved((None,))
+    assert trust([frame], (0.0,), srgb_response()) == FrameTrust((None,))

@@ -20,7 +20,7 @@ from app.core.measure.finish.display import (
 from app.core.measure.finish.lights import Light
 from app.core.measure.finish.masks import box_mask
 from app.core.measure.finish.tripod_detection import Clutter, Suggestion
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.export.merge_preview import preview
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -45,9 +45,9 @@ def scene(name: str) -> np.ndarray:
     return np.asarray(read_environment(resources() / "demo" / "scenes" / f"{name}.exr").radiance)
 
 
-def merged(radiance: np.ndarray) -> Merged:
+def merged(radiance: np.ndarray) -> MergedLight:
     zero = np.zeros(radiance.shape[:2], np.float32)
-    return Merged(np.asarray(radiance, np.float32), zero, zero, 0.0, 1.0)
+    return MergedLight(np.asarray(radiance, np.float32), zero, zero, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("name", SCENES)

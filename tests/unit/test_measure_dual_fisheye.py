@@ -22,7 +22,7 @@ from app.core.localization.picture_file import read_shown_panorama
 from app.core.measure.bracket.measure import measure
 from app.core.measure.fisheye.circles import (
     MODELS,
-    Lens,
+    FisheyeLens,
     check_stitched,
     find_circles,
     recognise,
@@ -189,7 +189,7 @@ def test_one_photograph_of_other_proportions_is_refused(
 
 
 def unprojected(
-    lens: Lens, columns: NDArray[np.float64], rows: NDArray[np.float64]
+    lens: FisheyeLens, columns: NDArray[np.float64], rows: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Unit vectors, (N, 3), to places in a lens's picture."""
     right, up = columns - lens.centre[0], lens.centre[1] - rows
@@ -202,7 +202,7 @@ def unprojected(
 
 def test_a_lens_finds_its_way_back() -> None:
     for model in MODELS:
-        lens = Lens((500.0, 480.0), 290.0, np.diag([-1.0, 1.0, 1.0]), model.bends)
+        lens = FisheyeLens((500.0, 480.0), 290.0, np.diag([-1.0, 1.0, 1.0]), model.bends)
         vectors = directions((64, 128)).astype(np.float64).reshape(-1, 3)
         vectors = vectors[np.degrees(np.arccos(vectors[:, 2])) < 100.0]
         columns, rows, _ = lens.project(vectors.astype(np.float32))

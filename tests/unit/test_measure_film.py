@@ -8,7 +8,7 @@ import pytest
 from app.core.base.errors import ProbeError
 from app.core.faces.finder import Face
 from app.core.faces.on_head import head_map
-from app.core.faces.pose import Pose
+from app.core.faces.pose import HeadPose
 from app.core.localization.views import Lens, look
 from app.core.measure.film.film import Film, FilmReader, Glimpse, read_turn
 from app.core.measure.film.headings import background, step
@@ -27,7 +27,7 @@ def glimpse(nose_deg: float, yaw_deg: float, number: int) -> Glimpse:
     light = np.roll(lamp(10, 32), -round(nose_deg / 5.625), axis=1).astype(np.float32)
     grey = np.zeros(head.side**2, np.float32)
     grey[head.transport.pixels] = render(head.transport, light)
-    pose = Pose(yaw_deg, 0.0, 0.0, np.eye(3))
+    pose = HeadPose(yaw_deg, 0.0, 0.0, np.eye(3))
     return Glimpse(0.5 * number, FACE, pose, grey, np.ones(grey.size, bool))
 
 
@@ -45,7 +45,7 @@ def test_a_camera_that_stands_still_sees_the_turns_of_the_face() -> None:
     film = stood_still([float(yaw) for yaw in range(-48, 50, 4)])
     assert film.still
     assert np.abs(film.noses_deg - np.arange(48, -50, -4)).max() < 1.0
-    assert 14 <= film.shown.sum() <= 20
+    assert 14 <= film.visible.sum() <= 20
     assert any("stood still" in note for note in sentences(film.notes))
     assert any("the rest is not seen" in note for note in sentences(film.notes))
     for result in film.results(load_named_pack("generic")):

@@ -10,8 +10,8 @@ from app.core.base.arrays import Bytes
 from app.core.localization.views import Lens, look
 from app.core.measure.film.headings import (
     Background,
+    FramePair,
     Headings,
-    Link,
     background,
     find_headings,
     step,
@@ -24,7 +24,7 @@ FOCAL = LENS.focal_px / LENS.size[0]
 
 def followed(frames: list[Bytes], focal: float | None = None) -> Headings:
     known: list[Background] = [background(picture, None) for picture in frames]
-    steps: list[Link] = []
+    steps: list[FramePair] = []
     for number in range(1, len(known)):
         steps.append(step(known[number - 1], known[number], steps[-1] if steps else None))
     return find_headings(known, steps, focal)

@@ -140,7 +140,7 @@ def shoot(folder: Path, name: str, codes: Bytes, stop: float) -> Path:
         make="Simulated",
         model="Camera",
         software="1",
-        taken="2026:06:21 12:00:00",
+        date_time="2026:06:21 12:00:00",
         shutter_s=2.0**stop / 64.0,
         aperture=2.0,
         iso=100.0,

@@ -21,7 +21,7 @@ from app.core.measure.bracket.half_size import anchors, halvable
 from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.merge import merge
 from app.core.measure.read.decoding import MemoryRows, decode, decode_half
-from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
+from app.core.measure.read.frame import Bracket, Exposure, Frame, MergedLight
 from app.core.measure.read.opening import proxy_shape, shrunk
 from app.core.measure.read.pixels import FrameStack, open_frames
 from app.devices.simulated.cameras import THETA_V
@@ -47,7 +47,7 @@ def halved(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(np.rint(means), np.uint8)
 
 
-def merged_at_half_size(light: NDArray[Any], stops: tuple[float, ...] = PAPER) -> Merged:
+def merged_at_half_size(light: NDArray[Any], stops: tuple[float, ...] = PAPER) -> MergedLight:
     """Merge frames of a known scene, all but the anchors from mean codes."""
     whole = anchors(stops)
     pictures = [
@@ -145,7 +145,7 @@ def test_light_is_that_of_the_scene_as_with_whole_frames(scene: str, tmp_path: P
         frames.append(Frame(tmp_path / f"{name}.jpg", shape, exposure=shots[name]))
     bracket = Bracket(tuple(frames), tuple(shot.ev for shot in shots))
 
-    def light(halves: tuple[bool, ...]) -> Merged:
+    def light(halves: tuple[bool, ...]) -> MergedLight:
         with open_frames(bracket, halves=halves) as stack:
             return merge(stack, CURVE, stack.stops, size=(1024, 2048))
 

@@ -12,18 +12,18 @@ from app.core.base.sphere import direction, directions
 from app.core.environment.environment import energy, read_environment, solid_angles
 from app.core.measure.finish.inpainting import components, fill
 from app.core.measure.finish.masks import box_mask, cap_mask
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 
 SHAPE = (256, 512)
 PLACES = [(0.0, -90.0), (0.0, 90.0), (180.0, 0.0), (-100.0, 35.0), (40.0, -60.0)]
 
 
-def merged(radiance: np.ndarray, clipped: np.ndarray | None = None) -> Merged:
+def merged(radiance: np.ndarray, clipped: np.ndarray | None = None) -> MergedLight:
     shape = radiance.shape[:2]
     zero = np.zeros(shape, np.float32)
     light = np.asarray(radiance, np.float32)
     light.flags.writeable = False
-    return Merged(light, zero if clipped is None else clipped, zero, 0.0, 1.0)
+    return MergedLight(light, zero if clipped is None else clipped, zero, 0.0, 1.0)
 
 
 def disc(centre: tuple[float, float], radius: float, shape: tuple[int, int] = SHAPE) -> np.ndarray:

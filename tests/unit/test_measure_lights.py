@@ -108,7 +108,7 @@ def test_every_clipped_region_that_matters_belongs_to_a_light() -> None:
         merged = clip(radiance, float(np.quantile(light, 0.995)))
         lights = find_lights(merged)
         grid = light_grid(merged)
-        lost = (grid.lost * grid.solid_angle).ravel()
+        lost = (grid.loss * grid.solid_angle).ravel()
         owned = np.concatenate([each.texels for each in lights if each.clipped])
         assert len(lights) <= MAX_LIGHTS
         assert lost[owned].sum() >= 0.95 * lost.sum(), path.stem

@@ -20,7 +20,7 @@ from app.core.environment.environment import energy, read_environment, reduce_ra
 from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.merge import merge
 from app.core.measure.bracket.weighting import Scheme
-from app.core.measure.read.frame import Bracket, Exposure, Frame, Merged
+from app.core.measure.read.frame import Bracket, Exposure, Frame, MergedLight
 from app.core.measure.read.pixels import FrameStack, open_frames
 from app.devices.simulated.cameras import GENERIC
 from app.devices.simulated.optics import meter
@@ -69,7 +69,7 @@ def stack_of(
 
 def merged_of(
     folder: Path, pictures: list[NDArray[Any]], stops: tuple[float, ...], **options: object
-) -> Merged:
+) -> MergedLight:
     with stack_of(folder, pictures, stops) as stack:
         return merge(stack, SRGB, stops, **options)  # type: ignore[arg-type]
 

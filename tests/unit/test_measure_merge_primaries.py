@@ -13,7 +13,7 @@ from app.core.base.colour import REC709, rec709_from
 from app.core.base.errors import ProbeError
 from app.core.measure.bracket.measure import measure
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.metadata import read_header
 from app.core.styles.style_pack import StylePack, load_named_pack
 
@@ -56,7 +56,7 @@ def write(folder: Path, radiance: np.ndarray, primaries: tuple[float, ...] | Non
     return files
 
 
-def merged(files: list[Path]) -> Merged:
+def merged(files: list[Path]) -> MergedLight:
     times = tuple(2.0**stop / 30.0 for stop in STOPS)
     return measure(files, MeasureOptions(times=times)).finished.measured
 

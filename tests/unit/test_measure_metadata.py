@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
 from app.core.measure.bracket.exposures import metered_exposure
-from app.core.measure.read.frame import Exposure, LensExposure, Pose
+from app.core.measure.read.frame import Exposure, LensExposure, XmpPose
 from app.core.measure.read.metadata import read_header
 from app.words.remarks import sentences
 from tests.helpers.exif_bytes import (
@@ -70,7 +70,7 @@ def test_a_theta_file_tells_everything(tmp_path: Path) -> None:
     assert frame.kind == "uint8"
     assert frame.camera == "RICOH THETA V"
     assert frame.exposure == Exposure(0.001, 64.0, 2.0, known=True)
-    assert frame.pose == Pose(-1.4, -7.9, 225.0)
+    assert frame.pose == XmpPose(-1.4, -7.9, 225.0)
     assert frame.zenith_corrected is True
     assert frame.lenses == (LensExposure(0.001, 64.0), LensExposure(0.001, 80.0))
     assert frame.tone_mapped is False
@@ -167,15 +167,15 @@ def test_contradicting_tags_of_one_file_are_named(tmp_path: Path) -> None:
     ("degrees", "expected"),
     [
         ({}, None),
-        ({"PosePitchDegrees": -29.0}, Pose(-29.0, 0.0)),
-        ({"PoseRollDegrees": -35.8}, Pose(0.0, -35.8)),
+        ({"PosePitchDegrees": -29.0}, XmpPose(-29.0, 0.0)),
+        ({"PoseRollDegrees": -35.8}, XmpPose(0.0, -35.8)),
         ({"PoseHeadingDegrees": 90.0}, None),
         ({"PosePitchDegrees": "nan", "PoseRollDegrees": 500.0}, None),
-        ({"PosePitchDegrees": "north", "PoseRollDegrees": 3.0}, Pose(0.0, 3.0)),
+        ({"PosePitchDegrees": "north", "PoseRollDegrees": 3.0}, XmpPose(0.0, 3.0)),
     ],
 )
 def test_pose_by_photo_sphere_xmp(
-    tmp_path: Path, degrees: dict[str, float], expected: Pose | None
+    tmp_path: Path, degrees: dict[str, float], expected: XmpPose | None
 ) -> None:
     data = jpeg(exif(None, camera_tags()), pose_xmp(**degrees))
     assert read_frame(save(tmp_path / "a.jpg", data)).pose == expected
@@ -295,12 +295,12 @@ def test_real_files() -> None:
     assert tilted.shape == (2688, 5376)
     assert tilted.camera == "RICOH THETA S"
     assert tilted.exposure == Exposure(0.002, 100.0, 2.0)
-    assert tilted.pose == Pose(-29.0, -35.8, 225.0)
+    assert tilted.pose == XmpPose(-29.0, -35.8, 225.0)
     assert tilted.zenith_corrected is False
     assert [lens.iso for lens in tilted.lenses] == [100.0, 140.0]
     level = read_frame(SHARED / "theta" / "theta_v_R0014760.JPG")
     assert level.exposure == Exposure(0.001, 64.0, 2.0)
-    assert level.pose == Pose(0.0, 0.0)
+    assert level.pose == XmpPose(0.0, 0.0)
     assert level.zenith_corrected is True
     church = read_frame(SHARED / "brackets" / "memorial" / "memorial0061.png")
     assert church.shape == (768, 512)

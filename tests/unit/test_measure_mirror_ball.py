@@ -17,8 +17,15 @@ from app.core.base.progress import Token
 from app.core.base.sphere import direction, directions
 from app.core.environment.environment import solid_angles
 from app.core.measure.ball.ball_finder import Ball, find_ball, fused, refined
-from app.core.measure.ball.mirror_ball import BallOptions, Side, find_lens, joined, metal, unwrap
-from app.core.measure.read.frame import Merged
+from app.core.measure.ball.mirror_ball import (
+    BallOptions,
+    Side,
+    find_lens,
+    join_sides,
+    metal,
+    unwrap,
+)
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import azimuth_elevation
 from app.words.remarks import sentences
 from tests.helpers.mirror_ball import COLOURS, DIAGONAL_MM, LAMPS, Float32, place, traced
@@ -39,9 +46,9 @@ def picture(
     )
 
 
-def merged(light: Float32) -> Merged:
+def merged(light: Float32) -> MergedLight:
     nothing = np.zeros(light.shape[:2], np.float32)
-    return Merged(light, nothing, nothing, 0.0, math.inf)
+    return MergedLight(light, nothing, nothing, 0.0, math.inf)
 
 
 def side_of(light: Float32, rows: int, pitch_deg: float = 0.0) -> Side:
@@ -241,14 +248,14 @@ def test_a_metal_reflects_as_fresnel_says() -> None:
 
 def test_a_second_side_shows_what_the_first_hides() -> None:
     first, second = (side_of(picture(azimuth_deg=azimuth), 96) for azimuth in (0.0, 80.0))
-    both = joined(first, second, 72.0)
+    both = join_sides(first, second, 72.0)
     assert (both.weight == 0).sum() < 0.1 * (first.weight == 0).sum()
     true = np.asarray(cv2.resize(place(), (192, 96), interpolation=cv2.INTER_AREA))
     hidden = (first.weight == 0) & (both.weight > 0.2)
     stops = np.log2(luminance(both.texels[..., :3]) / luminance(true))[hidden]
     assert abs(float(np.median(stops))) < 0.15
     with pytest.raises(ProbeError, match="do not show"):
-        joined(first, second, -100.0)
+        join_sides(first, second, -100.0)
 
 
 def test_two_balls_and_none_are_said() -> None:

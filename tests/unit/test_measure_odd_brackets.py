@@ -12,7 +12,7 @@ import pytest
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.alignment.handheld import laid, lay_on_each_other
+from app.core.measure.bracket.alignment.handheld import lay_on_each_other, warp
 from app.core.measure.bracket.curve.response import srgb_response
 from app.core.measure.bracket.deghosting import trust
 from app.core.measure.bracket.grouping import read_bracket
@@ -75,7 +75,7 @@ def test_a_merge_agrees_with_its_frames_as_well_as_opencvs(tmp_path: Path, way: 
     probe = merged(made, tmp_path)
     got = probe.merged.radiance
     frames = [
-        laid(frame, lay.homography) if lay.needed else frame
+        warp(frame, lay.homography) if lay.needed else frame
         for frame, lay in zip(made.frames, probe.lays, strict=True)
     ]
     ours = spreads(got[INNER], [frame[INNER] for frame in frames])
@@ -118,7 +118,7 @@ def test_frames_from_a_tripod_are_not_touched(tmp_path: Path) -> None:
     probe = merged(made, tmp_path)
     assert not any(lay.needed for lay in probe.lays)
     assert probe.response.response.name == "sRGB"
-    assert probe.moved.share == 0.0
+    assert probe.motion.share == 0.0
 
 
 def test_only_a_known_curve_tells_that_too_much_moved() -> None:
@@ -128,7 +128,8 @@ def test_only_a_known_curve_tells_that_too_much_moved() -> None:
         for frame in made.frames
     ]
     sure, unsure = (
-        trust(proxies, made.stops, srgb_response(), known=known) for known in (True, False)
+        trust(proxies, made.stops, srgb_response(), exposures_known=known)
+        for known in (True, False)
     )
     assert sure.share == unsure.share > 0.15
     assert any("Shoot the bracket again" in words for words in sentences(sure.remarks))

@@ -14,7 +14,7 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.core.base.sphere import directions, rotation
-from app.core.measure.photos.mosaic import Placed, light_around
+from app.core.measure.photos.mosaic import OrientedPicture, light_around
 
 AXES = np.diag([-1.0, -1.0, 1.0])  # of a level camera that looks at azimuth 0
 SHAPE = (64, 128)
@@ -37,12 +37,12 @@ def taken(way: NDArray[Any], light: Any = smooth, stops: float = 0.0) -> NDArray
     return np.asarray(np.rint(255.0 * srgb_encode(linear)), np.uint8)
 
 
-def cube(stops: Any = (0.0,) * 6) -> list[Placed]:
+def cube(stops: Any = (0.0,) * 6) -> list[OrientedPicture]:
     """Six pictures that show everything."""
     ways = [rotation(yaw, 0.0, 0.0) @ AXES for yaw in (0.0, 90.0, 180.0, -90.0)]
     ways += [rotation(0.0, pitch, 0.0) @ AXES for pitch in (90.0, -90.0)]
     return [
-        Placed(taken(way, stops=stop), way, FOCAL, (2.0**-stop,) * 3)
+        OrientedPicture(taken(way, stops=stop), way, FOCAL, (2.0**-stop,) * 3)
         for way, stop in zip(ways, stops, strict=True)
     ]
 
@@ -71,7 +71,7 @@ def test_channels_have_gains_of_their_own() -> None:
 
 def test_one_picture_covers_what_a_pinhole_shows() -> None:
     way = rotation(30.0, 10.0, 5.0) @ AXES
-    radiance, covered, _ = light_around([Placed(taken(way), way, FOCAL)], (128, 256))
+    radiance, covered, _ = light_around([OrientedPicture(taken(way), way, FOCAL)], (128, 256))
     seen = directions((128, 256)) @ way
     inside = FOCAL * np.abs(seen[..., :2]).max(axis=-1) < 60.0 * seen[..., 2]
     assert not (covered & ~inside).any()
@@ -85,7 +85,8 @@ def test_a_clipped_lamp_comes_from_the_darker_picture() -> None:
         return np.repeat(lit, 3, axis=-1).astype(np.float32)
 
     bright, dark = (
-        Placed(taken(AXES, lamp, stop), AXES, FOCAL, (2.0**-stop,) * 3) for stop in (0.0, -4.0)
+        OrientedPicture(taken(AXES, lamp, stop), AXES, FOCAL, (2.0**-stop,) * 3)
+        for stop in (0.0, -4.0)
     )
     middle = (SHAPE[0] // 2, SHAPE[1] // 2)
     alone, _, clipped = light_around([bright], SHAPE)
@@ -100,7 +101,7 @@ def test_a_clipped_lamp_comes_from_the_darker_picture() -> None:
 def test_what_is_masked_is_not_there() -> None:
     mask = np.ones((120, 120), bool)
     mask[:, :60] = False  # the left half: azimuths below 0
-    _, covered, _ = light_around([Placed(taken(AXES), AXES, FOCAL, mask=mask)], SHAPE)
+    _, covered, _ = light_around([OrientedPicture(taken(AXES), AXES, FOCAL, mask=mask)], SHAPE)
     half = SHAPE[1] // 2
     assert covered[:, half + 1 :].any()
     assert not covered[:, :half].any()
@@ -108,7 +109,9 @@ def test_what_is_masked_is_not_there() -> None:
 
 def test_linear_pictures_are_taken_as_they_are() -> None:
     linear = np.full((120, 120, 3), 0.25, np.float32)
-    radiance, covered, _ = light_around([Placed(linear, AXES, FOCAL, (4.0, 4.0, 4.0))], SHAPE)
+    radiance, covered, _ = light_around(
+        [OrientedPicture(linear, AXES, FOCAL, (4.0, 4.0, 4.0))], SHAPE
+    )
     assert radiance[covered] == pytest.approx(1.0, rel=1e-4)
 
 

@@ -25,7 +25,7 @@ from app.core.measure.finish.sun import (
     set_illuminance,
     sun_core,
 )
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.words.remarks import remark_words
 from benchmarks.speed.plain_search import choose
@@ -43,12 +43,12 @@ def pack() -> StylePack:
     return load_named_pack("generic")
 
 
-def seen(cd_m2: NDArray[np.float32], floor: float) -> Merged:
+def seen(cd_m2: NDArray[np.float32], floor: float) -> MergedLight:
     """What a camera holds of luminances, in units of 5,000 cd/m2."""
     return clip(cd_m2 / np.float32(UNIT), floor / UNIT, cd_m2=UNIT)
 
 
-def direct_lux(merged: Merged, azimuth: float, elevation: float) -> float:
+def direct_lux(merged: MergedLight, azimuth: float, elevation: float) -> float:
     """Normal illuminance from within 2.5 deg."""
     near = away_deg(merged.clipped.shape, azimuth, elevation) <= 2.5
     return float(energy(luminance(merged.radiance) * near)) * UNIT

@@ -22,7 +22,7 @@ from app.core.measure.finish.tripod_detection import (
     suggest,
     union,
 )
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import Chart
 from app.words.measure.masks import clutter_name, clutter_reason
 from tests.helpers.shared import SHARED, needs_shared
@@ -35,9 +35,9 @@ def scene(name: str) -> np.ndarray:
     return np.array(read_environment(resources() / "demo" / "scenes" / f"{name}.exr").radiance)
 
 
-def merged(radiance: np.ndarray) -> Merged:
+def merged(radiance: np.ndarray) -> MergedLight:
     zero = np.zeros(radiance.shape[:2], np.float32)
-    return Merged(np.ascontiguousarray(radiance, np.float32), zero, zero, 0.0, 1.0)
+    return MergedLight(np.ascontiguousarray(radiance, np.float32), zero, zero, 0.0, 1.0)
 
 
 def ground(light: np.ndarray) -> float:

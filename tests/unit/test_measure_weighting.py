@@ -134,7 +134,7 @@ def test_where_the_response_is_not_known_darker_frames_have_more_of_a_say() -> N
     for stops in ((1.0, 0.0, -1.0), (2.0, 0.0, -2.0)):
         for known in (True, False):
             code = np.rint(255.0 * srgb_encode(0.1 * 2.0 ** (np.array(stops) - stops[0])))
-            tables = [frame_tables(SRGB, i, stops, 0.0, known=known) for i in range(3)]
+            tables = [frame_tables(SRGB, i, stops, 0.0, exposures_known=known) for i in range(3)]
             weight = [float(t.faint[int(c)]) for t, c in zip(tables, code, strict=True)]
             shares[stops[0], known] = weight[2] / sum(weight)
             black = [float(t.faint[1]) for t in tables]

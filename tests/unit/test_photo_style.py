@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import StyleError
 from app.core.faces.light_reading import FaceLight, Unread
-from app.core.faces.pose import Pose
+from app.core.faces.pose import HeadPose
 from app.core.painting.photo_style import photo_lamps, photo_style
 from app.core.painting.user_style import UserStyle, prepare_user_style, solve_user_styles
 from app.core.solver.transport import Transport
@@ -21,7 +21,7 @@ from app.words.styles import photo_note, photo_title
 from tests.helpers.quick import quick_first
 from tests.unit.test_faces import Floats, lamp, portrait, read, shown_in
 
-KEY = FaceLight(Pose(0.0, 0.0, 0.0, np.eye(3)), 50.0, 20.0, "front", 7.0, 20.0)
+KEY = FaceLight(HeadPose(0.0, 0.0, 0.0, np.eye(3)), 50.0, 20.0, "front", 7.0, 20.0)
 
 
 @cache

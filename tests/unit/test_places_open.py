@@ -136,7 +136,7 @@ def test_a_place_with_photographs_and_no_light_can_be_finished(tmp_path: Path) -
     assert (left.folder, left.session, left.can_finish) == (folder, None, True)
     with pytest.raises(NotFinished) as caught:
         load_place(folder)
-    assert caught.value.left == left
+    assert caught.value.unfinished == left
     # Nothing of it was captured by a camera: it is the user's.
     assert not drop_empty_place(folder, folder / "capture")
     assert folder.is_dir()

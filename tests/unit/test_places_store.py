@@ -21,7 +21,7 @@ from app.core.base.remarks import PlainRemark
 from app.core.measure.bracket.remarks import MuchMotion
 from app.core.places.library import list_places
 from app.core.places.place import (
-    Asked,
+    AnswerBasis,
     CaptureFacts,
     FrameFacts,
     Location,
@@ -108,7 +108,7 @@ PLACES = st.builds(
     location=LOCATIONS,
     asked=st.none()
     | st.builds(
-        Asked,
+        AnswerBasis,
         st.just("male"),
         st.sampled_from(["picture", "paper"]),
         st.floats(0.0, 100.0),
@@ -148,7 +148,7 @@ def full_place() -> Place:
         notes="Under the arch.\nAsk for the key.",
         tags=("north light", "brick"),
         location=Location("outdoor", True, -33.3, 51.5, 48.85, 2.35),
-        asked=Asked("female", "paper", 40.0, 10.0),
+        asked=AnswerBasis("female", "paper", 40.0, 10.0),
         results=solve_all(load_named_pack("generic"), light)[:3],
         before=solve_all(load_named_pack("generic"), light)[:3],
         chosen="left-loop",

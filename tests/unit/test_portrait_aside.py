@@ -165,7 +165,7 @@ def test_small_heads_alone_show_what_whole_ones_show() -> None:
 def test_what_surfaces_mirror_is_what_was_baked_for_the_front() -> None:
     """The bake followed rays; from aside the same share is added up over facets."""
     head, _ = turned(0.0)
-    seen = head.seen
+    seen = head.visible
     gain, way = mirrored(head.nodes, seen.index, seen.normals, seen.view, ROUGHNESS)
     skin = ~seen.eye & (seen.straight > 0.3)
     assert gain[skin].mean() == pytest.approx(seen.gain[skin].mean(), rel=0.03)
@@ -200,7 +200,7 @@ def _copied(folder: Path) -> None:
 
 
 def _forget() -> None:
-    for each in (portrait_file._straight, portrait_file._turned, portrait_file._aside):
+    for each in (portrait_file._straight, portrait_file._seen_aside, portrait_file._aside):
         each.cache_clear()
 
 

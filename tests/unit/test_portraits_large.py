@@ -154,7 +154,7 @@ def test_one_exposure_makes_darker_light_look_darker() -> None:
     own = one.exposures(linear, lit)
     for quick in (True, False):
         pinned, free = (
-            one.portraits(linear, (256, 200), lit, close=True, quick=quick, exposed=exposed)
+            one.portraits(linear, (256, 200), lit, close=True, quick=quick, gains=exposed)
             for exposed in ([own[0]] * len(own), ())
         )
         np.testing.assert_array_equal(pinned[0], free[0])

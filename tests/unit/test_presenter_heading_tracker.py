@@ -17,12 +17,12 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
 from app.core.faces.finder import Face
 from app.core.faces.light_reading import FaceLight
-from app.core.faces.pose import Pose
+from app.core.faces.pose import HeadPose
 from app.core.faces.style_check import Check
 from app.core.localization import tracking
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
-from app.core.localization.homography import UNSURE, Alignment, corners_of, moved
+from app.core.localization.homography import UNSURE, Alignment, apply_homography, corners_of
 from app.core.localization.sitter import Sitter
 from app.core.portrait.head import Head
 from app.core.solver.signature import Grade
@@ -386,7 +386,7 @@ class Table:
         found = self.aligner.alignment
         assert found is not None
         assert found.homography is not None
-        return float(moved(found.homography, corners_of((80, 60)))[0, 0])
+        return float(apply_homography(found.homography, corners_of((80, 60)))[0, 0])
 
 
 @pytest.fixture
@@ -469,7 +469,7 @@ def faces(monkeypatch: pytest.MonkeyPatch) -> list[Check]:
 
 
 def shown(yaw_deg: float, grade: Grade | None, match: float | None) -> Check:
-    light = FaceLight(Pose(yaw_deg, 0.0, 0.0, np.eye(3)))
+    light = FaceLight(HeadPose(yaw_deg, 0.0, 0.0, np.eye(3)))
     return Check(light, 60.0, "inside", grade=grade, match=match)
 
 
@@ -606,8 +606,8 @@ def test_without_a_face_that_can_be_read_nothing_is_said(
         for _ in range(80):
             state = rig.lose()
     if trouble == "left":
-        rig.presenter.left()
-        rig.presenter.entered()
+        rig.presenter.leave()
+        rig.presenter.enter()
         state = rig.state
     assert state.style.face == ""
 

@@ -18,10 +18,10 @@ from app.core.solver.transport import render
 from app.ui.presenters.model import LampPlan, Step
 from app.ui.screens.light import jobs
 from app.ui.screens.light.jobs import take_in_hand
-from app.ui.screens.light.pictures import Answers, Held, InHand, portrait_with
+from app.ui.screens.light.pictures import Answers, InHand, LampPosition, portrait_with
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
-from app.ui.screens.turn.photos import _Asked
+from app.ui.screens.turn.photos import _ShotContext
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig
@@ -64,7 +64,7 @@ class Journey:
         return answers
 
     @property
-    def held(self) -> Held:
+    def held(self) -> LampPosition:
         held = self.light._now
         assert held is not None
         return held
@@ -73,7 +73,7 @@ class Journey:
         """Press "Turn first", as the window does."""
         self.light.turn()
         assert self.turn.model.step is Step.TURN
-        self.light.left()
+        self.light.leave()
         self.turn.start()
 
 
@@ -131,7 +131,7 @@ def test_the_way_back_leads_to_the_lamp_where_it_was_held(way: Journey) -> None:
     assert screen(Step.LIGHT).done(way.turn.model)
     back.run()
     assert way.turn.model.step is Step.LIGHT
-    way.light.entered()
+    way.light.enter()
     assert way.light.resolve().hold.hold == told
     further = next(one for one in way.light.actions() if one.shortcut == "Esc")
     further.run()
@@ -142,8 +142,8 @@ def test_a_photograph_is_judged_with_the_lamp(way: Journey) -> None:
     way.go()
     rig = way.turn
     rig.model.update(place_folder=rig.services.folders.home)
-    asked = rig.presenter._shots._asked()
-    assert isinstance(asked, _Asked)
+    asked = rig.presenter._shots._context()
+    assert isinstance(asked, _ShotContext)
     assert asked.title.endswith(" with the LED panel")
     assert asked.result.match == way.plan.result.match
     assert asked.goal.lamp

@@ -12,7 +12,7 @@ import pytest
 from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
 from app.core.second_light.scale import illuminance
-from app.core.second_light.search import Placed
+from app.core.second_light.search import LampPlacement
 from app.core.solver.lens_search import LensWish
 from app.ui.presenters.model import Step
 from app.ui.screens.light import jobs, pictures
@@ -184,7 +184,7 @@ def test_a_lens_that_may_stand_elsewhere_is_told_where(
 ) -> None:
     asked: list[tuple[str, LensWish]] = []
 
-    def seen(answers: Answers, one: Placed) -> Placed:
+    def seen(answers: Answers, one: LampPlacement) -> LampPlacement:
         asked.append((one.name, answers.question.lens))
         return replace(one, yaw_deg=30.0, lighting="short", match=71.4)
 
@@ -205,16 +205,18 @@ def test_the_lens_is_asked_for_from_where_the_photographer_stands(
 ) -> None:
     wishes: list[LensWish] = []
 
-    def aside(pack: object, views: object, found: tuple[Placed, ...], *rest: Any) -> object:
+    def aside(
+        pack: object, views: object, placements: tuple[LampPlacement, ...], *rest: Any
+    ) -> object:
         wishes.append(rest[-1])
-        return found
+        return placements
 
     monkeypatch.setattr(pictures, "seen_aside", aside)
     rig.start()
     answers = rig.presenter.work.answers
     assert answers is not None
     question = replace(answers.question, front_deg=90.0, lens=LensWish("auto", (100.0, 130.0)))
-    one = answers.placed[0]
+    one = answers.placements[0]
     assert pictures.seen_from(replace(answers, question=question), one) is one
     assert wishes == [LensWish("auto", (10.0, 40.0))]
 
@@ -282,11 +284,11 @@ def test_trouble_is_said_in_its_own_words_and_can_be_tried_again(
 
 def test_nothing_is_tried_while_nobody_looks(rig: LightRig) -> None:
     rig.start()
-    rig.presenter.left()
+    rig.presenter.leave()
     count = len(rig.questions)
     rig.model.update(front_deg=40.0)
     assert len(rig.questions) == count
-    rig.presenter.entered()
+    rig.presenter.enter()
     assert rig.questions[-1].front_deg == 40.0
 
 

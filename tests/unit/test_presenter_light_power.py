@@ -13,7 +13,7 @@ from app.core.second_light.lamp_presets import KINDS, at_distance, powers_of
 from app.core.solver.transport import render
 from app.ui.screens.light import jobs, pictures
 from app.ui.screens.light.jobs import ask, take_in_hand
-from app.ui.screens.light.pictures import Held, Question, best_held, look
+from app.ui.screens.light.pictures import LampPosition, LampQuestion, best_held, look
 from tests.helpers.light_rig import LightRig
 from tests.helpers.styles_screen import head, scene_light
 
@@ -43,7 +43,7 @@ def test_moving_the_lamp_keeps_its_power_and_home_brings_the_best_back(rig: Ligh
     assert rig.state.detail.best_line == "Set the lamp to 1/8 power."
     assert rig.state.hold.map_title.endswith("at this turn at 1/8 power")
     rig.presenter.hold_at(-94.0, 4.0)
-    assert rig.looks[-1][1] == Held(-94.0, 4.0, 1 / 4)
+    assert rig.looks[-1][1] == LampPosition(-94.0, 4.0, 1 / 4)
     assert rig.state.detail.best_line.endswith("lower it by 20° and set it to 1/8 power.")
     rig.presenter.go_best()
     assert rig.state.detail.at_best
@@ -89,10 +89,10 @@ def test_the_search_is_given_the_powers_of_the_lamp(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(jobs, "place_all", place)
     hand = cast(
         pictures.InHand,
-        type("Hand", (), {"head": head(), "lamp": at_distance(KINDS["flash"]), "added": None,
+        type("Hand", (), {"head": head(), "lamp": at_distance(KINDS["flash"]), "lamp_light": None,
                           "tables": None})(),
     )  # fmt: skip
-    question = Question(scene_light(), 1.0)
+    question = LampQuestion(scene_light(), 1.0)
     ask(hand, question)
     ask(hand, replace(question, objective="paper"))
     assert asked == [powers_of("flash"), (1.0,)]
@@ -105,20 +105,20 @@ def test_the_picture_is_of_the_power_and_its_match_that_of_the_search() -> None:
     from app.core.base.progress import Token, silent
 
     hand = take_in_hand(who, at_distance(KINDS["panel"], 0.5), None, Token(), silent)
-    answers = ask(hand, Question(scene_light(), 40.0), ["badger", "left-split"])
-    for one in answers.placed:
+    answers = ask(hand, LampQuestion(scene_light(), 40.0), ["badger", "left-split"])
+    for one in answers.placements:
         assert one.power in powers_of("panel")
         # On the grid, where the search counts; the picture is else of the refined turn.
-        exact = replace(answers, placed=(replace(one, turn_refined_deg=one.turn_deg),))
-        held = Held(one.lamp_azimuth_deg, one.lamp_altitude_deg, one.power)
+        exact = replace(answers, placements=(replace(one, turn_refined_deg=one.turn_deg),))
+        held = LampPosition(one.lamp_azimuth_deg, one.lamp_altitude_deg, one.power)
         view = look(exact, one.name, held, (88, 80), None)
         assert view.match == pytest.approx(one.match, abs=0.3)
         assert look(answers, one.name, best_held(one), (88, 80), None).match > one.match - 0.3
         wrong = look(exact, one.name, held._replace(power=4.0 * held.power), (88, 80), None)
         assert wrong.match < view.match - 0.2
-    assert any(one.power < 1.0 for one in answers.placed), "a panel drowns a dim place"
+    assert any(one.power < 1.0 for one in answers.placements), "a panel drowns a dim place"
     # The lamp's part is linear in its power.
-    held = best_held(answers.placed[0])
+    held = best_held(answers.placements[0])
     full, hidden = pictures._of_lamp(hand, held._replace(power=1.0))
     half, same = pictures._of_lamp(hand, held._replace(power=0.5))
     assert np.allclose(full, 2.0 * half, rtol=1e-5)

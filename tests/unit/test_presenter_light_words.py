@@ -12,7 +12,7 @@ from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.place_light import PlaceLight, main_light, prepare
 from app.core.styles.lamps import far_lamp
 from app.core.styles.styles import StyleLamp
-from app.ui.screens.light.pictures import Held, sky_of
+from app.ui.screens.light.pictures import LampPosition, sky_of
 from app.ui.screens.light.resolve import move_words, place_words
 
 LEFT, RIGHT = "sitter’s left (camera right)", "sitter’s right (camera left)"
@@ -89,8 +89,11 @@ def test_even_light_has_no_side() -> None:
 
 
 def test_moves_name_the_side_that_the_lamp_comes_to() -> None:
-    assert LEFT in move_words(Held(-20.0, 0.0), Held(30.0, 0.0))
-    assert RIGHT in move_words(Held(20.0, 0.0), Held(-30.0, 0.0))
+    assert LEFT in move_words(LampPosition(-20.0, 0.0), LampPosition(30.0, 0.0))
+    assert RIGHT in move_words(LampPosition(20.0, 0.0), LampPosition(-30.0, 0.0))
     # Around the back it comes to the other side as well.
-    assert RIGHT in move_words(Held(170.0, 0.0), Held(-160.0, 0.0))
-    assert move_words(Held(-60.0, 0.0), Held(-90.0, 0.0)) == "Move the lamp 30° toward the back."
+    assert RIGHT in move_words(LampPosition(170.0, 0.0), LampPosition(-160.0, 0.0))
+    assert (
+        move_words(LampPosition(-60.0, 0.0), LampPosition(-90.0, 0.0))
+        == "Move the lamp 30° toward the back."
+    )

@@ -39,7 +39,7 @@ def state(table: Table) -> LikeState:
 
 
 def test_a_portrait_is_read_and_shown_beside_the_head(table: Table, photo: Path) -> None:
-    table.presenter.entered()
+    table.presenter.enter()
     table.desk.open_paths([photo])
     found = state(table)
     assert (found.name, found.trouble) == ("Anna", "")
@@ -168,7 +168,7 @@ def test_what_else_is_dropped_goes_on_its_way(table: Table, tmp_path: Path, phot
     broken.write_bytes(b"no picture")
     assert like.take([broken])
     assert table.told.errors
-    table.presenter.entered()
+    table.presenter.enter()
     assert table.desk.photo_taker is not None
-    table.presenter.left()
+    table.presenter.leave()
     assert table.desk.photo_taker is None

@@ -17,7 +17,7 @@ from app.core.solver.transport import load_named
 from app.core.styles.style_pack import load_named_pack
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.document import NO_LIGHT, NO_STROKES
-from app.ui.screens.paint.state import PaintState, PaintView, Shown
+from app.ui.screens.paint.state import CanvasMode, PaintState, PaintView
 from app.words.painting import advice_words
 from tests.helpers.paint_studio import Studio, even_light, lamp_light, studio
 from tests.helpers.styles_screen import HoldingRunner
@@ -125,7 +125,7 @@ def test_strokes_are_undone_and_done_again_exactly(room: Studio) -> None:
 def test_undo_counts_the_bytes_of_its_tiles(room: Studio) -> None:
     room.enter()
     room.stroke((0.5, 0.5))
-    step = room.services.undo._done[-1]
+    step = room.services.undo._past[-1]
     assert step.size == 2 * 4 * 64 * 64 or step.size % (2 * 4) == 0
     assert 2 * 4 * 64 * 64 <= step.size <= 2 * 4 * 64 * 64 * 8
 
@@ -135,7 +135,7 @@ def test_undo_in_the_gallery_brings_the_painting_back(room: Studio) -> None:
     room.stroke(*LEFT)
     room.leave()
     room.services.undo.undo()
-    room.presenter.entered()  # what the window does when the model says so
+    room.presenter.enter()  # what the window does when the model says so
     assert (room.model.step, room.model.painting) == (Step.STYLES, "left-split")
     assert room.presenter.canvas is not None
     assert not room.presenter.canvas.touched
@@ -351,9 +351,9 @@ def test_origin_says_what_the_style_itself_reaches(room: Studio) -> None:
 def test_canvas_can_show_target_and_picture(room: Studio) -> None:
     room.enter("left-split")
     assert _state(room).picture is None
-    room.presenter.show(Shown.TARGET)
+    room.presenter.show(CanvasMode.TARGET)
     target = _state(room).picture
-    room.presenter.show(Shown.HERE)
+    room.presenter.show(CanvasMode.HERE)
     here = _state(room).picture
     assert target is not None
     assert here is not None
@@ -484,10 +484,10 @@ def test_a_view_of_another_head_comes_too_late(tmp_path: Path) -> None:
 def test_target_and_here_are_shown_from_the_front(room: Studio) -> None:
     _real(room)
     room.presenter.turn_head(1)
-    room.presenter.show(Shown.TARGET)
-    assert (_yaw(room), _state(room).shown) == (0.0, Shown.TARGET)
+    room.presenter.show(CanvasMode.TARGET)
+    assert (_yaw(room), _state(room).mode) == (0.0, CanvasMode.TARGET)
     room.presenter.turn_head(1)
-    assert (_yaw(room), _state(room).shown, _state(room).picture) == (15.0, Shown.WEIGHTS, None)
+    assert (_yaw(room), _state(room).mode, _state(room).picture) == (15.0, CanvasMode.WEIGHTS, None)
 
 
 def test_another_head_is_seen_from_the_front_first(room: Studio) -> None:

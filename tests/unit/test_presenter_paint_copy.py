@@ -48,7 +48,7 @@ def _paint(table: Table, key: str) -> PaintPresenter:
     paint = PaintPresenter(table.services, table.desk)
     table.model.update(step=Step.STYLES, painting=key)
     paint.sized(*_SIZE)
-    paint.entered()
+    paint.enter()
     return paint
 
 
@@ -96,7 +96,7 @@ def test_painting_without_strokes_shows_the_style(table: Table, name: str, setti
     for key in [style.name for style in head(name).pack.styles]:
         paint = _paint(table, key)
         _same(table, paint, key)
-        paint.left()
+        paint.leave()
 
 
 def test_copy_saved_without_strokes_is_the_style(table: Table) -> None:

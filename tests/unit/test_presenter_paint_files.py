@@ -171,7 +171,7 @@ def test_copy_is_made_and_can_be_painted_on(room: Studio) -> None:
 def test_deleted_style_goes_and_comes_back(room: Studio) -> None:
     _saved(room)
     room.presenter.files.delete()
-    room.presenter.left()
+    room.presenter.leave()
     assert room.told.messages[-1] == "Mine deleted"
     assert (room.model.painting, room.model.user_styles) == (None, ())
     assert room.model.chosen != "mine"

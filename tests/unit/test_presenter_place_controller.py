@@ -17,7 +17,7 @@ from app.core.base.imaging.images import write_exr, write_image
 from app.core.base.paths import resources
 from app.core.base.remarks import PlainRemark
 from app.core.environment.environment import read_environment
-from app.core.measure.finish.findings import Findings, Lamp, find
+from app.core.measure.finish.findings import Findings, LampFinding, find
 from app.core.measure.finish.remarks import SunRestored
 from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Place
@@ -271,7 +271,7 @@ def test_a_ball_says_how_fine_it_is_and_what_it_does_not_show() -> None:
     notice = advice_notice(ball, find(place([], (64, 128))), None, CameraBlock())
     assert notice == Notice("advice", "Frame 2 moved.", "It resolves 0.5°. 3 % was not seen.")
     # A sun that no frame holds; each sentence is said once.
-    sun = Findings((Lamp("A", "sun", 40.0, 30.0, 0.5, 0.6, True),))
+    sun = Findings((LampFinding("A", "sun", 40.0, 30.0, 0.5, 0.6, True),))
     restored = SunRestored("A", 30.0, "clear", 95000.0, 70000.0, 110000.0)
     notes = (PlainRemark("It resolves 0.5°."), restored)
     facts = CaptureFacts(plan="ball", notes=notes, frames=(FrameFacts("a.jpg", 0.01),))

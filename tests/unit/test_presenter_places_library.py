@@ -144,17 +144,17 @@ def test_at_most_six_are_picked_and_one_that_went_is_picked_no_more(
     shelf.refresh()
     shelf.pick(folders[2])
     shelf.pick(folders[0])
-    assert shelf.resolve().picked == (folders[2], folders[0])
+    assert shelf.resolve().picks == (folders[2], folders[0])
     shelf.pick(folders[2])
-    assert shelf.resolve().picked == (folders[0],)
+    assert shelf.resolve().picks == (folders[0],)
     shelf.pick(*folders)
-    assert shelf.resolve().picked == tuple(folders[:MOST_SPOTS])
+    assert shelf.resolve().picks == tuple(folders[:MOST_SPOTS])
     assert not shelf.resolve().can_pick
     shelf.delete(folders[1])
     shelf.refresh()
-    assert folders[1] not in shelf.resolve().picked
+    assert folders[1] not in shelf.resolve().picks
     shelf.pick()
-    assert shelf.resolve().picked == ()
+    assert shelf.resolve().picks == ()
 
 
 def test_an_interrupted_capture_says_how_many_frames_there_are_and_is_resumed(
@@ -175,7 +175,7 @@ def test_an_interrupted_capture_says_how_many_frames_there_are_and_is_resumed(
     shelf = PlacesListPresenter(table.services, table.desk)
     found = row(shelf, folder)
     assert found.detail == "Unfinished: 4 of 6 frames"
-    assert found.left is not None
+    assert found.unfinished is not None
     assert not found.can_compare
     resumed = MagicMock()
     table.desk.finisher = resumed

@@ -29,7 +29,7 @@ def bench(tmp_path: Path) -> Bench:
 
 
 def entered(bench: Bench) -> Bench:
-    bench.presenter.entered()
+    bench.presenter.enter()
     return bench
 
 
@@ -78,7 +78,7 @@ class TestCapture:
         stages: list[tuple[bool, str]] = []
 
         def beat() -> None:
-            seen = bench.presenter.taking._seen
+            seen = bench.presenter.taking._progress
             running = bench.presenter.resolve().running
             if seen is not None and running is not None:
                 stages.append((running.sign.kind == "move", seen.status.stage))
@@ -168,7 +168,7 @@ class TestStopping:
         before = dict(bench.rig.camera.options)
 
         def stop() -> None:
-            seen = presenter.taking._seen
+            seen = presenter.taking._progress
             if seen is not None and seen.status.stage == Stage.EXPOSING and seen.status.shot == 2:
                 presenter.taking.cancel()
 
@@ -245,7 +245,7 @@ class TestTroubles:
         again = Bench(tmp_path)
         again.rig.camera = bench.rig.camera
         del again.rig.camera.reachable
-        again.presenter.entered()
+        again.presenter.enter()
         notice = again.presenter.resolve().notice
         assert notice is not None
         assert notice.tone == "offer"
@@ -257,14 +257,14 @@ class TestTroubles:
     def test_a_capture_that_ended_and_was_not_kept_is_offered(
         self, bench: Bench, tmp_path: Path
     ) -> None:
-        bench.presenter.entered()
+        bench.presenter.enter()
         # The window was closed, or the disk was full, before the place could be kept; it is shown
         # all the same.
         bench.runner.held.add("files")
         bench.presenter.capture()
         assert bench.model.light is not None
         again = Bench(tmp_path)
-        again.presenter.entered()
+        again.presenter.enter()
         notice = again.presenter.resolve().notice
         assert notice is not None
         assert notice.buttons[0][0] == "resume-offer"
@@ -285,7 +285,7 @@ class TestTroubles:
         vanish_after(bench, 1)
         bench.presenter.capture()
         again = Bench(tmp_path)
-        again.presenter.entered()
+        again.presenter.enter()
         again.presenter.press("leave-offer")
         assert again.presenter.resolve().notice is None
         assert len(again.places()) == 1
@@ -321,7 +321,7 @@ class TestCamera:
         assert block.second.startswith("Wi-Fi, battery ")
         assert block.second.endswith("GB free")
         assert bench.model.camera is not None
-        assert bench.model.camera.found.serial == SERIAL
+        assert bench.model.camera.device.serial == SERIAL
 
     def test_none_found(self, bench: Bench) -> None:
         bench.devices.there = False
@@ -378,7 +378,7 @@ class TestCamera:
         assert not entered(bench).presenter.resolve().camera.asks_password
 
     def test_leaving_stops_the_search(self, bench: Bench) -> None:
-        entered(bench).presenter.left()
+        entered(bench).presenter.leave()
         assert bench.runner.tokens["cameras"].cancelled
 
 

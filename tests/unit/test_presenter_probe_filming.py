@@ -100,7 +100,7 @@ def test_a_filmed_turn_becomes_a_place_with_its_video(
     work.join(120.0)
     held.how["done"](results[0])
     (film, video, folder) = opened[0]
-    assert film.shown.mean() > 0.9
+    assert film.visible.mean() > 0.9
     assert video.stat().st_size > 10_000
     assert any("of 360°" in words or "whole turn" in words for words in messages)
     assert made.live is None

@@ -11,7 +11,7 @@ from app.devices.capture.status import Stage, Status
 from app.ui.presenters.model import Step
 from app.ui.screens.probe.live import KEY
 from app.ui.screens.probe.notices import sign_of
-from app.ui.screens.probe.state import Live, Sign
+from app.ui.screens.probe.state import DistantSign, Live
 from tests.helpers.probe_screen import Bench
 
 
@@ -23,7 +23,7 @@ def quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def bench(tmp_path: Path) -> Bench:
     made = Bench(tmp_path)
-    made.presenter.entered()
+    made.presenter.enter()
     return made
 
 
@@ -88,7 +88,7 @@ class TestPreview:
         bench.presenter.live.toggle()
         assert bench.presenter.resolve().live is not None
         if ends == "left":
-            bench.presenter.left()
+            bench.presenter.leave()
         else:
             bench.presenter.open_demo()
         assert bench.presenter.resolve().live is None
@@ -157,10 +157,10 @@ class TestPreview:
 class TestSign:
     def test_its_words_at_each_stage(self) -> None:
         exposing = Status(Stage.EXPOSING, "Exposure 3 of 6", shot=3, shots=6)
-        assert sign_of(Status(), 0, 5) == Sign()
+        assert sign_of(Status(), 0, 5) == DistantSign()
         assert sign_of(Status(Stage.METERING, "Metering"), 0, 5).big == "Get ready"
         assert sign_of(Status(Stage.METERING, "Metering"), 0, 0).big == "Kneel now"
-        assert sign_of(exposing, 4, 5) == Sign("act", "4", "Kneel now", spoken="Kneel now")
+        assert sign_of(exposing, 4, 5) == DistantSign("act", "4", "Kneel now", spoken="Kneel now")
         assert sign_of(exposing, 3, 5).spoken == "three"
         frame = sign_of(exposing, 0, 5)
         assert (frame.kind, frame.big, frame.caption) == ("act", "Frame 3 of 6", "Stay down")
@@ -173,8 +173,8 @@ class TestSign:
     def test_every_camera_counts_down(self, tmp_path: Path, model: str) -> None:
         """Brackets of the camera's own and single pictures alike."""
         bench = Bench(tmp_path, {"model": model} if model != "insta360" else {"model": "generic"})
-        bench.presenter.entered()
-        seen: list[Sign] = []
+        bench.presenter.enter()
+        seen: list[DistantSign] = []
 
         def beat() -> None:
             running = bench.presenter.resolve().running

@@ -27,7 +27,7 @@ def bench(tmp_path: Path) -> Bench:
 
 
 def entered(bench: Bench) -> Bench:
-    bench.presenter.entered()
+    bench.presenter.enter()
     return bench
 
 

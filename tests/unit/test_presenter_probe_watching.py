@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.core.measure.finish.findings import Findings, Lamp
+from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.lights import Source
 from app.devices.errors import DownloadFailed, Unreachable
 from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, trouble_notice
@@ -74,10 +74,10 @@ class TestWatching:
         bench.runner.held.add("watch")
         folder = tmp_path / "in"
         bench.model.update(settings=bench.model.settings.with_("watch_folder", str(folder)))
-        bench.presenter.entered()
+        bench.presenter.enter()
         assert bench.presenter.watching.folder == folder
         bench.presenter.watching.stop()
-        bench.presenter.entered()
+        bench.presenter.enter()
         assert bench.presenter.watching.folder is None
 
     def test_the_same_folder_again_goes_on_being_watched(self, tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ class TestWords:
         assert share_words(0.0047, True) == "at least 0.4 %"
 
     def test_a_row_is_read_out_whole(self) -> None:
-        lamp = Lamp("A", "window", 47.4, 30.2, 20.0, 0.64, True)
+        lamp = LampFinding("A", "window", 47.4, 30.2, 20.0, 0.64, True)
         (row,) = lamp_rows(Findings((lamp,)), 0.0)
         assert row.spoken == (
             "A, Window, in front, sitter’s right (camera left), high, azimuth 47°, "
@@ -117,7 +117,7 @@ class TestWords:
         [("ground", "Bright ground"), ("wall", "Bright wall"), ("above", "Sky or ceiling")],
     )
     def test_a_bright_area_is_called_what_it_is(self, kind: Source, name: str) -> None:
-        lamp = Lamp("A", kind, 47.4, 12.0, 40.0, 0.64, True)
+        lamp = LampFinding("A", kind, 47.4, 12.0, 40.0, 0.64, True)
         assert lamp_rows(Findings((lamp,)), 0.0)[0].name == name
 
     def test_plans_before_any_camera(self) -> None:

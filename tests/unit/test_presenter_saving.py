@@ -218,8 +218,8 @@ def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: 
     shelf.refresh()
     (row,) = shelf.resolve().rows
     assert row.detail == "Unfinished: no frames yet"
-    assert row.left is not None
-    assert not row.left.can_finish
+    assert row.unfinished is not None
+    assert not row.unfinished.can_finish
     assert list_unfinished(tmp_path / "places") == ()
 
 

@@ -56,8 +56,8 @@ def test_the_best_spot_is_marked_with_its_reasons(table: Table, tmp_path: Path) 
     assert best(state) == [first]
     # The numbers of the screens, and the reason in words.
     card = next(card for card in state.cards if card.best)
-    assert f"match {int(inside[first].match)}" in card.told
-    assert "of leeway" in card.told
+    assert f"match {int(inside[first].match)}" in card.grade_words
+    assert "of leeway" in card.grade_words
     assert state.verdict.startswith(f"Best spot for Loop, sitter’s left (camera right): {first}.")
     assert card.picture is not None
     assert state.cards[0] is card or state.cards[0].best
@@ -83,7 +83,7 @@ def test_a_style_that_no_spot_gives_has_no_best_but_a_nearest(table: Table, tmp_
     state = presenter.resolve()
     assert best(state) == []
     assert state.verdict.startswith("No spot here gives")
-    assert all(card.told.startswith("Out of reach") and card.why for card in state.cards)
+    assert all(card.grade_words.startswith("Out of reach") and card.why for card in state.cards)
 
 
 def test_one_that_cannot_be_read_says_so_and_the_others_are_compared(
@@ -94,7 +94,7 @@ def test_one_that_cannot_be_read_says_so_and_the_others_are_compared(
     assert len(state.cards) == 3
     (bad,) = (card for card in state.cards if card.folder == gone)
     assert bad.why.startswith("There is no place")
-    assert not bad.told
+    assert not bad.grade_words
     assert best(state)
 
 

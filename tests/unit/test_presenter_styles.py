@@ -21,7 +21,7 @@ from app.core.portrait.portraits import exposure_in_mean_light
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.shortfall import AreaShortfall, Aspect
 from app.core.solver.turn_choice import LIMITS
-from app.core.storage.library import Damaged
+from app.core.storage.library import DamagedItem
 from app.core.styles.styles import NAMES, RARE, load_styles
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
@@ -312,7 +312,7 @@ class TestStates:
     def test_a_damaged_style_is_a_card_of_its_own(self, table: Table) -> None:
         table.open(scene_light())
         file = table.folder / "styles" / "broken.toml"
-        table.model.update(damaged_styles=(Damaged(file, CoreError("It has no weights.")),))
+        table.model.update(damaged_styles=(DamagedItem(file, CoreError("It has no weights.")),))
         state = table.presenter.resolve()
         card = state.cards[-1]
         assert card.damaged == file
@@ -326,11 +326,11 @@ class TestStates:
 
     def test_nothing_is_shown_while_another_screen_is_in_front(self, table: Table) -> None:
         view = attached(table.open(scene_light()))
-        table.presenter.left()
+        table.presenter.leave()
         shown = view.show_state.call_count
         table.presenter.look_at(10.0)
         assert view.show_state.call_count == shown
-        table.presenter.entered()
+        table.presenter.enter()
         assert last(view).detail.here_tag == "Here, at 10°"
         table.presenter.detach()
         table.presenter.look_at(20.0)

@@ -145,9 +145,9 @@ def test_the_turn_is_done_while_live_sees_the_sitter_in_the_light(rig: Rig) -> N
     assert not done()
     rig.turn_to(rig.goal)
     model.update(step=Step.LIGHT)
-    rig.presenter.left()
+    rig.presenter.leave()
     assert done()
-    rig.presenter.entered()
+    rig.presenter.enter()
     assert done(), "a camera that is only starting says nothing"
 
 
@@ -431,14 +431,14 @@ def test_a_busy_webcam_says_what_to_do(rig: Rig) -> None:
 
 def test_it_runs_only_while_the_screen_is_in_front(rig: Rig) -> None:
     rig.turn_to(20.0)
-    rig.presenter.left()
+    rig.presenter.leave()
     assert rig.webcam.closed == 1
     rig.webcam.send(frame_of(10.0))
     before = rig.view.show_state.call_count
     rig.presenter.tick()
     assert rig.view.show_state.call_count == before
-    rig.presenter.entered()
-    rig.presenter.entered()
+    rig.presenter.enter()
+    rig.presenter.enter()
     assert rig.devices.webcam.call_count == 2
     assert rig.turn_to(33.0).scale.now_deg == 33.0
 
@@ -491,8 +491,8 @@ def test_a_picture_that_cannot_be_worked_on_is_one_without_a_heading(rig: Rig) -
 
 def test_the_panorama_is_learnt_once(rig: Rig) -> None:
     rig.turn_to(10.0)
-    rig.presenter.left()
-    rig.presenter.entered()
+    rig.presenter.leave()
+    rig.presenter.enter()
     rig.turn_to(10.0)
     assert rig.runner.ran.count("turn-index") == 1
 
@@ -523,8 +523,8 @@ def test_it_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     state = rig.point(20.0)
     assert not state.live.asking
     assert state.scale.now_deg == 20.0
-    rig.presenter.left()
-    rig.presenter.entered()
+    rig.presenter.leave()
+    rig.presenter.enter()
     assert not rig.point(20.0).live.asking
 
 
@@ -700,7 +700,7 @@ def test_nothing_is_heard_once_the_screen_is_left(monkeypatch: pytest.MonkeyPatc
     rig = Rig(monkeypatch, sounds=True)
     rig.start()
     rig.turn_to(rig.goal)
-    rig.presenter.left()
+    rig.presenter.leave()
     assert rig.sounds.stop.called
     rig.sounds.play.reset_mock()
     rig.tick(30)
@@ -782,7 +782,7 @@ def test_the_demo_camera_at_the_demo_location(
             assert state.tools.quality.startswith("Heading ")
             assert state.live.live == "webcam"
     finally:
-        rig.presenter.left()
+        rig.presenter.leave()
         webcam.close()
 
 

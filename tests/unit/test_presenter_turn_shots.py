@@ -16,9 +16,9 @@ from app.core.base.angles import whole, wrap
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face
 from app.core.faces.light_reading import FaceLight
-from app.core.faces.pose import Pose
+from app.core.faces.pose import HeadPose
 from app.core.faces.style_check import Check
-from app.core.localization.photo_check import Taken
+from app.core.localization.photo_check import PhotoLocation
 from app.core.places.files.shots import read_shots
 from app.core.portrait.head import Head
 from app.ui.presenters.model import Step
@@ -30,7 +30,7 @@ from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 
 PICTURE = np.full((300, 400, 3), 90, np.uint8)
-POSE = Pose(0.0, 0.0, 0.0, np.eye(3))
+POSE = HeadPose(0.0, 0.0, 0.0, np.eye(3))
 FACE = Face(np.zeros((468, 3), np.float32), 1.0)
 
 
@@ -57,9 +57,9 @@ def rig(monkeypatch: pytest.MonkeyPatch, place: Path) -> Rig:
 
 def taken_at(patch: pytest.MonkeyPatch, turn: float | None, sitter: float | None = 2.0) -> None:
     """Let every photo be taken with the sitter turned so far from azimuth 0."""
-    taken = Taken("unsure")
+    taken = PhotoLocation("unsure")
     if turn is not None:
-        taken = Taken("found", wrap(turn + 180.0), wrap(turn), sitter, 60.0, 0.93)
+        taken = PhotoLocation("found", wrap(turn + 180.0), wrap(turn), sitter, 60.0, 0.93)
     patch.setattr(shots, "locate_photo", lambda *_: taken)
 
 
@@ -104,9 +104,9 @@ def test_mirrored_photo_is_read_as_the_place_shows(
     monkeypatch.setattr(shots, "find_faces", looked)
     ramp = np.repeat(np.linspace(0, 255, 400).astype(np.uint8)[None], 300, axis=0)
     write_photo(photo, np.repeat(ramp[..., None], 3, axis=2))
-    mirror, kept = Taken("found", 180.0, 0.0, 0.0, 60.0, 0.93, mirrored=True), []
+    mirror, kept = PhotoLocation("found", 180.0, 0.0, 0.0, 60.0, 0.93, mirrored=True), []
     assert rig.place_controller.photo_taker is not None
-    for taken in (mirror, replace(mirror, mirrored=False), Taken("unsure")):
+    for taken in (mirror, replace(mirror, mirrored=False), PhotoLocation("unsure")):
         monkeypatch.setattr(shots, "locate_photo", lambda *_, taken=taken: taken)
         assert rig.place_controller.photo_taker([photo])
         kept.append(read_shots(place)[0][-1].mirrored)
@@ -178,7 +178,7 @@ def seen(patch: pytest.MonkeyPatch, rig: Rig, **shown: Any) -> None:
     light = FaceLight(POSE, 52.0, 30.0, "front", 8.0, 20.0, None, 1.4)
     shown_light = FaceLight(POSE, 40.0, 35.0, "front", ratio_stops=1.8)
     # The ratio that the Styles screen states, not the one read off its picture.
-    promised = SimpleNamespace(shown=shown_light, ratio_stops=2.0)
+    promised = SimpleNamespace(light=shown_light, ratio_stops=2.0)
     patch.setattr(shots, "find_faces", lambda *_: (FACE,))
     patch.setattr(shots, "graded_by", lambda *_: None)
     patch.setattr(shots, "promise_of_place", lambda *_: promised)
@@ -338,7 +338,7 @@ def test_the_place_opened_again_has_them(
     sentence = rig.state.shots.rows[0].sentence
     rig.model.update(place_folder=None)
     assert rig.state.shots.rows == ()
-    rig.presenter.left()
+    rig.presenter.leave()
     assert rig.place_controller.photo_taker is None
     again = Rig(monkeypatch)
     again.model.update(place_folder=place)
@@ -391,9 +391,9 @@ def test_a_place_left_meanwhile_keeps_its_photo(
     other = tmp_path / "other"
     other.mkdir()
 
-    def slow(*_: object) -> Taken:
+    def slow(*_: object) -> PhotoLocation:
         rig.model.update(place_folder=other)
-        return Taken("unsure")
+        return PhotoLocation("unsure")
 
     monkeypatch.setattr(shots, "locate_photo", slow)
     rig.presenter.open_photos([photo])
@@ -429,8 +429,8 @@ def test_turn_again_leads_back_to_the_guidance_with_the_same_goal(
     else:
         assert (shown.number, shown.direction) == (60, "counter-clockwise")
         assert shown.pill == "From where the photo was taken"
-        rig.presenter.left()
-        rig.presenter.entered()
+        rig.presenter.leave()
+        rig.presenter.enter()
         assert rig.tick().guidance.number == abs(whole(goal + 1.0))
 
 

@@ -10,7 +10,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.guidance.guide import Source
+from app.core.guidance.guide import HeadingSource
 from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamState
@@ -139,7 +139,7 @@ def test_a_network_camera_is_connected_to_and_remembered() -> None:
     assert rig.camera.index == -1
     phone.send(shot())
     rig.tick()
-    assert rig.camera.source is Source.LIVE
+    assert rig.camera.source is HeadingSource.LIVE
     again = Rig(live_source=rig.settings.live_source)
     again.start()
     assert again.made[0][0] == LiveSource.network(PHONE)

@@ -59,7 +59,7 @@ class World:
         room.model.update(chosen="mine", needle_deg=12.0, goal_deg=34.0)
         # What made this world is not to be undone.
         self.undo = services.undo
-        self.undo._done.clear()
+        self.undo._past.clear()
         self.undo._undone.clear()
 
     def _taken(self, key: str) -> None:
@@ -106,7 +106,7 @@ class World:
         if in_paint:
             self.room.enter(key)
             self.room.presenter.files.delete()
-            self.room.presenter.left()
+            self.room.presenter.leave()
         else:
             self.desk.own_styles.delete(self.style(key))
 
@@ -223,9 +223,9 @@ class Sequences(RuleBasedStateMachine):
         self.folder.cleanup()
 
     def act(self, call: Any, *values: Any) -> None:
-        before, words = self.world.state(), len(self.world.undo._done)
+        before, words = self.world.state(), len(self.world.undo._past)
         call(*values)
-        if len(self.world.undo._done) > words:
+        if len(self.world.undo._past) > words:
             self.done.append((before, self.world.state()))
             self.undone.clear()
 

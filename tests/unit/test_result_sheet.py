@@ -20,7 +20,7 @@ from app.core.solver.shortfall import Cause, LightShortfall, Origin, SavedReason
 from app.core.solver.solve import StyleResult
 from app.export import result_card as card
 from app.export import result_sheet as sheet
-from app.export.canvas import SCALE, Canvas, text_width, wrap_text
+from app.export.canvas import SCALE, Page, text_width, wrap_text
 from app.export.theme import Dark, draw_meter
 from app.words.portrait.heads import head_words
 from benchmarks.speed.plain_portrait import portrait
@@ -164,7 +164,7 @@ def test_reasons_are_never_clipped(length: int) -> None:
     assert all(text_width(line, 12) <= 132 for line in lines)
     # Room from the first line's baseline to the numbers at the foot.
     assert height - 44 - (card._BLOCK_TOP + 24) >= 16 * len(lines) - 1e-9
-    canvas = Canvas(card.WIDTH, height, Dark.BG)
+    canvas = Page(card.WIDTH, height, Dark.BG)
     card.draw_card(canvas, (0.0, 0.0), height, data_of(result))
     # Nothing but the card's panel in the strip beside its lower edge.
     strip = canvas.pixels[-9 * SCALE : -2 * SCALE, 20 * SCALE : -20 * SCALE]
@@ -173,7 +173,7 @@ def test_reasons_are_never_clipped(length: int) -> None:
 
 def test_cards_in_reach_show_amber_and_others_grey_pictures() -> None:
     for result in (result_of(), LOST):
-        canvas = Canvas(card.WIDTH, 320, Dark.BG)
+        canvas = Page(card.WIDTH, 320, Dark.BG)
         card.draw_card(canvas, (0.0, 0.0), 320, data_of(result))
         face = canvas.pixels[68 * SCALE, 68 * SCALE].astype(int)
         assert is_amber(canvas.pixels).any() == result.attainable
@@ -263,7 +263,7 @@ def test_words() -> None:
 
 @pytest.mark.parametrize(("turn", "dx", "dy"), [(0, 0, -1), (90, 1, 0), (180, 0, 1), (-90, -1, 0)])
 def test_polar_plot_has_clockwise_to_the_right(turn: float, dx: int, dy: int) -> None:
-    canvas = Canvas(100, 100, Dark.PANEL)
+    canvas = Page(100, 100, Dark.PANEL)
     card._draw_polar(canvas, (50, 50), 40, [10.0] * 64, turn, (turn - 5.0, turn + 5.0), 45.0)
     rows, columns = np.nonzero(is_amber(canvas.pixels))
     where = np.array([columns.mean(), rows.mean()]) / SCALE - 50.0
@@ -275,7 +275,7 @@ def test_polar_plot_has_clockwise_to_the_right(turn: float, dx: int, dy: int) ->
     ("match", "share"), [(-5, 0.0), (0, 0.0), (50, 0.5), (100, 1.0), (120, 1.0)]
 )
 def test_meter_is_filled_in_proportion(match: float, share: float) -> None:
-    canvas = Canvas(220, 20, Dark.PANEL)
+    canvas = Page(220, 20, Dark.PANEL)
     colours = (Dark.TEXT, Dark.TRACK, Dark.PANEL)
     draw_meter(canvas, (10, 8, 200, 4), match, 45.0, colours)
     row = canvas.pixels[10 * SCALE, 10 * SCALE : 210 * SCALE, 0]

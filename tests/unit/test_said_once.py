@@ -19,7 +19,7 @@ from app.devices.profiles import PROFILES, ModelProfile, profile_for
 from app.devices.theta.client import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.overlays.help import key_lines
-from app.ui.presenters.actions import SEARCHED, Action, nothing_words
+from app.ui.presenters.actions import SEARCH_SCOPE, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.services import Sounds
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
@@ -82,7 +82,7 @@ def test_too_far_counts_the_way_back_and_nothing_else(
 def test_no_capture_takes_more_frames_than_were_said(profile: ModelProfile) -> None:
     """Truth: what the planner makes of any light that a camera may meter."""
     camera = MagicMock()
-    camera.found.model = profile.title
+    camera.device.model = profile.title
     said = {part.key: part.second for part in plan_parts(camera, None)}
     limits = profile_for(Info(profile.title))
     for shutter in (1 / 2000, 1 / 500, 1 / 125, 1 / 60, 1 / 30, 1 / 8, 1 / 4):
@@ -168,7 +168,7 @@ def test_the_foot_names_what_enter_does(tmp_path: Path) -> None:
 def test_nothing_found_says_so_and_what_can_be_searched() -> None:
     told = nothing_words(" xyzzy ")
     assert told.startswith("Nothing found for “xyzzy”.")
-    assert told.endswith(f"{SEARCHED}.")
+    assert told.endswith(f"{SEARCH_SCOPE}.")
 
 
 def test_the_tour_promises_what_it_has() -> None:

@@ -151,7 +151,7 @@ def test_eq_4_equals_eq_2(scene: str) -> None:
     """Quality from pre-integrated targets against weights times the rendered picture."""
     transport, pack = lambert_sphere_transport(), synthetic_pack()
     light = SCENES[scene]
-    found = curves(pack.tables, pack.seen(light))
+    found = curves(pack.tables, pack.project(light))
     region = pack.region_on(transport)
     pictures, mean, _ = _exact(transport, region, light)
     for row, style in enumerate(pack.styles):
@@ -166,7 +166,7 @@ def test_eq_4_equals_eq_2(scene: str) -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_search_basis_holds_the_contrast(scene: str) -> None:
     transport, pack = lambert_sphere_transport(), synthetic_pack()
-    found = curves(pack.tables, pack.seen(SCENES[scene]))
+    found = curves(pack.tables, pack.project(SCENES[scene]))
     _, _, contrast = _exact(transport, pack.region_on(transport), SCENES[scene])
     # Match is at most 100, so half a percent of contrast is half a point of match.
     np.testing.assert_allclose(found.contrast, contrast, rtol=5e-3)

@@ -54,7 +54,7 @@ def _correlation(one: np.ndarray, other: np.ndarray, weights: np.ndarray) -> flo
 def test_match_and_quality_are_those_of_pictures_in_colour(scene: Path) -> None:
     pack, transport = load_named_pack("generic"), _generic()
     light = reduce(read_environment(scene)).astype(np.float64)
-    found = curves(pack.tables, pack.seen(light))
+    found = curves(pack.tables, pack.project(light))
     match = measure(pack, found).match
     heads, region = _heads(transport, light), pack.region_on(transport)
     for row, style in enumerate(pack.styles):
@@ -72,18 +72,18 @@ def test_luminance_alone_would_be_wrong() -> None:
     """What this is for: light of two colours, counted as grey, gives another match."""
     pack = load_named_pack("generic")
     light = _two_colours()
-    match = measure(pack, curves(pack.tables, pack.seen(light))).match
-    grey = measure(pack, curves(pack.tables, pack.seen(luminance(light)))).match
+    match = measure(pack, curves(pack.tables, pack.project(light))).match
+    grey = measure(pack, curves(pack.tables, pack.project(luminance(light)))).match
     assert np.abs(match - grey).max() > 5.0
 
 
 def test_grey_light_is_its_luminance() -> None:
     pack = load_named_pack("generic")
     light = np.exp(np.random.default_rng(1).standard_normal((32, 64)))
-    coloured = pack.seen(np.repeat(light[..., None], 3, axis=2))
+    coloured = pack.project(np.repeat(light[..., None], 3, axis=2))
     np.testing.assert_allclose(coloured[:32], light, rtol=1e-12)
     np.testing.assert_allclose(coloured[32:], 0.0, atol=1e-12 * light.sum())
-    np.testing.assert_array_equal(pack.seen(light)[32:], 0.0)
+    np.testing.assert_array_equal(pack.project(light)[32:], 0.0)
     np.testing.assert_array_equal(luminance_of(light), light)
 
 
@@ -100,7 +100,7 @@ def test_parts_hold_the_picture_in_colour() -> None:
 
 def test_a_mirrored_place_is_seen_mirrored() -> None:
     pack, light = load_named_pack("generic"), _two_colours()
-    np.testing.assert_array_equal(pack.seen(light[:, ::-1]), pack.seen(light)[:, ::-1])
+    np.testing.assert_array_equal(pack.project(light[:, ::-1]), pack.project(light)[:, ::-1])
 
 
 def test_a_head_of_one_colour_has_no_second_part() -> None:

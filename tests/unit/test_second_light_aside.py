@@ -11,7 +11,7 @@ from app.core.base.angles import wrap
 from app.core.second_light.added import AddedLight, from_captured
 from app.core.second_light.aside import seen_aside
 from app.core.second_light.contrast import prepare_face
-from app.core.second_light.search import Placed, place_all
+from app.core.second_light.search import LampPlacement, place_all
 from app.core.solver.lens_search import LensWish, YawWord, match_curves, views_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves
@@ -34,7 +34,7 @@ def added() -> AddedLight:
 
 
 @cache
-def found() -> tuple[Placed, ...]:
+def found() -> tuple[LampPlacement, ...]:
     return place_all(generic_pack(), generic_transport(), place(), added(), styles=STYLES)
 
 
@@ -52,7 +52,7 @@ def test_the_match_is_that_of_a_place_with_the_lamp_in_it(yaw: float) -> None:
     ):
         turned = np.roll(place(), -one.turn_index, axis=1)
         whole = np.roll(added().over(turned, one.placement, one.power), one.turn_index, axis=1)
-        seen = generic_pack().seen(normalised(whole, (32, 64))[0])
+        seen = generic_pack().project(normalised(whole, (32, 64))[0])
         front = measure(generic_pack(), curves(generic_pack().tables, seen))
         match, _ = match_curves(generic_pack(), views_of(generic_pack(), "generic"), seen, front)[
             yaw

@@ -18,7 +18,7 @@ from app.core.second_light.captured import (
     centroid,
     grey_lamp,
     make_lamp,
-    placed,
+    place_lamp,
     placed_at,
 )
 from app.core.second_light.placements import placement
@@ -43,7 +43,7 @@ def lopsided() -> PlacedLamp:
     lamp = captured(Lamp("box", (0.1, 0.4), 170.0, 35.0))
     up = directions(lamp.shape)[..., 1]
     light = lamp.radiance * np.maximum(up - 0.2, 0.0)[..., None]
-    return placed(make_lamp("long", light, lamp.alpha, white_cd_m2=2.0))
+    return place_lamp(make_lamp("long", light, lamp.alpha, white_cd_m2=2.0))
 
 
 CAPTURES = [
@@ -110,7 +110,7 @@ def test_a_lamp_that_stood_upright_stays_upright() -> None:
 
 def test_all_placements_are_those_one_by_one() -> None:
     own = captured(Lamp("dish", (0.3, 0.2), 77.0, -20.0, 15.0))
-    every = placed(own)
+    every = place_lamp(own)
     assert every.light.shape == (576, 32, 64, 3)
     assert every.alpha.shape == (576, 32, 64)
     for number in (0, 63, 64 * 4, 64 * 6 + 21, 575):
@@ -124,8 +124,8 @@ def test_light_is_in_cd_m2_where_that_is_known() -> None:
     known = placed_at(captured(lamp, white=2.5), 0.0, 0.0)[0]
     unknown = placed_at(captured(lamp, white=None), 0.0, 0.0)[0]
     np.testing.assert_allclose(known, 2.5 * unknown, rtol=1e-5)
-    assert placed(captured(lamp)).absolute
-    assert not placed(captured(lamp, white=None)).absolute
+    assert place_lamp(captured(lamp)).absolute
+    assert not place_lamp(captured(lamp, white=None)).absolute
 
 
 def test_illuminance_is_that_of_a_rectangle() -> None:
@@ -182,7 +182,7 @@ def test_bad_captures_are_refused_in_words() -> None:
     with pytest.raises(CoreError, match="no light in it"):
         make_lamp("x", light, np.zeros((8, 16), np.float32))
     with pytest.raises(ValueError, match="columns"):
-        placed(make_lamp("x", light, light[..., 0]), (16, 32))
+        place_lamp(make_lamp("x", light, light[..., 0]), (16, 32))
 
 
 def test_damaged_numbers_are_repaired() -> None:

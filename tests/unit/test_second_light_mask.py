@@ -134,13 +134,13 @@ def test_rooms_without_a_lamp_are_refused() -> None:
 def test_masks_are_corrected_by_hand() -> None:
     light, truth = room(phone(0.3), 0.05)
     lamp = make_lamp("phone", light, truth.astype(np.float32), distance_m=0.3, camera="V")
-    less = edit_mask(lamp, (-90.0, 0.0, -90.0, 90.0), lit=False)
+    less = edit_mask(lamp, (-90.0, 0.0, -90.0, 90.0), is_lamp=False)
     assert less.solid_angle_sr == pytest.approx(lamp.solid_angle_sr / 2.0, rel=0.02)
     assert not less.alpha[:, :512].any()
-    more = edit_mask(less, (-20.0, 0.0, -30.0, 30.0), lit=True)
+    more = edit_mask(less, (-20.0, 0.0, -30.0, 30.0), is_lamp=True)
     assert more.alpha[256, 470] == 1.0
     # What was captured there is light again: correcting loses nothing.
     np.testing.assert_array_equal(more.light[256, 470], light[256, 470])
     assert (more.distance_m, more.camera) == (0.3, "V")
     with pytest.raises(CoreError, match="no light"):
-        edit_mask(lamp, (-180.0, 180.0, -90.0, 89.0), lit=False)
+        edit_mask(lamp, (-180.0, 180.0, -90.0, 89.0), is_lamp=False)

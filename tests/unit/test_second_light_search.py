@@ -251,14 +251,14 @@ def test_only_what_is_allowed_is_chosen() -> None:
     allowed = np.zeros(576, bool)
     allowed[[4 * 64 + 3, 4 * 64 + 4, 5 * 64 + 40]] = True
     for objective in ("picture", "paper"):
-        for one in place_all(pack(), TRANSPORT, place, added, objective, allowed=allowed):
+        for one in place_all(pack(), TRANSPORT, place, added, objective, is_open=allowed):
             assert allowed[one.placement]
             # No neighbour on both sides may be reached: the lamp stays where it is.
             assert one.lamp_azimuth_refined_deg == one.lamp_azimuth_deg
             assert one.lamp_altitude_refined_deg == one.lamp_altitude_deg
             assert one.evaluated == 64 * 3
     with pytest.raises(CoreError, match="cannot be held"):
-        place_all(pack(), TRANSPORT, place, added, allowed=np.zeros(576, bool))
+        place_all(pack(), TRANSPORT, place, added, is_open=np.zeros(576, bool))
 
 
 def test_refined_angles_are_near_and_not_worse() -> None:
@@ -378,4 +378,4 @@ def test_seeking_needs_some_place() -> None:
     tables = lamp_tables(pack(), TRANSPORT, captured())
     light, scale = normalised(coloured_place(), (32, 64))
     with pytest.raises(CoreError, match="within reach"):
-        seek(tables, see_place(tables, light, scale), [0], allowed=np.zeros(576, bool))
+        seek(tables, see_place(tables, light, scale), [0], is_open=np.zeros(576, bool))

@@ -15,7 +15,7 @@ from app.core.second_light.lamp_presets import KINDS, powers_of
 from app.core.second_light.library import read_lamp_file
 from app.core.second_light.placements import COUNT, above_floor, placement, within_arm
 from app.core.second_light.scale import illuminance, stated_white
-from app.core.second_light.search_kernel import Spot, best_spot, refine
+from app.core.second_light.search_kernel import LampSpot, best_spot, refine
 from app.words.lamps import power_words
 from tests.helpers.synthetic import lamp_environment
 
@@ -127,13 +127,13 @@ def test_a_parabola_is_refined_exactly() -> None:
     values = 9.0 - 0.01 * (t * t + 2 * h * h + a * a + 0.8 * t * a)
     objective = values.reshape(64, 576)
     spot = best_spot(objective)
-    assert spot == Spot(20, 4 * 64 + 40)
+    assert spot == LampSpot(20, 4 * 64 + 40)
     allowed = np.ones((64, 576), bool)
     assert refine(objective, spot, allowed) == pytest.approx((0.3, -0.4, 0.2), abs=1e-9)
     # A gate that closes toward the maximum holds the move back.
     gate = (20.1 - turn).reshape(64, 576).astype(float)
     assert refine(objective, spot, allowed, gate)[0] <= 0.1 + 1e-9
-    assert refine(objective[[20]], Spot(0, spot.number), allowed[[20]])[0] == 0.0
+    assert refine(objective[[20]], LampSpot(0, spot.number), allowed[[20]])[0] == 0.0
 
 
 def test_ties_in_order() -> None:
@@ -141,8 +141,8 @@ def test_ties_in_order() -> None:
     equal = [(63, 0), (1, _number(-5.625, 0.0)), (1, _number(5.625, 16.875)), (5, 4 * 64)]
     for spot in equal:
         objective[spot] = 1.0
-    assert best_spot(objective) == Spot(1, _number(5.625, 16.875))
+    assert best_spot(objective) == LampSpot(1, _number(5.625, 16.875))
     objective[1, _number(5.625, -16.875)] = 1.0
-    assert best_spot(objective) == Spot(1, _number(5.625, 16.875))
+    assert best_spot(objective) == LampSpot(1, _number(5.625, 16.875))
     objective[1, _number(5.625, 0.0)] = 1.0
-    assert best_spot(objective) == Spot(1, _number(5.625, 0.0))
+    assert best_spot(objective) == LampSpot(1, _number(5.625, 0.0))

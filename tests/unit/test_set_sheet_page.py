@@ -24,7 +24,7 @@ from app.core.styles.style_pack import load_named_pack, load_transport_of
 from app.core.text import set_language
 from app.export import set_page as strip
 from app.export import set_plan as plan
-from app.export.canvas import SCALE, Anchor, Canvas, Colour, Point, Weight, text_width
+from app.export.canvas import SCALE, Anchor, Colour, Page, Point, Weight, text_width
 from app.export.set_page import HEIGHT, PLAN_AT, STRIP_AT, WIDTH, draw, draw_page
 from app.export.set_sheet import SetSheet, SheetLamp, assemble, lamps_of
 from app.export.theme import Print
@@ -56,8 +56,8 @@ def assembled(
         transport,
         radiance,
         place="x",
-        lit=lit,
-        drawn=lambda _, size: disc(size),
+        face_picture=lit,
+        draw=lambda _, size: disc(size),
         turn_deg=turn_deg,
     )
 
@@ -72,16 +72,16 @@ def sheet_of(**changes: Any) -> SetSheet:
         strength=55.5,
         panorama=GREY,
         place="North studio",
-        drawn=disc,
+        draw=disc,
         ratio=RATIO,
-        made="21 Nov 2026, 14:05",
+        made_text="21 Nov 2026, 14:05",
         age="Measured 25 min ago, the sun has moved 6 degrees: capture again.",
         head="Generic head, medium skin",
     )
     return dataclasses.replace(plain, **changes)
 
 
-class Listening(Canvas):
+class Listening(Page):
     """A page that remembers its words and where they end."""
 
     def __init__(self) -> None:
@@ -395,7 +395,7 @@ def test_only_lamps_that_matter_are_shown() -> None:
     small = [SheetLamp(name, 20.0 * k, 5.0, 0.01) for k, name in enumerate("CDE")]
     large = [SheetLamp(name, 60.0 * k, 5.0, 0.2) for k, name in enumerate("ABFGH")]
     sun = SheetLamp("S", 100.0, 40.0, 0.0001, sun=True)
-    shown = sheet_of(lamps=(*large, *small, sun)).shown
+    shown = sheet_of(lamps=(*large, *small, sun)).visible_lamps
     assert [lamp.name for lamp in shown] == ["S", "A", "B", "F"]
 
 

@@ -75,7 +75,7 @@ def test_bad_fields_are_put_right_one_by_one(file: Path) -> None:
     assert [note.entry.key for note in notes if note.entry] == ["theme", "webcam", "volume"]
     assert "“Theme” is one of: " in note_words(notes[0])
     assert note_words(notes[0]).endswith("It is Dark again.")
-    assert notes[3] == SettingsNote(kept=file.parent / "settings.json.bak")
+    assert notes[3] == SettingsNote(copy=file.parent / "settings.json.bak")
     assert (file.parent / "settings.json.bak").read_bytes() == before
 
 
@@ -84,7 +84,7 @@ def test_bad_file_is_kept_once_and_never_overwritten(file: Path) -> None:
         file.write_bytes(content)
         _, notes = read_settings(file)
         wanted = "settings.json.bak-2" if content == b"[1]" else "settings.json.bak"
-        assert notes[-1] == SettingsNote(kept=file.parent / wanted), number
+        assert notes[-1] == SettingsNote(copy=file.parent / wanted), number
     kept = {name: (file.parent / name).read_bytes() for name in names(file.parent)}
     del kept["settings.json"]
     assert kept == {"settings.json.bak": b"{no", "settings.json.bak-2": b"[1]"}
@@ -113,7 +113,7 @@ def test_cut_off_file_means_defaults_and_a_sentence(file: Path, cut: int) -> Non
         # A cut through a letter of two bytes leaves something that is not text.
         said = note_words(notes[0])
         assert re.fullmatch(r"The settings could not be used: it is .*\. Using default.*", said)
-        assert notes[1:] == (SettingsNote(kept=file.parent / "settings.json.bak"),)
+        assert notes[1:] == (SettingsNote(copy=file.parent / "settings.json.bak"),)
         assert (file.parent / "settings.json.bak").read_bytes() == whole[:-cut]
 
 

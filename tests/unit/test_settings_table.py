@@ -68,7 +68,7 @@ def test_lines_are_complete(entry: Setting) -> None:
     assert words.explanation(entry).endswith(".")
     assert len(words.choices(entry)) == len(entry.choices)
     assert entry.section in SECTIONS
-    assert entry.checked(entry.default) == entry.default
+    assert entry.check(entry.default) == entry.default
     if entry.kind == "number":
         assert entry.minimum < entry.maximum
         assert entry.step > 0

@@ -52,10 +52,10 @@ def row(name: str = "a", seconds: float = 2.0, plain: float = 10.0, limit: float
 def test_plain_searches_compute_the_same() -> None:
     transport, pack = lambert_sphere_transport(), synthetic_pack()
     light = np.exp(np.random.default_rng(0).standard_normal((32, 64))).astype(np.float32)
-    quality = quality_curves(pack.tables, pack.seen(light))
+    quality = quality_curves(pack.tables, pack.project(light))
     plain = plain_quality(pack.preintegrated, light)
     np.testing.assert_allclose(plain, quality, atol=1e-5 * np.abs(quality).max())
-    match = measure(pack, curves(pack.tables, pack.seen(light))).match
+    match = measure(pack, curves(pack.tables, pack.project(light))).match
     flat = pack.targets.reshape(len(pack.styles), -1, 3).astype(np.float32)
     pictures = (flat @ np.array([0.2126, 0.7152, 0.0722], np.float32))[:, transport.pixels]
     full, root = matrix(transport), np.sqrt(pack.region_on(transport)).astype(np.float32)

@@ -15,7 +15,7 @@ from app.core.base.paths import resources
 from app.core.solver.transport import (
     Transport,
     _half_floats,
-    _packed,
+    _pack,
     _unpacked,
     load_transport,
     save_transport,
@@ -46,7 +46,7 @@ def uneven() -> Transport:
 def test_packing_loses_nothing(make: Callable[[], Transport], tmp_path: Path) -> None:
     transport = make()
     arrays = _half_floats(transport)
-    again = _unpacked(_packed(arrays, transport.header), transport.header)
+    again = _unpacked(_pack(arrays, transport.header), transport.header)
     assert again.keys() == arrays.keys()
     for name, array in arrays.items():
         assert again[name].dtype == array.dtype

@@ -7,7 +7,7 @@ import pytest
 
 from app.core.base.angles import TURNS
 from app.core.solver.signature import NEARLY, NO, YES
-from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective, choose
+from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures, choose
 
 TURN = np.arange(TURNS)
 
@@ -30,13 +30,15 @@ def chosen(
 ) -> Choice:
     """A style with a signature: it is shown where its bump reaches 1."""
     shown = (bump(*yes) - 1.0, bump(*nearly) - 1.0)
-    return choose(Measured(bump(50, 1.0), bump(*match), bump(10, 50.0), *shown, ONES), objective)
+    return choose(
+        StyleMeasures(bump(50, 1.0), bump(*match), bump(10, 50.0), *shown, ONES), objective
+    )
 
 
 def painted(
     match: tuple[int, float], strength: tuple[int, float], limits: Limits = LIMITS
 ) -> Choice:
-    measured = Measured(bump(50, 1.0), bump(*match), bump(*strength), NONE, NONE, ONES)
+    measured = StyleMeasures(bump(50, 1.0), bump(*match), bump(*strength), NONE, NONE, ONES)
     return choose(measured, limits=limits)
 
 
@@ -89,19 +91,19 @@ def test_many_styles_at_once_are_as_each_by_itself() -> None:
     curves = random.normal(30.0, 25.0, (6, 5, 7, TURNS))
     curves[3:5, ::2] -= 150.0
     curves[3:5, :, 2] = np.nan
-    together = choose(Measured(*curves))
+    together = choose(StyleMeasures(*curves))
     assert {NO, NEARLY, YES} == set(together.grade.ravel().tolist())
     for light in range(5):
         for row in range(7):
-            alone = choose(Measured(*curves[:, light, row]))
+            alone = choose(StyleMeasures(*curves[:, light, row]))
             part = together[light][row]
-            np.testing.assert_array_equal(part.allowed, alone.allowed)
+            np.testing.assert_array_equal(part.eligible, alone.eligible)
             np.testing.assert_array_equal(part.curve, alone.curve)
             assert bool(part.in_reach) == bool(alone.in_reach)
 
 
 def test_what_is_closed_is_never_chosen() -> None:
-    measured = Measured(
+    measured = StyleMeasures(
         bump(50, 1.0),
         bump(10, 90.0),
         bump(10, 80.0),
@@ -112,4 +114,4 @@ def test_what_is_closed_is_never_chosen() -> None:
     is_open = (TURN < 5) | (TURN > 20)
     assert int(choose(measured).best) == 10
     assert int(choose(measured, is_open=is_open).best) in (4, 21)
-    assert not choose(measured, is_open=is_open).allowed[10]
+    assert not choose(measured, is_open=is_open).eligible[10]

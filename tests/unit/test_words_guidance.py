@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.core.guidance.guide import Goal, Phase, Reading, Source, guide
+from app.core.guidance.guide import Goal, HeadingSource, Phase, Reading, guide
 from app.core.guidance.mode import Mode
 from app.words.guidance import guide_words, trouble_line
 
@@ -16,7 +16,7 @@ def test_trouble_has_a_line_of_one_sentence() -> None:
 
 
 def test_by_eye_names_what_is_missing() -> None:
-    shown, _ = guide(GOAL, Reading(None, 0.0, Source.STARTING))
+    shown, _ = guide(GOAL, Reading(None, 0.0, HeadingSource.STARTING))
     words = guide_words(shown, Mode.WALK, "Starting the webcam")
     assert words.spoken == (
         "Starting the webcam. Turn 96° clockwise, toward 3 o’clock. Walk to your left."

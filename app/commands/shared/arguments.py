@@ -140,10 +140,10 @@ def add_lens(parser: argparse.ArgumentParser) -> None:
 
 def asked_lens(args: argparse.Namespace) -> LensWish:
     """Where the lens may stand: straight in front, unless something else is asked for."""
-    asked: YawAsked | None = args.yaw
-    if asked is None:
-        asked = 0.0 if args.background is None else "auto"
-    return LensWish(asked, args.background)
+    yaw: YawAsked | None = args.yaw
+    if yaw is None:
+        yaw = 0.0 if args.background is None else "auto"
+    return LensWish(yaw, args.background)
 
 
 def _yaw(text: str) -> YawAsked:
@@ -190,10 +190,10 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
     if studio == AS_PUBLISHED:
         return pack
     transport = load_transport_of(pack, args.head)
-    lit = StudioPacks(pack, transport, load_shape_of(transport, args.head)).pack_for(studio)
+    studio_pack = StudioPacks(pack, transport, load_shape_of(transport, args.head)).pack_for(studio)
     own = [
         full_title(style)
-        for style, each in zip(lit.styles, lit.studios, strict=True)
+        for style, each in zip(studio_pack.styles, studio_pack.studios, strict=True)
         if each == AS_PUBLISHED
     ]
     if own:
@@ -203,7 +203,7 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
                 styles="; ".join(own),
             )
         )
-    return lit
+    return studio_pack
 
 
 def studio_facts(args: argparse.Namespace) -> dict[str, object]:
@@ -269,8 +269,8 @@ def check_outputs(
     Raises:
         CoreError: Nothing has been read or written then.
     """
-    read = {key: path for path in _listed(inputs, members) for key in _keys(path)}
-    written: set[_Key] = set()
+    read = {key: path for path in _list_inputs(inputs, members) for key in _keys(path)}
+    output_keys: set[_Key] = set()
     for target in outputs:
         if target is None:
             continue
@@ -288,7 +288,7 @@ def check_outputs(
                     name=source.name,
                 )
             raise CoreError(words, tr("Choose another name."))
-        if written & keys:
+        if output_keys & keys:
             raise CoreError(
                 tr(
                     "Cannot write {target} twice: two of the files to be written are the same.",
@@ -296,7 +296,7 @@ def check_outputs(
                 ),
                 tr("Choose another name for one of them."),
             )
-        written |= keys
+        output_keys |= keys
 
 
 def check_drawing() -> None:
@@ -324,17 +324,17 @@ def mask_files(masks: Iterable[MaskSpec]) -> list[Path]:
     return [mask.path for mask in masks if mask.path is not None]
 
 
-def _listed(inputs: Iterable[Path | str | None], members: Sequence[str]) -> Iterator[Path]:
-    for given in inputs:
-        if given is None:
+def _list_inputs(inputs: Iterable[Path | str | None], members: Sequence[str]) -> Iterator[Path]:
+    for item in inputs:
+        if item is None:
             continue
-        path = Path(given)
+        path = Path(item)
         yield path
         try:
-            found = list(path.iterdir()) if path.is_dir() else []
+            entries = list(path.iterdir()) if path.is_dir() else []
         except (OSError, ValueError):
             continue  # The reader says why.
-        yield from (each for each in found if each.suffix.lower() in members)
+        yield from (each for each in entries if each.suffix.lower() in members)
 
 
 def _keys(path: Path) -> set[_Key]:

@@ -26,36 +26,36 @@ from app.core.base.progress import Token
 from app.core.base.visible import STEERING
 from app.core.text import tr
 
-_SHOWN: Final = {code: f"\\u{code:04x}" for code in STEERING}
+_ESCAPES: Final = {code: f"\\u{code:04x}" for code in STEERING}
 
 
 class _Plain:
     """A text stream that shows what would steer a terminal."""
 
-    def __init__(self, stream: TextIO, *, needed: bool) -> None:
+    def __init__(self, stream: TextIO, *, needs_escape: bool) -> None:
         self._stream = stream
-        self._needed = needed
+        self._needs_escape = needs_escape
 
     def write(self, text: str) -> int:
         """Write what can be shown."""
-        with self._checked():
-            self._stream.write(text.translate(_SHOWN))
+        with self._check_output():
+            self._stream.write(text.translate(_ESCAPES))
         return len(text)
 
     def flush(self) -> None:
         """Flush; errors as `write`."""
-        with self._checked():
+        with self._check_output():
             self._stream.flush()
 
     @contextlib.contextmanager
-    def _checked(self) -> Iterator[None]:
+    def _check_output(self) -> Iterator[None]:
         try:
             yield
         except BrokenPipeError:
-            if self._needed:
+            if self._needs_escape:
                 raise
         except (OSError, ValueError) as error:
-            if self._needed:
+            if self._needs_escape:
                 reason = (getattr(error, "strerror", None) or str(error)).lower()
                 raise CoreError(
                     tr("The answer cannot be printed: {reason}.", reason=reason)
@@ -77,8 +77,8 @@ def plain_streams(*, quiet: bool) -> Iterator[None]:
     before = sys.stdout, sys.stderr
     answer, words = _opened(before[0], 1), _opened(before[1], 2)
     with _apart(words) if quiet else contextlib.nullcontext(words) as words:
-        sys.stdout = cast("TextIO", _Plain(answer, needed=True))
-        sys.stderr = cast("TextIO", _Plain(words, needed=False))
+        sys.stdout = cast("TextIO", _Plain(answer, needs_escape=True))
+        sys.stderr = cast("TextIO", _Plain(words, needs_escape=False))
         try:
             yield
         finally:
@@ -100,18 +100,18 @@ def _apart(stream: TextIO) -> Iterator[TextIO]:
     if not usual:
         yield stream
         return
-    kept = os.dup(2)
+    stderr_copy = os.dup(2)
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 2)
     os.close(nothing)
     try:
         with open(
-            kept, "w", buffering=1, encoding=stream.encoding, errors="replace", closefd=False
+            stderr_copy, "w", buffering=1, encoding=stream.encoding, errors="replace", closefd=False
         ) as own:
             yield own
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(stderr_copy, 2)
+        os.close(stderr_copy)
 
 
 def one_line(text: str) -> str:
@@ -241,8 +241,8 @@ def stopping(token: Token, words: str = "") -> Iterator[None]:
             # Print is not safe inside a signal handler.
             os.write(sys.stderr.fileno(), f"{words}\n".encode())
 
-    heard = [each for each in _ENDING if signal.getsignal(each) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, *heard)}
+    signals = [each for each in _ENDING if signal.getsignal(each) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, *signals)}
     try:
         yield
     finally:

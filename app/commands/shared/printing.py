@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import argparse
 
     from app.core.base.progress import Progress
-    from app.core.second_light.search import Placed
+    from app.core.second_light.search import LampPlacement
     from app.core.solver.solve import PeakResult, StyleResult
 
 _PAUSE_S = 1.0  # between two lines about the same step
@@ -52,7 +52,7 @@ def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
     }
 
 
-def reach_facts(one: StyleResult | Placed) -> dict[str, Any]:
+def reach_facts(one: StyleResult | LampPlacement) -> dict[str, Any]:
     """Return the JSON keys for a style's reach: its grade, the reason and its cause as data."""
     words = reason_sentence(one.shortfall) or None
     return {
@@ -81,20 +81,20 @@ class ProgressPrinter:
     def __init__(self) -> None:
         self._last = (-_PAUSE_S, "")
         self._first: tuple[float, float] | None = None
-        self._said = ""
+        self._last_line = ""
 
     def __call__(self, fraction: float, step: Progress | str) -> None:
         """Say how far the work is; what was said already is not said again."""
         now, message = time.monotonic(), progress_words(step)
         if self._first is None or fraction < self._first[0]:
             self._first = (fraction, now)
-        gained = fraction - self._first[0]
+        gain = fraction - self._first[0]
         words = message
-        if gained > 0.02 and fraction < 1:
-            left = about_words((now - self._first[1]) / gained * (1 - fraction))
-            words = tr("{message}, about {time} left", message=message, time=left)
+        if gain > 0.02 and fraction < 1:
+            time_left = about_words((now - self._first[1]) / gain * (1 - fraction))
+            words = tr("{message}, about {time} left", message=message, time=time_left)
         line = f"{100 * fraction:3.0f} %  {words}"
         due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
-        if line != self._said and due:
+        if line != self._last_line and due:
             say(line)
-            self._said, self._last = line, (now, message)
+            self._last_line, self._last = line, (now, message)

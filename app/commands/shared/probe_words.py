@@ -55,7 +55,7 @@ def probe_facts(probe: Measurement) -> dict[str, Any]:
             {"name": change.style} | fields(change, "turn_before_deg", "turn_after_deg", "given_up")
             for change in finished.changes
         ],
-        "moved_share": probe.moved.share,
+        "moved_share": probe.motion.share,
         "levelled": fields(probe.levelling, "pitch_deg", "roll_deg"),
         "stitching": own_facts(probe).get("stitching"),
         "left_out": [
@@ -136,12 +136,12 @@ def _frames(probe: Measurement) -> list[tuple[Frame, float, float]]:
 
 def _frame(frame: Frame, ev: float, clipped: float) -> dict[str, Any]:
     exposure = frame.exposure or _UNSTATED
-    known = exposure.known
+    absolute = exposure.known
     return {
         "file": str(frame.path),
         "shutter_s": exposure.shutter_s or None,
-        "iso": exposure.iso if known else None,
-        "aperture": exposure.aperture if known else None,
+        "iso": exposure.iso if absolute else None,
+        "aperture": exposure.aperture if absolute else None,
         "ev": round(ev, 4),
         "clipped_fraction": clipped,
     }
@@ -170,13 +170,13 @@ def _change(change: Any) -> dict[str, Any]:
 
 
 def _sun(probe: Measurement) -> dict[str, Any] | None:
-    done = probe.finished.restoration
-    if done is None:
+    restoration = probe.finished.restoration
+    if restoration is None:
         return None
     return {
-        "lamp": done.light,
-        "illuminance_lux": round(done.illuminance_lux),
-        "range_lux": [round(value) for value in done.range_lux],
+        "lamp": restoration.light,
+        "illuminance_lux": round(restoration.illuminance_lux),
+        "range_lux": [round(value) for value in restoration.range_lux],
     }
 
 

@@ -119,7 +119,7 @@ class BakedView:
         pixels, coverage: (P,) int32, float32. As those of a transport.
         positions: (P, 3) float32. Where each pixel looks, as in `HeadShape`.
         matrix: (P, H * W, 3) float32. The transport, whole.
-        targets: (S, P, 3) float32. As those of `Baked`.
+        targets: (S, P, 3) float32. As those of `BakeResult`.
     """
 
     yaw_deg: float
@@ -131,7 +131,7 @@ class BakedView:
 
 
 @dataclass(frozen=True, slots=True)
-class Baked:
+class BakeResult:
     """What a bake gives.
 
     Attributes:
@@ -148,7 +148,7 @@ class Baked:
 
 
 @dataclass(frozen=True, slots=True)
-class _Job:
+class _BakeJob:
     """Everything that stays the same from part to part."""
 
     scene: Any
@@ -185,7 +185,7 @@ class _Job:
 
 
 @dataclass(frozen=True, slots=True)
-class _Light:
+class _SkinLight:
     """What reaches the skin, and how the skin takes it.
 
     Attributes:
@@ -216,22 +216,22 @@ class _Progress:
 
 
 @dataclass(frozen=True, slots=True)
-class _Begun:
+class _BakeSetup:
     """A bake whose light is measured, whichever way a camera looks at it."""
 
     head: HeadMesh
     skin: Skin
     styles: Sequence[Style]
     camera: Camera
-    covered: Float32
-    job: _Job
-    light: _Light
+    skin_cover: Float32
+    job: _BakeJob
+    light: _SkinLight
     cache: BakeCache
     progress: _Progress
     measured: float
 
 
-def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]) -> Baked:
+def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]) -> BakeResult:
     """Compute the transport of a head and the studio pictures of the styles.
 
     What lights each point of the skin is measured once, whichever way the camera looks at it; each
@@ -239,29 +239,29 @@ def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How
 
     Raises `BakeError` if Mitsuba cannot build the scene; `Cancelled` if the token says so.
     """
-    begun = _begin(head, skin, styles, how)
-    job, light, yaws = begun.job, begun.light, how.get("yaws", ())
-    first = begun.measured + (0.95 - begun.measured) / (1 + len(yaws))
-    part = begun.measured, first
-    matrix = _matrix(job, light, begun.cache.keep, begun.progress, part)
-    transport = _finish(head, skin, begun.camera, begun.covered, job, matrix)
+    setup = _begin(head, skin, styles, how)
+    job, light, yaws = setup.job, setup.light, how.get("yaws", ())
+    first = setup.measured + (0.95 - setup.measured) / (1 + len(yaws))
+    part = setup.measured, first
+    matrix = _matrix(job, light, setup.cache.keep, setup.progress, part)
+    transport = _finish(head, skin, setup.camera, setup.skin_cover, job, matrix)
     targets = _targets(styles, matrix[:, job.texels.count :])
     shape = look_at_shape(head, job.scene, job.pixels, job.picture)
-    views = tuple(_views(begun, yaws, first))
-    begun.cache.clear()
-    return Baked(transport, targets, shape, views)
+    views = tuple(_views(setup, yaws, first))
+    setup.cache.clear()
+    return BakeResult(transport, targets, shape, views)
 
 
 def bake_views(
     head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]
 ) -> Iterator[BakedView]:
     """Compute only the views of a head whose transport is baked already; as `bake`."""
-    begun = _begin(head, skin, styles, how)
-    yield from _views(begun, how.get("yaws", ()), begun.measured)
-    begun.cache.clear()
+    setup = _begin(head, skin, styles, how)
+    yield from _views(setup, how.get("yaws", ()), setup.measured)
+    setup.cache.clear()
 
 
-def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _Begun:
+def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _BakeSetup:
     """Place the points of the skin, and measure the light that reaches them."""
     picture, quality, seed = how["picture"], how["quality"], how["seed"]
     lamps = [lamp for style in styles for lamp in style.lamps]
@@ -271,7 +271,7 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
     progress = _Progress(how["report"], how["token"])
     scene = build_scene(head, skin, camera)
     looking = progress.part(0.0, 0.01, Task.VIEWING_HEAD)
-    covered = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
+    skin_cover = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
     points = place_points(
         scene,
         head,
@@ -279,12 +279,12 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
         keep=_light_cache(cache, "sky"),
         watch=part_of(looking, 0.5, 1.0),
     )
-    job = _Job(
+    job = _BakeJob(
         scene=scene,
         tables=scene_tables(scene, head, skin, points, picture),
         points=points,
         picture=picture,
-        pixels=np.flatnonzero(covered > 0).astype(np.int32),
+        pixels=np.flatnonzero(skin_cover > 0).astype(np.int32),
         texels=TexelColumns(*how["environment"]),
         lamps=LampColumns(lamps, head.eye_point) if lamps else None,
         quality=quality,
@@ -292,18 +292,18 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
     )
     middle = 0.02 + 0.93 * _light_share(job, 1 + len(how.get("yaws", ())))
     light = _measured(job, cache, progress, middle)
-    return _Begun(head, skin, styles, camera, covered, job, light, cache, progress, middle)
+    return _BakeSetup(head, skin, styles, camera, skin_cover, job, light, cache, progress, middle)
 
 
-def _views(begun: _Begun, yaws: Sequence[float], start: float) -> Iterator[BakedView]:
+def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[BakedView]:
     """Walk from the pixels of cameras at the head's side."""
     ends = np.linspace(start, 0.95, 1 + len(yaws)).tolist()
     for yaw, part in zip(yaws, pairwise(ends), strict=True):
-        job, covered, places = _turned(begun.job, begun.head, begun.skin, yaw)
-        keep = begun.cache.prefixed(f"yaw{yaw:g}")
-        matrix = _matrix(job, begun.light, keep, begun.progress, part)
+        job, skin_cover, places = _turn_job(setup.job, setup.head, setup.skin, yaw)
+        keep = setup.cache.prefixed(f"yaw{yaw:g}")
+        matrix = _matrix(job, setup.light, keep, setup.progress, part)
         texels, studio = np.split(matrix, [job.texels.count], axis=1)
-        view = yaw, job.pixels, covered, places, texels, _targets(begun.styles, studio)
+        view = yaw, job.pixels, skin_cover, places, texels, _targets(setup.styles, studio)
         yield BakedView(*view)
 
 
@@ -336,14 +336,16 @@ def packed_views(
     return basis * scale, parts
 
 
-def _turned(job: _Job, head: HeadMesh, skin: Skin, yaw: float) -> tuple[_Job, Float32, Float32]:
+def _turn_job(
+    job: _BakeJob, head: HeadMesh, skin: Skin, yaw: float
+) -> tuple[_BakeJob, Float32, Float32]:
     """The job of a camera at the head's side; coverage, (P,), and positions, (P, 3), there."""
     scene = build_scene(head, skin, frame_head(head, job.picture, yaw))
-    covered, places = look_from(head, scene, job.picture)
-    pixels = np.flatnonzero(covered > 0).astype(np.int32)
+    skin_cover, places = look_from(head, scene, job.picture)
+    pixels = np.flatnonzero(skin_cover > 0).astype(np.int32)
     tables = scene_tables(scene, head, skin, job.points, job.picture)
-    turned = replace(job, scene=scene, tables=tables, pixels=pixels)
-    return turned, covered[pixels], places[pixels]
+    job_aside = replace(job, scene=scene, tables=tables, pixels=pixels)
+    return job_aside, skin_cover[pixels], places[pixels]
 
 
 def _light_cache(cache: BakeCache, prefix: str) -> Keep:
@@ -353,7 +355,7 @@ def _light_cache(cache: BakeCache, prefix: str) -> Keep:
     return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
 
 
-def _measured(job: _Job, cache: BakeCache, progress: _Progress, end: float) -> _Light:
+def _measured(job: _BakeJob, cache: BakeCache, progress: _Progress, end: float) -> _SkinLight:
     """Measure how the skin takes light, and the light that reaches its points."""
     measuring = Task.MEASURING_SKIN
     profile = measure_profile(
@@ -363,7 +365,7 @@ def _measured(job: _Job, cache: BakeCache, progress: _Progress, end: float) -> _
 
 
 def _matrix(
-    job: _Job, light: _Light, keep: Keep, progress: _Progress, part: tuple[float, float]
+    job: _BakeJob, light: _SkinLight, keep: Keep, progress: _Progress, part: tuple[float, float]
 ) -> Float32:
     """Rows of the transport for all pixels, (P, columns, 3)."""
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
@@ -379,7 +381,7 @@ def _matrix(
     return matrix
 
 
-def _light_share(job: _Job, views: int) -> float:
+def _light_share(job: _BakeJob, views: int) -> float:
     """About which share of the work it is to measure the light, for the time left."""
     light = job.points.count * sum(job.shadow_rays)
     paths = len(job.pixels) * job.quality.paths * _RAYS_IN_PATH
@@ -408,7 +410,7 @@ def measure_profile(
     return fit_profile(keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
 
 
-def _light(job: _Job, profile: Float64, cache: BakeCache, watch: Watch) -> _Light:
+def _light(job: _BakeJob, profile: Float64, cache: BakeCache, watch: Watch) -> _SkinLight:
     """Measure the light of all columns at all points."""
     parts, weights = [], profile.astype(np.float32)
     ends = np.cumsum([0, *job.shadow_rays]) / sum(job.shadow_rays)
@@ -424,7 +426,7 @@ def _light(job: _Job, profile: Float64, cache: BakeCache, watch: Watch) -> _Ligh
         )
         parts.append([sum(a * one for a, one in zip(row, moments, strict=True)) for row in weights])
     directions = np.concatenate([columns.directions() for columns in job.columns])
-    return _Light(
+    return _SkinLight(
         entering=tuple(np.concatenate(channel, axis=1) for channel in zip(*parts, strict=True)),
         slant=lean_scale(profile).astype(np.float32)[:, None, None] * directions.T,
     )
@@ -436,13 +438,13 @@ def _batches(pixels: int, paths: int) -> Iterator[tuple[int, int]]:
         yield start, min(start + step, pixels)
 
 
-def _batch(job: _Job, light: _Light, start: int, stop: int, watch: Watch) -> Float32:
+def _batch(job: _BakeJob, light: _SkinLight, start: int, stop: int, watch: Watch) -> Float32:
     """Rows of the transport for some pixels, (n, columns, 3)."""
     pixels, seed = job.pixels[start:stop], job.seed * 1_000_003 + start
     first, last = part_of(watch, 0.0, 0.5), part_of(watch, 0.5, 1.0)
-    gathered = trace_pixels(job.tables, pixels, job.quality.paths, seed, first)
-    used = np.flatnonzero(gathered.share.any(axis=(0, 2)))
-    share, lean = gathered.share[:, used], gathered.lean[:, used]
+    totals = trace_pixels(job.tables, pixels, job.quality.paths, seed, first)
+    texels_hit = np.flatnonzero(totals.share.any(axis=(0, 2)))
+    share, lean = totals.share[:, texels_hit], totals.lean[:, texels_hit]
     glints = job.quality.glints
     matrix = np.concatenate(
         [
@@ -452,7 +454,7 @@ def _batch(job: _Job, light: _Light, start: int, stop: int, watch: Watch) -> Flo
         axis=1,
     )
     for channel, everywhere in enumerate(light.entering):
-        entering = everywhere[used]
+        entering = everywhere[texels_hit]
         matrix[:, :, channel] += share[:, :, channel] @ entering
         for axis, slant in enumerate(light.slant[channel]):
             matrix[:, :, channel] += (lean[:, :, axis, channel] @ entering) * slant
@@ -479,10 +481,10 @@ def _key(
 
 
 def _finish(
-    head: HeadMesh, skin: Skin, camera: Camera, covered: Float32, job: _Job, matrix: Float32
+    head: HeadMesh, skin: Skin, camera: Camera, skin_cover: Float32, job: _BakeJob, matrix: Float32
 ) -> Transport:
     """Symmetrise, compress and describe the columns of the texels."""
-    coverage, full, noise = covered[job.pixels], matrix[:, : job.texels.count], float("nan")
+    coverage, full, noise = skin_cover[job.pixels], matrix[:, : job.texels.count], float("nan")
     if head.symmetric:
         twin = mirror_pixels(job.pixels, camera.size)
         full, noise = symmetrise(full, twin, job.texels)

@@ -31,9 +31,9 @@ class BakeCache:
         """Return a part of this shape: from the folder, else computed and kept there."""
         file = self.folder / f"{name}.npz"
         with contextlib.suppress(TransportError):
-            done = read_arrays(file, tr("part of a bake"), "", _MOST_BYTES).get("matrix")
-            if done is not None and done.shape == shape:
-                return np.asarray(done, np.float32)
+            matrix = read_arrays(file, tr("part of a bake"), "", _MOST_BYTES).get("matrix")
+            if matrix is not None and matrix.shape == shape:
+                return np.asarray(matrix, np.float32)
         part = compute()
         self.folder.mkdir(parents=True, exist_ok=True)
         write_arrays(file, {"matrix": part})

@@ -136,8 +136,8 @@ def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.searchsorted(pixels, mirrored)
     where = np.minimum(where, len(pixels) - 1)
-    found = pixels[where] == mirrored
-    return np.where(found, where, np.arange(len(pixels)))
+    is_match = pixels[where] == mirrored
+    return np.where(is_match, where, np.arange(len(pixels)))
 
 
 def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Float32, float]:
@@ -185,9 +185,9 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
     basis, scale = texel_functions([flat], texels, rank)
     flat = flat / scale
     projected = flat @ basis.T
-    lost = np.square(flat - projected @ basis).mean(axis=0) / np.square(flat).mean(axis=0)
+    residual = np.square(flat - projected @ basis).mean(axis=0) / np.square(flat).mean(axis=0)
     pixel_basis = projected.reshape(len(matrix), 3, -1).transpose(1, 0, 2)
-    truncation = float(np.sqrt(np.percentile(lost, 95)))
+    truncation = float(np.sqrt(np.percentile(residual, 95)))
     return np.ascontiguousarray(pixel_basis), basis * scale, truncation
 
 

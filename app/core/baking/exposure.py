@@ -96,8 +96,10 @@ def place_points(
     moments = expose(scene, coarse, _COARSE_SKY, 2, seed, keep=keep, watch=watch)
     open_sky = moments[0].sum(axis=1) / np.pi
     corners = coarse.table.reshape(-1, 3)
-    seen = open_sky[corners]
-    steep = np.flatnonzero((np.ptp(seen, axis=1) > _STEEP) & (seen.max(axis=1) > _HIDDEN))
+    visibility = open_sky[corners]
+    steep = np.flatnonzero(
+        (np.ptp(visibility, axis=1) > _STEEP) & (visibility.max(axis=1) > _HIDDEN)
+    )
     return _refine(coarse, corners, steep.astype(np.int64)) if len(steep) else coarse
 
 
@@ -111,13 +113,13 @@ def _refine(coarse: Points, corners: NDArray[np.uint32], steep: Int64) -> Points
     level[steep] = FINE
     begin = len(coarse.table) + np.arange(len(steep)) * len(grid)
     first[steep] = begin.astype(np.uint32)
-    added = coarse.count + np.arange(len(steep) * len(grid))
+    extra = coarse.count + np.arange(len(steep) * len(grid))
     return Points(
         positions=np.concatenate([coarse.positions, positions.reshape(-1, 3)]),
         normals=np.concatenate([coarse.normals, normals.reshape(-1, 3)]),
         level=level,
         first=first,
-        table=np.concatenate([coarse.table, added.astype(np.uint32)]),
+        table=np.concatenate([coarse.table, extra.astype(np.uint32)]),
     )
 
 
@@ -255,8 +257,8 @@ def shine(
         si = scene.ray_intersect(ray)
         dr.eval(si, rng)  # so that the kernel of the loop holds the shadow rays only
 
-        def add(column: Any, value: Any, lit: Any) -> None:
-            light.add(slot * columns.count + column, value / samples, lit)
+        def add(column: Any, value: Any, active: Any) -> None:
+            light.add(slot * columns.count + column, value / samples, active)
 
         _reflect(scene, si, columns, rng, add)
         return ()
@@ -282,9 +284,9 @@ def _reflect(
         faces = (dr.dot(direction, si.n) > 0) & (local.z > 0)
         shadow = si.spawn_ray(direction)
         shadow.maxt = distance * _SHORT_OF_LAMP
-        lit = faces & negate(scene.ray_test(shadow, faces))
-        value = mi.Color3f(si.bsdf().eval(context, si, local, lit)) * weight
-        add(column, value, lit)
+        visible = faces & negate(scene.ray_test(shadow, faces))
+        value = mi.Color3f(si.bsdf().eval(context, si, local, visible)) * weight
+        add(column, value, visible)
         return column + 1, rng
 
     def more(column: Any, _rng: Any) -> Any:
@@ -309,7 +311,7 @@ def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: i
     """
     middle = head_middle(head)
     metres = MILLIMETRES_PER_UNIT / 1000.0
-    sums, hits = _seen(scene, size)
+    sums, hits = _visibility(scene, size)
     if head.symmetric:
         sums, hits = sums + sums[:, ::-1] * [-1.0, 1.0, 1.0], hits + hits[:, ::-1]
     places = (sums / np.maximum(hits, 1.0)[..., None] - middle) * metres
@@ -334,19 +336,19 @@ def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
         coverage: (N * N,) float32. Share of each pixel that the head covers.
         positions: (N * N, 3) float32. Mean place that it sees, as in `HeadShape`.
     """
-    sums, hits = _seen(scene, size)
+    sums, hits = _visibility(scene, size)
     metres = MILLIMETRES_PER_UNIT / 1000.0
     places = (sums / np.maximum(hits, 1.0)[..., None] - head_middle(head)) * metres
-    covered = np.asarray(hits / _STEPS**2, np.float32).ravel()
-    return covered, places.reshape(-1, 3).astype(np.float32)
+    skin_cover = np.asarray(hits / _STEPS**2, np.float32).ravel()
+    return skin_cover, places.reshape(-1, 3).astype(np.float32)
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
     """Find the share of each pixel that the head covers, (N * N,), on a symmetric grid of rays."""
-    return np.asarray(_seen(scene, size, watch)[1] / _STEPS**2, np.float32).ravel()
+    return np.asarray(_visibility(scene, size, watch)[1] / _STEPS**2, np.float32).ravel()
 
 
-def _seen(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Float64]:
+def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Float64]:
     """Sum of the places on the head that each pixel's rays hit, (N, N, 3), and their number."""
     import drjit as dr
     import mitsuba as mi
@@ -358,11 +360,11 @@ def _seen(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Flo
         column, row = mi.Float(lane % side), mi.Float(lane // side)
         film = mi.Point2f((column + 0.5) / side, (row + 0.5) / side)
         ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
-        found = scene.ray_intersect_preliminary(ray)
-        hit = found.is_valid()
-        place = ray(dr.select(hit, found.t, 0.0))
-        seen = dr.select(hit, mi.Float(1), mi.Float(0))
-        return seen, place.x * seen, place.y * seen, place.z * seen
+        surface = scene.ray_intersect_preliminary(ray)
+        hit = surface.is_valid()
+        place = ray(dr.select(hit, surface.t, 0.0))
+        visible = dr.select(hit, mi.Float(1), mi.Float(0))
+        return visible, place.x * visible, place.y * visible, place.z * visible
 
     sums = np.stack(run_lanes(side * side, 0, kernel, watch)).astype(np.float64)
     blocks = sums.reshape(4, size, _STEPS, size, _STEPS).sum(axis=(2, 4))

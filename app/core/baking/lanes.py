@@ -137,18 +137,18 @@ def run_lanes(
     watch(0.0)
     if is_wavefront(mi):
         lanes = dr.arange(mi.UInt32, count)
-        found = kernel(lanes, _random(lanes, seed))
-        dr.eval(*found)
-        return tuple(np.array(one, np.float32) for one in found)
+        result = kernel(lanes, _random(lanes, seed))
+        dr.eval(*result)
+        return tuple(np.array(one, np.float32) for one in result)
     rows: list[Float32] = []
-    seen = time.monotonic()
+    report_s = time.monotonic()
     for lane in range(count):
-        if time.monotonic() > seen + _WATCH_EVERY_S:
+        if time.monotonic() > report_s + _WATCH_EVERY_S:
             watch(lane / count)
-            seen = time.monotonic()
-        found = kernel(lane, _random(lane, seed))
-        rows = rows or [np.empty(count, np.float32) for _ in found]
-        for row, one in zip(rows, found, strict=True):
+            report_s = time.monotonic()
+        result = kernel(lane, _random(lane, seed))
+        rows = rows or [np.empty(count, np.float32) for _ in result]
+        for row, one in zip(rows, result, strict=True):
             row[lane] = one
     return tuple(rows)
 
@@ -191,10 +191,10 @@ def select_variant(variant: str = "auto") -> Any:
             tr("There is no variant called “{variant}”.", variant=variant),
             hint=tr("Choose from {names}.", names=", ".join(VARIANTS)),
         )
-    wanted = variant
+    variant_name = variant
     if variant in ("auto", "llvm"):
-        wanted = "llvm" if _point_to_llvm() else "scalar"
-        if wanted == "scalar":
+        variant_name = "llvm" if _point_to_llvm() else "scalar"
+        if variant_name == "scalar":
             _log.warning(
                 "No LLVM 16 or newer was found, so baking runs in Mitsuba's scalar variant: the "
                 "same result, hundreds of times slower. Install libllvm19 (Debian, Ubuntu) or "
@@ -202,15 +202,15 @@ def select_variant(variant: str = "auto") -> Any:
             )
     try:
         mitsuba = importlib.import_module("mitsuba")
-        mitsuba.set_variant(_NAMES[wanted])
+        mitsuba.set_variant(_NAMES[variant_name])
         # Its remarks would stand in the answer, in colour; what matters is raised.
         mitsuba.set_log_level(mitsuba.LogLevel.Error)
-        if wanted != "scalar":
+        if variant_name != "scalar":
             float_type = mitsuba.Float
             importlib.import_module("drjit").eval(float_type(1.0) + float_type(1.0))
     except (ImportError, RuntimeError, AttributeError) as error:
         raise BakeError(
-            tr("Mitsuba's {wanted} variant does not work on this machine.", wanted=wanted),
+            tr("Mitsuba's {wanted} variant does not work on this machine.", wanted=variant_name),
             hint=tr("Try --variant llvm or --variant scalar."),
         ) from error
     return mitsuba
@@ -232,10 +232,10 @@ def find_llvm() -> Path | None:
 def _point_to_llvm() -> bool:
     if os.environ.get("DRJIT_LIBLLVM_PATH"):
         return True
-    found = find_llvm()
-    if found is not None:
-        os.environ["DRJIT_LIBLLVM_PATH"] = str(found)
-    return found is not None
+    library = find_llvm()
+    if library is not None:
+        os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
+    return library is not None
 
 
 def _llvm_candidates() -> Iterator[Path]:

@@ -213,15 +213,15 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
             tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("Metres are 1000.")
         )
     # First without normals, which Mitsuba computes by following faces wherever they point.
-    plain = _loaded({"type": kind, "filename": str(path), "face_normals": True})
+    plain = _load({"type": kind, "filename": str(path), "face_normals": True})
     count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
     if corners.size and int(corners.max()) >= count:
         raise HeadError(
             tr("{name} has faces with corners that are not in the file.", name=path.name), _EXPORT
         )
-    loaded = _loaded({"type": kind, "filename": str(path)})
-    vertices = np.array(loaded["vertex_positions"], np.float32).reshape(-1, 3)
-    faces = np.array(loaded["faces"], np.uint32).reshape(-1, 3)
+    mesh = _load({"type": kind, "filename": str(path)})
+    vertices = np.array(mesh["vertex_positions"], np.float32).reshape(-1, 3)
+    faces = np.array(mesh["faces"], np.uint32).reshape(-1, 3)
     if not 0 < len(vertices) <= _MAX_VERTICES or len(faces) == 0:
         raise HeadError(tr("{name} holds no usable mesh.", name=path.name), _EXPORT)
     if not np.isfinite(vertices).all():
@@ -229,12 +229,12 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
             tr("{name} holds coordinates that are not numbers.", name=path.name), _EXPORT
         )
     vertices = vertices * np.float32(unit_mm / MILLIMETRES_PER_UNIT)
-    normals = np.array(loaded["vertex_normals"], np.float32).reshape(-1, 3)
+    normals = np.array(mesh["vertex_normals"], np.float32).reshape(-1, 3)
     if normals.shape != vertices.shape or not np.isfinite(normals).all():
         raise HeadError(tr("{name} has no usable normals.", name=path.name), _EXPORT)
     colours = None
-    if "vertex_color" in loaded:
-        colours = np.array(loaded["vertex_color"], np.float32).reshape(-1, 3)
+    if "vertex_color" in mesh:
+        colours = np.array(mesh["vertex_color"], np.float32).reshape(-1, 3)
     if _volume(vertices, faces) < 0:
         faces, normals = np.ascontiguousarray(faces[:, ::-1]), -normals
     return Mesh(vertices, normals, faces, colours)
@@ -268,7 +268,7 @@ def _is_plain(path: Path) -> bool:
     return bool(end) and head.count(b"\nelement ") <= _MAX_PLY_ELEMENTS
 
 
-def _loaded(description: dict[str, Any]) -> Any:
+def _load(description: dict[str, Any]) -> Any:
     import mitsuba as mi
 
     try:
@@ -292,15 +292,15 @@ def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
     props = mi.Properties()
     for key, value in properties.items():
         props[key] = value
-    made = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props, True, False)
+    mi_mesh = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props, True, False)
     if mesh.colours is not None:
-        made.add_attribute("vertex_color", 3, mesh.colours.ravel().tolist())
-    params = mi.traverse(made)
+        mi_mesh.add_attribute("vertex_color", 3, mesh.colours.ravel().tolist())
+    params = mi.traverse(mi_mesh)
     params["vertex_positions"] = mesh.vertices.ravel()
     params["vertex_normals"] = mesh.normals.ravel()
     params["faces"] = mesh.faces.ravel()
     params.update()
-    return made
+    return mi_mesh
 
 
 def medium(skin: Skin) -> dict[str, Any]:
@@ -412,8 +412,8 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
     Raises `BakeError` if the folder cannot be made.
     """
     meshes = folder / "meshes"
-    refused = tr("Cannot make the folder {folder}: {reason}.")
-    with os_errors_as(BakeError, refused, tr("Choose another one."), folder=folder):
+    sentence = tr("Cannot make the folder {folder}: {reason}.")
+    with os_errors_as(BakeError, sentence, tr("Choose another one."), folder=folder):
         meshes.mkdir(parents=True, exist_ok=True)
     return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"
 

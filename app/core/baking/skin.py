@@ -140,8 +140,8 @@ def find_skin(name: str) -> Skin:
     for skin in SKINS:
         if skin.name == name:
             return skin
-    known = ", ".join(skin.name for skin in SKINS)
+    names = ", ".join(skin.name for skin in SKINS)
     raise BakeError(
         tr("There is no skin tone called “{name}”.", name=name),
-        hint=tr("Choose from {known}.", known=known),
+        hint=tr("Choose from {known}.", known=names),
     )

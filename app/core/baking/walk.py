@@ -32,7 +32,7 @@ _FAINT = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class Gathered:
+class PathTotals:
     """What the paths of some pixels found.
 
     Attributes:
@@ -73,7 +73,7 @@ def trace_pixels(
     paths: int,
     seed: int,
     watch: Watch = unwatched,
-) -> Gathered:
+) -> PathTotals:
     """Follow `paths` paths from each of some pixels to the places where light came in.
 
     Args:
@@ -87,7 +87,7 @@ def trace_pixels(
     lean = shares.lean.sums(len(pixels), tables.points, 3)
     share /= np.float32(paths)
     lean /= np.float32(paths)
-    return Gathered(share, lean)
+    return PathTotals(share, lean)
 
 
 def trace_profile(
@@ -128,14 +128,14 @@ def follow(
         film = _film_point(numbers.take(slot), rng, tables.picture)
         ray, _ = sensor.sample_ray(0.0, wavelength, film, mi.Point2f(0.5))
         hero = dr.minimum(mi.UInt32(rng.next_float32() * 3), 2)
-        _Walk(tables, finder, slot, hero).run(ray, rng)
+        _PathWalk(tables, finder, slot, hero).run(ray, rng)
         return ()
 
     run_lanes(len(pixels) * paths, seed, kernel, watch)
 
 
 @dataclass(frozen=True, slots=True)
-class _Walk:
+class _PathWalk:
     """The way of a path, or of all lanes' paths: free flights, surfaces and scatterings.
 
     Attributes:
@@ -173,11 +173,13 @@ class _Walk:
         extinction = _pick(mi.Color3f(self.tables.extinction), self.hero)
         flight = -dr.log(1 - rng.next_float32()) / extinction
         ray.maxt = dr.select(inside, flight, dr.inf)
-        found = self.tables.scene.ray_intersect_preliminary(ray, coherent=False, active=alive)
-        hit = found.is_valid() & alive
-        travelled = dr.select(hit, found.t, flight)
+        intersection = self.tables.scene.ray_intersect_preliminary(
+            ray, coherent=False, active=alive
+        )
+        hit = intersection.is_valid() & alive
+        distance = dr.select(hit, intersection.t, flight)
         scatters = inside & alive & negate(hit)
-        weight, ratio = self._fly(weight, ratio, inside, alive, scatters, travelled)
+        weight, ratio = self._fly(weight, ratio, inside, alive, scatters, distance)
 
         escapes = alive & negate(inside) & negate(hit)
         self.finder.escaped(self.slot, ray.d, _value(weight, ratio), escapes & (n > 0))
@@ -188,11 +190,11 @@ class _Walk:
         sphere = mi.Point2f(rng.next_float32(), rng.next_float32())
 
         def meet() -> tuple[Any, ...]:
-            return self._meet(ray, found, (lobe, facet), weight, ratio, inside, n)
+            return self._meet(ray, intersection, (lobe, facet), weight, ratio, inside, n)
 
         def scatter() -> tuple[Any, ...]:
             anywhere = mi.warp.square_to_uniform_sphere(sphere)
-            return ray(travelled), anywhere, weight, inside
+            return ray(distance), anywhere, weight, inside
 
         place, onward, weight, inside = dr.if_stmt((), hit, meet, scatter)
         ray.o, ray.d = place, onward
@@ -203,14 +205,14 @@ class _Walk:
         return ray, rng, weight * dr.rcp(keep), ratio, inside, alive, n
 
     def _fly(
-        self, weight: Any, ratio: Any, inside: Any, alive: Any, scatters: Any, travelled: Any
+        self, weight: Any, ratio: Any, inside: Any, alive: Any, scatters: Any, distance: Any
     ) -> tuple[Any, Any]:
         """Weights after a flight drawn for the hero; the others follow by their pdf ratios."""
         import drjit as dr
         import mitsuba as mi
 
         extinction, albedo = mi.Color3f(self.tables.extinction), mi.Color3f(self.tables.albedo)
-        survive = dr.select(inside, dr.exp(-extinction * travelled), mi.Color3f(1))
+        survive = dr.select(inside, dr.exp(-extinction * distance), mi.Color3f(1))
         density = dr.select(scatters, survive * extinction, survive)
         norm = dr.rcp(dr.maximum(_pick(density, self.hero), 1e-35))
         scattered = weight * density * dr.select(scatters, albedo, 1.0) * norm
@@ -222,7 +224,7 @@ class _Walk:
     def _meet(
         self,
         ray: Any,
-        found: Any,
+        intersection: Any,
         chance: tuple[Any, Any],
         weight: Any,
         ratio: Any,
@@ -233,17 +235,17 @@ class _Walk:
         import drjit as dr
         import mitsuba as mi
 
-        si = found.compute_surface_interaction(ray, mi.RayFlags.All)
+        si = intersection.compute_surface_interaction(ray, mi.RayFlags.All)
         sample, scale = si.bsdf().sample(mi.BSDFContext(), si, *chance)
         onward = si.to_world(sample.wo)
         weight = weight * mi.Color3f(scale)
         on_skin = si.shape == self.tables.skin_shape
         then_inside = dr.select(on_skin, dr.dot(onward, si.n) < 0, inside)
         normal = si.sh_frame.n
-        self.finder.met(
+        self.finder.on_hit(
             Meeting(
                 slot=self.slot,
-                found=found,
+                intersection=intersection,
                 cosine=dr.abs(sample.wo.z),
                 aslant=onward - normal * dr.dot(onward, normal),
                 value=_value(weight, ratio),
@@ -343,7 +345,7 @@ class Meeting:
     """
 
     slot: Any
-    found: Any
+    intersection: Any
     cosine: Any
     aslant: Any
     value: Any
@@ -354,7 +356,7 @@ class Meeting:
 class Finder(Protocol):
     """What a trace is made for: it takes note of what happens to the paths."""
 
-    def met(self, at: Meeting) -> None:
+    def on_hit(self, at: Meeting) -> None:
         """Take note of a surface: the path leaves the skin, glances off, or neither."""
         ...
 
@@ -371,7 +373,7 @@ class Shares:
     share: Tally
     lean: Tally
 
-    def met(self, at: Meeting) -> None:
+    def on_hit(self, at: Meeting) -> None:
         """See `Finder.met`."""
         # The camera's own first reflection is done exactly (`exposure.shine`). Later ones hold
         # half a per cent of the light: they count as light from their place, by the profile.
@@ -385,15 +387,15 @@ class Shares:
         import drjit as dr
         import mitsuba as mi
 
-        found = at.found
-        on_skin = found.shape == self.tables.skin_shape
-        face = found.prim_index + dr.select(
+        intersection = at.intersection
+        on_skin = intersection.shape == self.tables.skin_shape
+        face = intersection.prim_index + dr.select(
             on_skin, mi.UInt32(0), mi.UInt32(self.tables.skin_faces)
         )
         level = self.tables.level.take(face, active)
         first = self.tables.first.take(face, active)
         steps = mi.Float(level)
-        u, v = found.prim_uv.x * steps, found.prim_uv.y * steps
+        u, v = intersection.prim_uv.x * steps, intersection.prim_uv.y * steps
         i = dr.minimum(mi.UInt32(dr.maximum(u, 0)), level - 1)
         j = dr.minimum(mi.UInt32(dr.maximum(v, 0)), level - 1 - i)
         s, t = u - mi.Float(i), v - mi.Float(j)
@@ -424,7 +426,7 @@ class Profile:
 
     tally: Tally
 
-    def met(self, at: Meeting) -> None:
+    def on_hit(self, at: Meeting) -> None:
         """See `Finder.met`."""
         import drjit as dr
         import mitsuba as mi

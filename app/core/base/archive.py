@@ -58,9 +58,9 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
                 # Before anything is unpacked: a small file can claim to unpack to a huge one.
                 fits = sum(entry.file_size for entry in archive.infolist()) <= most
         if fits:
-            with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
+            with np.load(io.BytesIO(raw), allow_pickle=False) as file_arrays:
                 # What is not an array comes out as the bytes that it is.
-                return {name: _array(stored[name]) for name in stored.files}
+                return {name: _array(file_arrays[name]) for name in file_arrays.files}
     # A damaged zip fails in many ways: bad sizes, bad flags, unknown methods.
     except Exception as error:
         raise TransportError(
@@ -86,8 +86,8 @@ def write_sealed(
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
-    stored = {**store(dict(arrays)), "header": np.frombuffer(words, np.uint8)}
-    write_arrays(path, stored, packing)
+    contents = {**store(dict(arrays)), "header": np.frombuffer(words, np.uint8)}
+    write_arrays(path, contents, packing)
     return checksum
 
 
@@ -134,21 +134,21 @@ def read_sealed(
     arrays = read_arrays(path, noun, hint, most)
     try:
         header = parse_header(arrays.pop("header"))
-        made = int(header["format_version"])
-        if made > version:
+        file_version = int(header["format_version"])
+        if file_version > version:
             raise TransportError(
                 tr(
                     "{name} was made by a newer Turnlight (format {made}).",
                     name=path.name,
-                    made=made,
+                    made=file_version,
                 ),
                 tr("Update Turnlight."),
             )
-        if made < oldest:
+        if file_version < oldest:
             raise TransportError(tr("{name} was made by an older Turnlight.", name=path.name), hint)
         arrays = arrays if restore is None else restore(header, arrays)
-        known = arrays if names is None else {name: arrays[name] for name in names}
-        whole = digest(known) == header["sha256"]
+        selection = arrays if names is None else {name: arrays[name] for name in names}
+        whole = digest(selection) == header["sha256"]
     except CONTRADICTIONS as error:
         raise TransportError(
             tr("{name} is not a {noun}.", name=path.name, noun=noun), hint
@@ -157,7 +157,7 @@ def read_sealed(
         raise TransportError(
             tr("{name} is damaged: its checksum does not fit.", name=path.name), hint
         )
-    return header, known
+    return header, selection
 
 
 def parse_header(raw: NDArray[Any]) -> dict[str, Any]:

@@ -27,7 +27,7 @@ _ACCENTS: Final = str.maketrans(
     "ÅÇĐÉĜĤÎĴĶĻÑÖŔŠŢÛŴÝŽåçđéĝĥîĵķļñöŕšţûŵýž",
 )
 # Placeholders, tags, entities, and what argparse fills in.
-_KEPT: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
+_PLACEHOLDERS: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
 
 
 class PseudoLanguage(gettext.NullTranslations):
@@ -49,11 +49,11 @@ def stretched(message: str) -> str:
         >>> stretched("Turn {turn} clockwise")
         '[Ţûŕñ {turn} çļöçķŵîšé ~~~]'
     """
-    if not any(letter.isalpha() for letter in _KEPT.sub("", message)):
+    if not any(letter.isalpha() for letter in _PLACEHOLDERS.sub("", message)):
         return message
-    parts = _KEPT.split(message)
+    parts = _PLACEHOLDERS.split(message)
     parts[::2] = [part.translate(_ACCENTS) for part in parts[::2]]
-    more = round(_LONGER * len(_KEPT.sub("", message)))
+    more = round(_LONGER * len(_PLACEHOLDERS.sub("", message)))
     return f"[{''.join(parts)} {'~' * max(more - 3, 0)}]" if more > 3 else f"[{''.join(parts)}]"
 
 

@@ -168,7 +168,7 @@ def atomic_write(
         # A link is followed, so that the file behind it is replaced and not the link.
         os.replace(temporary, target.resolve())
     except OSError as error:
-        raise _refused(target, error) from error
+        raise _write_error(target, error) from error
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
@@ -252,7 +252,7 @@ def _causes(error: BaseException) -> Iterator[BaseException]:
         here = here.__cause__
 
 
-def _refused(target: Path, error: OSError) -> CoreError:
+def _write_error(target: Path, error: OSError) -> CoreError:
     hint = tr("Make room, or choose another folder.") if error.errno in _NO_ROOM else ""
     return CoreError(
         tr("Cannot write {target}: {reason}.", target=target, reason=words_of(error)), hint
@@ -272,7 +272,7 @@ def _temporary_beside(target: Path, *, private: bool) -> Path:
         mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask()
         temporary.chmod(mode & 0o600 | 0o600 if private else mode)
     except OSError as error:
-        raise _refused(target, error) from error
+        raise _write_error(target, error) from error
     return temporary
 
 

@@ -31,9 +31,9 @@ class MemoryShort(CoreError):
 
 def is_memory_short(error: BaseException | None) -> bool:
     """Return whether an error or its cause means that memory has run out."""
-    seen: set[int] = set()
-    while error is not None and id(error) not in seen:
-        seen.add(id(error))
+    visited: set[int] = set()
+    while error is not None and id(error) not in visited:
+        visited.add(id(error))
         if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
             return True
         if not isinstance(error, CoreError) and says_memory_short(str(error)):

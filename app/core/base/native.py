@@ -112,12 +112,12 @@ def path_from_library(name: str) -> Path:
     return place
 
 
-def _entry(folder: Path, shown: str) -> Path:
+def _entry(folder: Path, stem: str) -> Path:
     with contextlib.suppress(OSError):
         for name in sorted(os.listdir(folder)):
-            if os.fsencode(name).decode("utf-8", "replace") == shown:
+            if os.fsencode(name).decode("utf-8", "replace") == stem:
                 return folder / name
-    return folder / shown
+    return folder / stem
 
 
 def plain_numbers() -> None:

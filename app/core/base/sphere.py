@@ -256,17 +256,17 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
     base = np.array(radiance, np.float32)
     _even_runs(base, runs)
     mean = np.float32(_total(base).max() / (4.0 * np.pi))
-    opened = _opening(base)
-    fine = np.nonzero(_brightest(base - opened) > mean)
+    opening = _opening(base)
+    fine = np.nonzero(_brightest(base - opening) > mean)
     rest = np.minimum(base, _LAMP * mean)
-    rest[fine] = np.minimum(opened[fine], _LAMP * mean)
+    rest[fine] = np.minimum(opening[fine], _LAMP * mean)
     base -= rest
-    held = _total(rest)
+    energy_before = _total(rest)
     result = np.empty_like(rest)
     for start, columns, rows in _bands(shape, matrix):
         _gather(rest, columns, rows, result[start : start + len(rows)])
     got = _total(result)
-    result *= np.divide(held, got, out=np.ones_like(got), where=got > 0).astype(np.float32)
+    result *= np.divide(energy_before, got, out=np.ones_like(got), where=got > 0).astype(np.float32)
     _add_spots(result, base, matrix, runs)
     return result
 
@@ -355,9 +355,9 @@ def _runs(shape: tuple[int, int]) -> Int64:
     """How many texels of each row are about as wide as one is high; a divisor of the width."""
     height, width = shape
     level, _, _ = _row_column_parts(shape)
-    wanted = width / (2.0 * height) / level
+    aspect = width / (2.0 * height) / level
     divisors = np.array([n for n in range(1, width + 1) if width % n == 0])
-    places = np.searchsorted(divisors, 0.75 * wanted)
+    places = np.searchsorted(divisors, 0.75 * aspect)
     return np.asarray(divisors[np.minimum(places, divisors.size - 1)], np.int64)
 
 
@@ -376,31 +376,31 @@ def _opening(radiance: Float32) -> Float32:
     """Take away bright detail narrower than `_DETAIL` texels (grey opening), over the edge."""
     pad = 2 * (_DETAIL // 2)
     kernel = np.ones((_DETAIL, _DETAIL), np.uint8)
-    opened = cv2.morphologyEx(wrapped(radiance, pad), cv2.MORPH_OPEN, kernel)
+    opening = cv2.morphologyEx(wrapped(radiance, pad), cv2.MORPH_OPEN, kernel)
     height, _, channels = radiance.shape
-    return np.ascontiguousarray(opened.reshape(height, -1, channels)[:, pad:-pad])
+    return np.ascontiguousarray(opening.reshape(height, -1, channels)[:, pad:-pad])
 
 
 def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) -> None:
     """Rotate small bright spots onto an environment, the energy of each texel kept."""
     shape = (spots.shape[0], spots.shape[1])
-    lit = np.where(_brightest(spots) > 0, np.uint8(255), np.uint8(0))
-    if not lit.any():
+    spot_mask = np.where(_brightest(spots) > 0, np.uint8(255), np.uint8(0))
+    if not spot_mask.any():
         return
     maps = []
     for start, columns, rows in _bands(shape, matrix):
-        touched = np.empty(rows.shape, np.uint8)
-        _gather(lit, columns, rows, touched)
+        near = np.empty(rows.shape, np.uint8)
+        _gather(spot_mask, columns, rows, near)
         # One texel more all round, so that none is lost to the rounding of positions.
-        row, column = np.nonzero(cv2.dilate(touched, np.ones((3, 3), np.uint8)))
+        row, column = np.nonzero(cv2.dilate(near, np.ones((3, 3), np.uint8)))
         maps.append((row + start, column, columns[row, column], rows[row, column]))
     row, column, columns, rows = (np.concatenate(parts) for parts in zip(*maps, strict=True))
     at, shares = _corners(columns, rows, shape)
     angles = solid_angles(shape)
     weights = (shares * angles[row]).ravel()
-    taken = np.bincount(at.ravel(), weights, shape[0] * shape[1]).reshape(shape)
-    _even_runs(taken, runs)
-    spots *= np.divide(angles[:, None], taken, out=np.zeros_like(taken), where=taken > 0).astype(
+    area = np.bincount(at.ravel(), weights, shape[0] * shape[1]).reshape(shape)
+    _even_runs(area, runs)
+    spots *= np.divide(angles[:, None], area, out=np.zeros_like(area), where=area > 0).astype(
         np.float32
     )[..., None]
     flat = spots.reshape(-1, spots.shape[2])

@@ -19,7 +19,7 @@ STEERING: Final = frozenset(
 _MARKS: Final = frozenset((0x061C, 0x200E, 0x200F))
 """Invisible letters of right-to-left scripts, which are only left out."""
 
-_SHOWN: Final = {code: "" if code in _MARKS else "\ufffd" for code in STEERING}
+_REPLACEMENTS: Final = {code: "" if code in _MARKS else "\ufffd" for code in STEERING}
 
 
 def visible(text: str) -> str:
@@ -31,4 +31,4 @@ def visible(text: str) -> str:
     """
     if text.isascii() and text.isprintable():
         return text
-    return text.translate(_SHOWN)
+    return text.translate(_REPLACEMENTS)

@@ -283,13 +283,13 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
 @lru_cache(maxsize=16)
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
-    given, wanted = row_edges(height), row_edges(rows)
+    source_edges, target_edges = row_edges(height), row_edges(rows)
     result = []
     for row in range(rows):
         first = row * height // rows
         last = -(-(row + 1) * height // rows)
-        upper = np.minimum(given[first:last], wanted[row])
-        lower = np.maximum(given[first + 1 : last + 1], wanted[row + 1])
+        upper = np.minimum(source_edges[first:last], target_edges[row])
+        lower = np.maximum(source_edges[first + 1 : last + 1], target_edges[row + 1])
         # Edges that coincide in exact arithmetic can differ in the last bit.
         overlap = np.maximum(upper - lower, 0.0)
         result.append((first, overlap / overlap.sum()))
@@ -299,13 +299,13 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 @lru_cache(maxsize=16)
 def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
     """As `_row_weights`, each row given being shared by the two nearest rows wanted."""
-    area, wanted = -np.diff(row_edges(height)), row_edges(rows)
+    area, target_edges = -np.diff(row_edges(height)), row_edges(rows)
     place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
     shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
     energy = shares * area
     # Rows are not of one size: what each must hold in even light, and give away, is met in turns.
     for _ in range(_ROUNDS):
-        energy *= (-np.diff(wanted) / energy.sum(axis=1))[:, None]
+        energy *= (-np.diff(target_edges) / energy.sum(axis=1))[:, None]
         energy *= area / energy.sum(axis=0)
     energy = 0.5 * (energy + energy[::-1, ::-1])
     energy /= energy.sum(axis=1, keepdims=True)

@@ -30,9 +30,9 @@ from app.core.base.imaging.image_input import (
     read_rows,
     read_start,
     rows_at_once,
-    stated,
     stated_orientation,
     stated_primaries,
+    stated_value,
     upright,
 )
 from app.core.base.phrases import percent
@@ -271,7 +271,7 @@ def _check_signature(file: Path) -> None:
     raise EnvironmentFileError(tr("{name} is not an HDR panorama.", name=file.name), _SAVE_AS)
 
 
-def _read_layer(source: ImageInput, file: Path, wanted: str, coverage: bool) -> Panorama:
+def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool) -> Panorama:
     """Find the layer, judge its size, and read it."""
     layers = layers_of(source)
     if not layers:
@@ -279,7 +279,7 @@ def _read_layer(source: ImageInput, file: Path, wanted: str, coverage: bool) -> 
             tr("{name} has no red, green and blue channels.", name=file.name),
             tr("Export it as an RGB panorama."),
         )
-    layer = choose_layer(layers, wanted, file.name)
+    layer = choose_layer(layers, layer_name, file.name)
     source.seek_subimage(layer.part, 0)
     spec = source.spec()
     _check_size(spec, file)
@@ -294,7 +294,7 @@ def _read_layer(source: ImageInput, file: Path, wanted: str, coverage: bool) -> 
     _check_seen(unseen, file)
     clipped = _extra(source, CLIPPED, layer.part, file)
     if clipped is None and full is not None and full.any():
-        clipped = _placed(full, spec, orientation)
+        clipped = _as_panorama(full, spec, orientation)
     return Panorama(
         radiance=_upright(radiance, orientation),
         name=file.stem,
@@ -302,11 +302,11 @@ def _read_layer(source: ImageInput, file: Path, wanted: str, coverage: bool) -> 
         clipped=clipped,
         layer=layer.title if len(layers) > 1 else "",
         layers=tuple(each.title for each in layers) if len(layers) > 1 else (),
-        rough=bool(stated(spec, ROUGH)),
+        rough=bool(stated_value(spec, ROUGH)),
     )
 
 
-def _placed(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
+def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
     """Marks of the data window as a share of each texel of the panorama."""
     plane, _ = _on_display_window(marks[..., None].astype(np.float32), None, spec)
     return _upright(plane, orientation)[..., 0]
@@ -355,10 +355,14 @@ def _check_seen(unseen: Bools | None, file: Path) -> None:
     """Refuse what shows too little to fill the rest from."""
     if unseen is None:
         return
-    seen = 1.0 - float(_areas(*unseen.shape) @ unseen.sum(axis=1))
-    if seen < _LEAST_SEEN:
+    visible_share = 1.0 - float(_areas(*unseen.shape) @ unseen.sum(axis=1))
+    if visible_share < _LEAST_SEEN:
         raise EnvironmentFileError(
-            tr("{name} shows only {share} of what is around.", name=file.name, share=percent(seen)),
+            tr(
+                "{name} shows only {share} of what is around.",
+                name=file.name,
+                share=percent(visible_share),
+            ),
             tr("Choose a panorama that is not transparent over most of the sphere."),
         )
 
@@ -388,9 +392,11 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
             tr("Export it as a 360 x 180 degree equirectangular (lat-long) image."),
         )
     # A cropped picture is held beside the panorama that it is laid on.
-    stored = spec.width * spec.height
-    held = stored if (spec.width, spec.height) == (width, height) else stored + width * height
-    if width > MAX_WIDTH or held > MAX_WIDTH**2 // 2:
+    pixels = spec.width * spec.height
+    pixel_count = (
+        pixels if (spec.width, spec.height) == (width, height) else pixels + width * height
+    )
+    if width > MAX_WIDTH or pixel_count > MAX_WIDTH**2 // 2:
         raise EnvironmentFileError(
             tr(
                 "{name} is {size}; at most {max_width} x {max_width} is read.",

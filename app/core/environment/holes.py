@@ -17,7 +17,7 @@ from app.core.base.arrays import Bools, Float32, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.sphere import bounded, solid_angles, wrapped
 from app.core.measure.finish.inpainting import components, fill
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 
 BLACK_OF_LIGHT: Final = 1e-5
 """Of the median of what is not black: what rounding and lossy packing leave of black."""
@@ -42,7 +42,7 @@ def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
     if radiance.shape[1] > _WIDEST:
         return _filled_coarsely(radiance, unseen)
     nothing = np.zeros(unseen.shape, np.float32)
-    merged = Merged(radiance, nothing, nothing, reference_ev=0.0, clip_level=1.0)
+    merged = MergedLight(radiance, nothing, nothing, reference_ev=0.0, clip_level=1.0)
     return fill(merged, unseen.astype(np.float32), GOES_ON).radiance
 
 
@@ -74,10 +74,12 @@ def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
             return None
         return cv2.resize(coarse.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
     largest = radiance.max(axis=-1)
-    lit = largest[largest > 0.0]
-    if not lit.size or float(largest.min()) > (black or 0.0) + BLACK_OF_LIGHT * float(lit.max()):
+    bright = largest[largest > 0.0]
+    if not bright.size or float(largest.min()) > (black or 0.0) + BLACK_OF_LIGHT * float(
+        bright.max()
+    ):
         return None
-    middle = float(np.median(lit[:: max(lit.size >> 20, 1)]))
+    middle = float(np.median(bright[:: max(bright.size >> 20, 1)]))
     dark = largest <= (BLACK_OF_LIGHT * middle if black is None else black)
     abrupt = middle * _ABRUPT[0 if black is None else 1]
     small, light = _reduced(dark), _reduced_light(largest)

@@ -21,7 +21,7 @@ UNNAMED: Final = "RGB"
 
 _BEAUTY: Final = ("combined", "beauty", "rgba", "composite")
 _MAX_PARTS: Final = 16
-_LISTED: Final = 12
+_MOST_NAMES: Final = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +48,12 @@ class Layer:
 class LayerError(EnvironmentFileError):
     """A file has several layers and no default one."""
 
-    def __init__(self, file_name: str, layers: tuple[str, ...], wanted: str = "") -> None:
-        names = ", ".join(layers[:_LISTED]) + (", …" if len(layers) > _LISTED else "")
+    def __init__(self, file_name: str, layers: tuple[str, ...], layer_name: str = "") -> None:
+        names = ", ".join(layers[:_MOST_NAMES]) + (", …" if len(layers) > _MOST_NAMES else "")
         words = (
-            tr("{name} has no layer {layer!r}, but {layers}.", name=file_name, layer=wanted,
+            tr("{name} has no layer {layer!r}, but {layers}.", name=file_name, layer=layer_name,
                layers=names)
-            if wanted
+            if layer_name
             else tr("{name} has several layers: {layers}.", name=file_name, layers=names)
         )  # fmt: skip
         super().__init__(words, tr("Choose the one that holds the light (--layer NAME)."))
@@ -62,7 +62,7 @@ class LayerError(EnvironmentFileError):
 
 def layers_of(source: ImageInput) -> tuple[Layer, ...]:
     """List the layers with colours, in the order of the file; one grey channel where none has."""
-    found: list[Layer] = []
+    layers: list[Layer] = []
     grey: list[Layer] = []
     several = source.seek_subimage(1, 0)
     for part in range(_MAX_PARTS):
@@ -70,31 +70,31 @@ def layers_of(source: ImageInput) -> tuple[Layer, ...]:
             break
         spec = source.spec()
         place = str(spec.get_string_attribute("oiio:subimagename")) if several else ""
-        found += _colours(spec, part, place)
+        layers += _colours(spec, part, place)
         grey += _grey(spec, part, place)
-    return tuple(found or grey[:1])
+    return tuple(layers or grey[:1])
 
 
-def choose_layer(layers: Sequence[Layer], wanted: str, file_name: str) -> Layer:
+def choose_layer(layers: Sequence[Layer], layer_name: str, file_name: str) -> Layer:
     """Return a layer by name; by default the unnamed one, or the beauty pass.
 
     Raises:
         LayerError: When there are several and none is it, or no layer has that name.
     """
     titles = tuple(layer.title for layer in layers)
-    if wanted:
-        named = [layer for layer in layers if layer.title.lower() == wanted.lower()]
-        named = named or [each for each in layers if _last(each.name) == wanted.lower()]
-        if len(named) != 1:
-            raise LayerError(file_name, titles, wanted)
-        return named[0]
+    if layer_name:
+        matches = [layer for layer in layers if layer.title.lower() == layer_name.lower()]
+        matches = matches or [each for each in layers if _last(each.name) == layer_name.lower()]
+        if len(matches) != 1:
+            raise LayerError(file_name, titles, layer_name)
+        return matches[0]
     if len(layers) == 1:
         return layers[0]
     for last in ("", *_BEAUTY):
-        named = [layer for layer in layers if _last(layer.name) == last]
-        if len(named) == 1:
-            return named[0]
-        if named:
+        matches = [layer for layer in layers if _last(layer.name) == last]
+        if len(matches) == 1:
+            return matches[0]
+        if matches:
             break
     raise LayerError(file_name, titles)
 
@@ -107,7 +107,7 @@ def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
     """Layers of red, green and blue of one part."""
     names = [str(name).lower() for name in spec.channelnames]
     where = {name: index for index, name in reversed(list(enumerate(names)))}
-    stored = [str(name) for name in spec.channelnames]
+    channel_names = [str(name) for name in spec.channelnames]
     prefixes = dict.fromkeys(name[: name.rfind(".") + 1] for name in names)
     layers = []
     for prefix in prefixes:
@@ -115,7 +115,7 @@ def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
         channels = channels or _all_of(where, prefix, ("red", "green", "blue"))
         if channels:
             alpha = where.get(f"{prefix}a", where.get(f"{prefix}alpha"))
-            own = stored[channels[0]][: len(prefix)].rstrip(".")
+            own = channel_names[channels[0]][: len(prefix)].rstrip(".")
             layers.append(Layer(_joined(place, own), part, channels, alpha))
     return layers
 
@@ -140,7 +140,7 @@ def _grey(spec: ImageSpec, part: int, place: str) -> list[Layer]:
     if "ry" in names or "by" in names:
         return []
     alpha = next((names.index(name) for name in ("a", "alpha") if name in names), None)
-    named = [names.index(name) for name in ("y", "l", "i", "grey", "gray") if name in names]
+    candidates = [names.index(name) for name in ("y", "l", "i", "grey", "gray") if name in names]
     rest = [index for index, name in enumerate(names) if name not in ("a", "alpha", "z")]
-    channels = named[:1] or (rest if len(rest) == 1 else [])
+    channels = candidates[:1] or (rest if len(rest) == 1 else [])
     return [Layer(place, part, tuple(channels), alpha)] if channels else []

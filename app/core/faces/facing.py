@@ -20,7 +20,7 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.sphere import directions, positions
 from app.core.faces.light_reading import FRONTAL_DEG, usual_pose
 from app.core.faces.on_head import head_map
-from app.core.faces.pose import Pose
+from app.core.faces.pose import HeadPose
 from app.core.solver.search import luminance_of
 
 Standing: TypeAlias = Literal["inside", "outside", "unsure"]
@@ -45,7 +45,7 @@ _MOST_INSIDE: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Facing:
+class FacingEstimate:
     """Which way a face looks.
 
     Attributes:
@@ -68,7 +68,9 @@ class Facing:
         return self.share(self.azimuth_deg, _NEAR_DEG) >= _LEAST_NEAR
 
 
-def find_facing(grey: Float32, seen: Bools, pose: Pose, light: Floats) -> Facing | None:
+def find_facing(
+    grey: Float32, visible: Bools, pose: HeadPose, light: Floats
+) -> FacingEstimate | None:
     """Find which way a face looks; None where too little is seen, or it is lit as nowhere here.
 
     Args:
@@ -76,11 +78,11 @@ def find_facing(grey: Float32, seen: Bools, pose: Pose, light: Floats) -> Facing
         light: (H, W, 3) float. Linear Rec. 709 radiance of the place, panorama coordinates.
     """
     right, left = head_map().halves
-    both = seen[right] & seen[left]
+    both = visible[right] & visible[left]
     if both.mean() < _LEAST_SEEN:
         return None
     difference, total = _logs(grey[None, right], grey[None, left], both)
-    one, other = np.split(_lit(light, pose) @ _basis(), 2, axis=1)
+    one, other = np.split(_light_on_head(light, pose) @ _basis(), 2, axis=1)
     differences, totals = _logs(one, other, both)
     parts = ((differences - difference, _DIFFERENCE), (totals - total, _SUM))
     cost = sum(np.square(rest @ _whitening(*how)).mean(axis=1) for rest, how in parts)
@@ -95,10 +97,10 @@ def find_facing(grey: Float32, seen: Bools, pose: Pose, light: Floats) -> Facing
     # The worse the likeliest fits, the less is told by the difference.
     likelihood = np.exp(_TRUST * (least - cost) / max(least, 1.0))
     azimuth = (best + between) * 360 / _TURNS - aside
-    return Facing(wrap(azimuth), _wrapped(azimuths), likelihood / likelihood.sum())
+    return FacingEstimate(wrap(azimuth), _wrapped(azimuths), likelihood / likelihood.sum())
 
 
-def standing(facing: Facing, arc_deg: tuple[float, float]) -> Standing:
+def standing(facing: FacingEstimate, arc_deg: tuple[float, float]) -> Standing:
     """Tell whether a face looks into an arc, going clockwise; or that it does not say."""
     half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
@@ -106,8 +108,8 @@ def standing(facing: Facing, arc_deg: tuple[float, float]) -> Standing:
         outside = 1 - facing.share(middle, half + _NEAR_DEG)
         return "inside" if outside <= _MOST_OUTSIDE else "unsure"
     inside = facing.share(middle, half + _MARGIN_DEG)
-    told = facing.sure and inside <= _MOST_INSIDE and 2 * half <= WIDE_DEG
-    return "outside" if told else "unsure"
+    is_certain = facing.sure and inside <= _MOST_INSIDE and 2 * half <= WIDE_DEG
+    return "outside" if is_certain else "unsure"
 
 
 def _wrapped(angles: Float64) -> Float64:
@@ -142,15 +144,15 @@ def _basis() -> Float32:
     return head.blurred(head.transport.luminance_basis.T, head.halves.ravel())
 
 
-def _lit(light: Floats, pose: Pose) -> Float32:
+def _light_on_head(light: Floats, pose: HeadPose) -> Float32:
     """The transport's rows under the place at all turns of the lens, (128, R)."""
     transport = head_map().transport
     shape = rows, columns = transport.environment_shape
-    held = (pose.turned @ usual_pose().turned.T).T.astype(np.float32)
-    across, down = positions(directions(shape).reshape(-1, 3) @ held, shape)
+    to_usual = (pose.facing_rotation @ usual_pose().facing_rotation.T).T.astype(np.float32)
+    across, down = positions(directions(shape).reshape(-1, 3) @ to_usual, shape)
     turns = np.arange(_TURNS)[:, None] * columns / _TURNS
     across = np.asarray((across + turns) % columns, np.float32)
     down = np.broadcast_to(np.clip(down, 0, rows - 1), across.shape)
-    known = luminance_of(light).astype(np.float32)
-    env = cv2.remap(known, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    grey = luminance_of(light).astype(np.float32)
+    env = cv2.remap(grey, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
     return np.asarray(env @ transport.texel_basis.T, np.float32)

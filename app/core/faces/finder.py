@@ -42,7 +42,7 @@ _STEP: Final = 2.4  # from parts to smaller ones, at most
 _STRIDE: Final = 0.6  # of a part: what two share holds any face that is too small for larger ones
 _APART: Final = 0.05  # of the face's side: both looks disagree
 _LEAST: Final = 0.37
-_KEPT: Final = 0.5  # or it is looked for everywhere again
+_LEAST_CONFIDENCE: Final = 0.5  # or it is looked for everywhere again
 _LOOKS: Final = 5
 _SHARP: Final = 0.35  # of the detail of the sharpest face: with less one is out of focus
 _STAYS: Final = 0.06  # of the face's side
@@ -118,20 +118,20 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
     networks = _networks()
     if near is not None:
         again = _looked_at(networks, picture, near.landmarks[:, :2], 1.0)
-        if again is not None and again.confidence >= _KEPT:
+        if again is not None and again.confidence >= _LEAST_CONFIDENCE:
             return (again,)
-    found: list[Face] = []
+    faces: list[Face] = []
     for score, answer in _distinct(_answers(networks, picture, small)):
         face = _looked_at(networks, picture, _box(answer), score, answer[_EYES].reshape(2, 2))
         if face is None or face.confidence < _LEAST:
             continue
         box = np.reshape(face.box, (2, 2))
-        if all(_shared(box, np.reshape(other.box, (2, 2))) < _SAME for other in found):
-            found.append(face)
-    detail = [_detail(picture, face) for face in found]
+        if all(_shared(box, np.reshape(other.box, (2, 2))) < _SAME for other in faces):
+            faces.append(face)
+    detail = [_detail(picture, face) for face in faces]
     sharp = [one >= _SHARP * max(detail, default=0.0) for one in detail]
-    order = sorted(range(len(found)), key=lambda k: (not sharp[k], -found[k].side))
-    return tuple(found[k] for k in order)
+    order = sorted(range(len(faces)), key=lambda k: (not sharp[k], -faces[k].side))
+    return tuple(faces[k] for k in order)
 
 
 def _detail(picture: Bytes, face: Face) -> float:
@@ -214,7 +214,7 @@ def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[flo
     if scale < 1.0:
         size = round(width * scale), round(height * scale)
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    found = []
+    candidates = []
     for left, top, side in _squares(picture.shape[0], picture.shape[1], small):
         share = _LOOK / side
         square = _cut(
@@ -227,8 +227,8 @@ def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[flo
             raw[[0, 2, 3, 4, 5, 6, 7]] += _anchors()[number]
             raw = raw * side
             raw[[0, 2, 3, 4, 5, 6, 7]] += (left, top)
-            found.append((float(likely[number]), raw.ravel() / scale))
-    return found
+            candidates.append((float(likely[number]), raw.ravel() / scale))
+    return candidates
 
 
 def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
@@ -257,11 +257,11 @@ def _brightened(gain: float) -> Bytes:
 
 def _distinct(answers: list[tuple[float, Float64]]) -> list[tuple[float, Float64]]:
     """The likeliest answer of those that are one face."""
-    kept: list[tuple[float, Float64]] = []
+    distinct: list[tuple[float, Float64]] = []
     for score, answer in sorted(answers, key=lambda one: -one[0]):
-        if all(_shared(_box(answer), _box(other)) < _SAME for _, other in kept):
-            kept.append((score, answer))
-    return kept[:_MOST]
+        if all(_shared(_box(answer), _box(other)) < _SAME for _, other in distinct):
+            distinct.append((score, answer))
+    return distinct[:_MOST]
 
 
 def _box(answer: Float64) -> Float64:
@@ -286,24 +286,24 @@ def _looked_at(
     """Look closely at what may be a face until it stays where it is, and once in the mirror."""
     eyes = points[list(_CORNERS)] if eyes is None else eyes
     for number in range(_LOOKS):
-        wanted = _close_look(points, eyes)
-        if wanted is None:
+        transform = _close_look(points, eyes)
+        if transform is None:
             return None
-        way = wanted
+        way = transform
         crop = _cut(picture, way, _CLOSE)
-        found, likely = _landmarks(networks, crop)
-        places = _back(found, way)[:, :2]
+        landmarks, likely = _landmarks(networks, crop)
+        places = _back(landmarks, way)[:, :2]
         low, high = points.min(axis=0), points.max(axis=0)
-        moved = np.abs(places.min(axis=0) - low) + np.abs(places.max(axis=0) - high)
-        if number and moved.max() < _STAYS * (high - low).max():
+        shift = np.abs(places.min(axis=0) - low) + np.abs(places.max(axis=0) - high)
+        if number and shift.max() < _STAYS * (high - low).max():
             break
         points, eyes = places, places[list(_CORNERS)]
     other, also = _landmarks(networks, np.ascontiguousarray(crop[:, ::-1]))
     other = _mirrored(other[face_mesh().mirrored])
-    apart = float(np.linalg.norm((found - other)[:, :2], axis=1).mean()) * _ROOM / _CLOSE
-    agreed = math.exp(-((apart / _APART) ** 2))
-    confidence = (likely + also) / 2 * agreed * min(1.0, score / 0.7)
-    both = np.asarray((found + other) / 2, np.float32)
+    apart = float(np.linalg.norm((landmarks - other)[:, :2], axis=1).mean()) * _ROOM / _CLOSE
+    agreement = math.exp(-((apart / _APART) ** 2))
+    confidence = (likely + also) / 2 * agreement * min(1.0, score / 0.7)
+    both = np.asarray((landmarks + other) / 2, np.float32)
     return Face(_back(both, way), float(confidence))
 
 
@@ -334,9 +334,9 @@ def _landmarks(networks: _Networks, crop: Bytes) -> tuple[Float32, float]:
     return places, 1 / (1 + math.exp(-min(max(odds, -50.0), 50.0)))
 
 
-def _back(found: Float32, way: Float64) -> Float32:
+def _back(landmarks: Float32, way: Float64) -> Float32:
     """Landmarks of a close look in the picture's own pixels."""
     back = cv2.invertAffineTransform(way)
-    flat = found[:, :2] @ back[:, :2].T + back[:, 2]
-    depth = found[:, 2:] * math.hypot(back[0, 0], back[0, 1])
+    flat = landmarks[:, :2] @ back[:, :2].T + back[:, 2]
+    depth = landmarks[:, 2:] * math.hypot(back[0, 0], back[0, 1])
     return np.concatenate([flat, depth], axis=1).astype(np.float32)

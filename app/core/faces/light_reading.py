@@ -21,7 +21,7 @@ from app.core.base.colour import luminance
 from app.core.base.sphere import directions
 from app.core.faces.finder import Face, face_mesh
 from app.core.faces.on_head import head_map, on_head
-from app.core.faces.pose import Pose, head_pose
+from app.core.faces.pose import HeadPose, head_pose
 from app.core.styles.style_pack import load_named_pack
 
 Key: TypeAlias = Literal["front", "behind", "flat"]
@@ -39,7 +39,7 @@ _ASIDE_DEG: Final = (15.0, 85.0)  # of a key that a fill can be told from
 _PAIRS: Final = 3.0  # of likeness, for what differs between mirrored places beside a fill
 _PAIRS_ALONE: Final = 1.0
 _EVERY: Final = 3  # of the mirrored places
-_TOLD: Final = 0.6  # of what differs without a fill: by so much it must be better with one
+_FILL_GAIN: Final = 0.6  # of what differs without a fill: by so much it must be better with one
 _UNSURE: Final = 0.3  # more or less of that, and both are likely
 _ALL_ALIKE: Final = 1e-3  # of what differs without a fill: it tells nothing
 _AT_ONCE: Final = 256
@@ -60,7 +60,9 @@ _HALF_SHARE: Final = 0.5
 _LEAST_SHADING: Final = 0.1  # of the mean, that the key explains
 _FLAT_CONTRAST: Final = 0.4  # of the mean: paint and shine make so much in flat light
 _FAINT: Final = 0.35  # of the mean: with more contrast, an unlike face has something in front of it
-_LIT: Final = 0.2  # of likeness, for each stop that more or less of the skin is lit by hard light
+_LIT_COST: Final = (
+    0.2  # of likeness, for each stop that more or less of the skin is lit by hard light
+)
 _LAMP: Final = 0.01  # of likeness, that each lamp of a style must bring
 
 
@@ -90,7 +92,7 @@ class FaceLight:
         reason: Why it was not read, or has no direction; None when it was.
     """
 
-    pose: Pose
+    pose: HeadPose
     azimuth_deg: float | None = None
     elevation_deg: float | None = None
     key: Key | None = None
@@ -106,14 +108,14 @@ class FaceLight:
         """Whether the key may stand at the lens, or up to 10 degrees above, as a flash does."""
         if self.azimuth_deg is None or self.elevation_deg is None or self.error_deg is None:
             return False
-        turned = abs(self.pose.yaw_deg) >= FRONTAL_DEG
-        aside = wrap(self.azimuth_deg + self.pose.yaw_deg * turned)
+        from_side = abs(self.pose.yaw_deg) >= FRONTAL_DEG
+        aside = wrap(self.azimuth_deg + self.pose.yaw_deg * from_side)
         above = min(max(self.elevation_deg, 0.0), _FLASH_RISE_DEG)
         return math.hypot(aside, self.elevation_deg - above) <= self.error_deg
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Lamps:
+class _LampSet:
     """Single lamps.
 
     Attributes:
@@ -185,31 +187,31 @@ def read_light(picture: Bytes, face: Face, focal_px: float | None = None) -> Fac
     return light_on_head(*on_head(picture, face), pose)
 
 
-def light_on_head(grey: Float32, seen: Bools, pose: Pose) -> FaceLight:
+def light_on_head(grey: Float32, visible: Bools, pose: HeadPose) -> FaceLight:
     """Read the same from a face that was brought onto the head, see `on_head`."""
-    found = FaceLight(pose)
+    reading = FaceLight(pose)
     if abs(pose.yaw_deg) > _PROFILE_DEG:
-        return replace(found, reason=Unread.PROFILE)
-    values, shown = grey[head_map().skin], seen[head_map().skin]
-    if shown.mean() < _LEAST_SEEN:
-        return replace(found, reason=Unread.HIDDEN)
-    found = replace(found, ratio_stops=_ratio(grey, seen))
-    likeness = _likeness(values, shown, _lamps().pictures, _lamps().fill, FILLS)
-    apart, lopsided = _apart(grey, seen)
+        return replace(reading, reason=Unread.PROFILE)
+    values, skin_visible = grey[head_map().skin], visible[head_map().skin]
+    if skin_visible.mean() < _LEAST_SEEN:
+        return replace(reading, reason=Unread.HIDDEN)
+    reading = replace(reading, ratio_stops=_ratio(grey, visible))
+    likeness = _likeness(values, skin_visible, _lamps().pictures, _lamps().fill, FILLS)
+    apart, lopsided = _apart(grey, visible)
     alone, key = _mean(likeness[0]), _key(likeness, apart, _lamps().aside)
-    found = replace(found, styles=_styles(values, shown, alone.size))
-    shading = _shading(values[shown], shown, key, lopsided)
+    reading = replace(reading, styles=_styles(values, skin_visible, alone.size))
+    shading = _shading(values[skin_visible], skin_visible, key, lopsided)
     if shading.flat:
-        return replace(found, key="flat", softness_deg=None, reason=Unread.FLAT)
+        return replace(reading, key="flat", softness_deg=None, reason=Unread.FLAT)
     rim = _key(likeness, apart, _lamps().around)
-    if _is_behind(found.pose, alone, rim, shading):
-        return replace(found, key="behind", softness_deg=alone.size)
+    if _is_behind(reading.pose, alone, rim, shading):
+        return replace(reading, key="behind", softness_deg=alone.size)
     if likeness[0].max() < _LEAST_LIKE and shading.unlike:
-        return replace(found, reason=Unread.MIXED)
-    return _with_key(found, key, shading)
+        return replace(reading, reason=Unread.MIXED)
+    return _with_key(reading, key, shading)
 
 
-def _is_behind(pose: Pose, alone: _Key, rim: _Key, shading: _Shading) -> bool:
+def _is_behind(pose: HeadPose, alone: _Key, rim: _Key, shading: _Shading) -> bool:
     """Tell a key from behind: alone, or as a rim beside a fill that lights the rest of the face."""
     low, high = _BEHIND_RISE_DEG
     azimuth, elevation = _level(pose, alone.way)
@@ -220,13 +222,13 @@ def _is_behind(pose: Pose, alone: _Key, rim: _Key, shading: _Shading) -> bool:
     return beside and abs(azimuth) > _WELL_BEHIND_DEG and low < elevation < high
 
 
-def _with_key(found: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
+def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
     """Add where the key stands."""
-    azimuth, elevation = _level(found.pose, key.way)
-    if abs(found.pose.yaw_deg) >= FRONTAL_DEG:
-        azimuth = wrap(azimuth - found.pose.yaw_deg)
+    azimuth, elevation = _level(reading.pose, key.way)
+    if abs(reading.pose.yaw_deg) >= FRONTAL_DEG:
+        azimuth = wrap(azimuth - reading.pose.yaw_deg)
     return replace(
-        found,
+        reading,
         azimuth_deg=azimuth,
         elevation_deg=elevation,
         key="front",
@@ -256,11 +258,11 @@ def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> fl
     )
 
 
-def _shading(values: Float32, shown: Bools, key: _Key, lopsided: float) -> _Shading:
+def _shading(values: Float32, visible: Bools, key: _Key, lopsided: float) -> _Shading:
     """Hold the skin that is shown, (q,), against the picture of the lamp nearest to a key."""
     lamps = _lamps()
     near = lamps.ways @ key.way - 1e-5 * np.abs(lamps.sizes - key.size)
-    alone = lamps.pictures[int(near.argmax()), shown].astype(np.float64)
+    alone = lamps.pictures[int(near.argmax()), visible].astype(np.float64)
     own = values.astype(np.float64)
     own, alone = (one / max(float(one.mean()), 1e-12) - 1 for one in (own, alone))
     contrast, other = (math.sqrt(float(np.mean(one**2))) for one in (own, alone))
@@ -268,9 +270,9 @@ def _shading(values: Float32, shown: Bools, key: _Key, lopsided: float) -> _Shad
     return _Shading(contrast, fit, fit * contrast / max(other, 1e-12), lopsided)
 
 
-def _level(pose: Pose, way: Float64) -> tuple[float, float]:
+def _level(pose: HeadPose, way: Float64) -> tuple[float, float]:
     """Azimuth and elevation as the lens sees them: up is up however the chin is held."""
-    level = pose.turned @ usual_pose().turned.T @ way
+    level = pose.facing_rotation @ usual_pose().facing_rotation.T @ way
     azimuth = math.degrees(math.atan2(level[0], level[2]))
     return azimuth, math.degrees(math.asin(min(max(float(level[1]), -1.0), 1.0)))
 
@@ -286,7 +288,7 @@ def _key(likeness: Float64, apart: Float64, filled: Bools) -> _Key:
     likely = 0.0
     if apart[0, alone] > _ALL_ALIKE:
         better = float((score[fill].max() - score[0, alone]) / apart[0, alone])
-        likely = 1 / (1 + math.exp(min(max((_TOLD - better) / _UNSURE, -50.0), 50.0)))
+        likely = 1 / (1 + math.exp(min(max((_FILL_GAIN - better) / _UNSURE, -50.0), 50.0)))
     one, other = _mean(likeness[0] - _PAIRS_ALONE * apart[0]), _mean(score[fill])
     way = (1 - likely) * one.way + likely * other.way
     size = (1 - likely) * one.size + likely * other.size
@@ -305,14 +307,14 @@ def _mean(score: Float64) -> _Key:
     return _Key(way, float(weight @ lamps.sizes / weight.sum()), spread)
 
 
-def _apart(grey: Float32, seen: Bools) -> tuple[Float64, float]:
+def _apart(grey: Float32, visible: Bools) -> tuple[Float64, float]:
     """How differently mirrored places differ from what lamps make of them, (1 + F, n), and at all.
 
     All 0 where too few are seen.
     """
     lamps = _lamps()
     one, other = grey[lamps.halves]
-    share = seen[lamps.halves].all(axis=0).astype(np.float32)
+    share = visible[lamps.halves].all(axis=0).astype(np.float32)
     share /= share.sum() if share.mean() > _LEAST_SEEN else np.inf
     own = (one - other) / np.maximum(one + other, 1e-9)
     rows = [np.square(row) @ share - 2 * row @ (share * own) for row in lamps.pairs]
@@ -321,7 +323,7 @@ def _apart(grey: Float32, seen: Bools) -> tuple[Float64, float]:
 
 
 @lru_cache(maxsize=1)
-def usual_pose() -> Pose:
+def usual_pose() -> HeadPose:
     """How landmarks say that the generic head is held, though it is level and straight."""
     places = face_mesh().on_head * 1000
     depth = np.zeros((len(places), 1), np.float32)
@@ -330,14 +332,14 @@ def usual_pose() -> Pose:
 
 def _likeness(
     values: Float32,
-    shown: Bools,
+    visible: Bools,
     pictures: Float32,
     fill: Float32 | None = None,
     ratios: tuple[float, ...] = (),
 ) -> Float64:
     """Correlation of what is shown with pictures, (n, Q): alone and with fill; (1 + F, n)."""
-    own = np.where(shown, values - values[shown].mean(), 0).astype(np.float32)
-    counts = shown.astype(np.float32)
+    own = np.where(visible, values - values[visible].mean(), 0).astype(np.float32)
+    counts = visible.astype(np.float32)
     fill = np.zeros_like(own) if fill is None else fill
     product, total, mixed = (pictures @ np.stack([own, counts, fill * counts], axis=1)).T
     square = np.square(pictures) @ counts
@@ -350,17 +352,19 @@ def _likeness(
     return np.asarray(np.stack(rows) / max(float(np.linalg.norm(own)), 1e-12), np.float64)
 
 
-def _styles(values: Float32, shown: Bools, size_deg: float) -> tuple[tuple[str, float], ...]:
+def _styles(values: Float32, visible: Bools, size_deg: float) -> tuple[tuple[str, float], ...]:
     """Styles by the likeness of their targets: of light, and of its root, which sees into shade."""
     names, lamps, targets = _targets()
-    score = _likeness(values, shown, targets)[0]
-    score += _likeness(np.sqrt(np.maximum(values, 0)), shown, np.sqrt(np.maximum(targets, 0)))[0]
+    score = _likeness(values, visible, targets)[0]
+    score += _likeness(np.sqrt(np.maximum(values, 0)), visible, np.sqrt(np.maximum(targets, 0)))[0]
     # How much of the skin is lit tells lamps apart of which it sees more and less; the softer the
     # light, or the more fill, the less so.
     hard = (_SIZES_DEG[-1] - size_deg) / (_SIZES_DEG[-1] - _SIZES_DEG[0])
-    lit = _lit_share(values[None, shown])[0] - _lit_share(targets[:, shown])
+    lit_difference = _lit_share(values[None, visible])[0] - _lit_share(targets[:, visible])
     # Of two that look alike on the skin, it is the one with fewer lamps.
-    score = np.clip(score / 2 - _LIT * hard * np.abs(lit) - _LAMP * (lamps - 1), 0, 1)
+    score = np.clip(
+        score / 2 - _LIT_COST * hard * np.abs(lit_difference) - _LAMP * (lamps - 1), 0, 1
+    )
     order = np.argsort(-score, kind="stable")
     return tuple((names[row], float(score[row])) for row in order)
 
@@ -381,17 +385,17 @@ def _targets() -> tuple[tuple[str, ...], Float64, Float32]:
     return tuple(style.name for style in pack.styles), lamps, targets
 
 
-def _ratio(grey: Float32, seen: Bools) -> float | None:
+def _ratio(grey: Float32, visible: Bools) -> float | None:
     """Stops from the darker cheek to the brighter one; None where one is not seen."""
-    means = [float(grey[cheek & seen].sum()) for cheek in head_map().cheeks]
-    counts = [int((cheek & seen).sum()) for cheek in head_map().cheeks]
+    means = [float(grey[cheek & visible].sum()) for cheek in head_map().cheeks]
+    counts = [int((cheek & visible).sum()) for cheek in head_map().cheeks]
     if not (min(counts) and min(means) > 0.0):
         return None
     return abs(math.log2(means[0] / counts[0] * counts[1] / means[1]))
 
 
 @lru_cache(maxsize=1)
-def _lamps() -> _Lamps:
+def _lamps() -> _LampSet:
     """Light the generic head by single lamps from all around, and by a fill."""
     head = head_map()
     azimuths = np.arange(-_FARTHEST_DEG, _FARTHEST_DEG + 1, _STEP_DEG)
@@ -409,7 +413,7 @@ def _lamps() -> _Lamps:
     pairs = (one - other)[:-1] / np.maximum(total[:-1] + shares * total[-1], np.float32(1e-9))
     low, high = _ASIDE_DEG
     off = np.degrees(np.arcsin(np.minimum(np.abs(ways[:, 0]), 1)))
-    return _Lamps(
+    return _LampSet(
         ways,
         sizes,
         pictures[:-1],
@@ -426,7 +430,7 @@ def _light(ways: Float64, sizes: Float64) -> Float32:
     transport = head_map().transport
     texels = directions(transport.environment_shape).reshape(-1, 3)
     level = np.hypot(texels[:, 0], texels[:, 2])
-    found = np.empty((len(ways), len(transport.texel_basis)), np.float32)
+    values = np.empty((len(ways), len(transport.texel_basis)), np.float32)
     # In parts: all at once would take a hundred megabytes for a moment.
     for start in range(0, len(ways), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
@@ -434,10 +438,10 @@ def _light(ways: Float64, sizes: Float64) -> Float32:
         apart = np.degrees(np.arccos(np.clip(ways[part].astype(np.float32) @ texels.T, -1, 1)))
         beyond = (apart - np.maximum(size, _LEAST_SIZE_DEG) / 2) / _EDGE_DEG
         light = 1 / (1 + np.exp(np.minimum(beyond, 80)))
-        seen = 0.5 * (1 + np.cos(np.radians(size) / 2))
-        light /= seen * (light @ level)[:, None]
-        found[part] = light @ transport.texel_basis.T
-    return found
+        cap_share = 0.5 * (1 + np.cos(np.radians(size) / 2))
+        light /= cap_share * (light @ level)[:, None]
+        values[part] = light @ transport.texel_basis.T
+    return values
 
 
 def _ways(azimuth_deg: Float64, elevation_deg: Float64) -> Float64:

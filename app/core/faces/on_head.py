@@ -36,7 +36,7 @@ class HeadMap:
 
     Attributes:
         transport: The head's.
-        covered: (N * N,) bool. Pixels between landmarks.
+        coverage: (N * N,) bool. Pixels between landmarks.
         corners, weights, triangle: (N * N, 3) intp and float32, (N * N,) intp. Landmarks around
             each pixel, how much each counts, and which triangle they are.
         whole: (N * N,) bool. What hair, beard and hats leave of most faces: from brows to chin
@@ -47,7 +47,7 @@ class HeadMap:
     """
 
     transport: Transport
-    covered: Bools
+    coverage: Bools
     corners: Indices
     weights: Float32
     triangle: Indices
@@ -72,13 +72,13 @@ class HeadMap:
         inside, shape = self.whole[self.transport.pixels], (self.side, self.side)
         spread = cv2.GaussianBlur(self.whole.reshape(shape).astype(np.float32), (0, 0), _BLUR)
         spread = spread.ravel()[where]
-        found = np.empty((len(pictures), len(spread)), np.float32)
-        for row, picture in zip(found, pictures, strict=True):
+        result = np.empty((len(pictures), len(spread)), np.float32)
+        for row, picture in zip(result, pictures, strict=True):
             whole = np.zeros(self.side**2, np.float32)
             whole[self.transport.pixels[inside]] = picture[inside]
             row[:] = cv2.GaussianBlur(whole.reshape(shape), (0, 0), _BLUR).ravel()[where]
-        found /= spread
-        return found
+        result /= spread
+        return result
 
 
 @lru_cache(maxsize=1)
@@ -113,14 +113,14 @@ def head_map() -> HeadMap:
     )
 
 
-def _skin(transport: Transport, covered: Bools) -> Bools:
+def _skin(transport: Transport, coverage: Bools) -> Bools:
     side, places = transport.size, face_mesh().on_head
     rows, columns = (np.mgrid[:side, :side] + 0.5) / side
     within = np.abs(columns - 0.5) <= places[_CORNER, 0] - 0.5
     within &= (rows >= places[_BROWS, 1]) & (rows <= places[_CHIN, 1])
     head = np.zeros(side**2, bool)
     head[transport.pixels] = True
-    skin: Bools = covered & head & within.ravel()
+    skin: Bools = coverage & head & within.ravel()
     for hole in _HOLES:
         out = _filled(hole, side, _GROWN)
         skin &= ~(out | _mirrored(out, side))
@@ -156,7 +156,7 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
         the picture shows it.
     """
     head = head_map()
-    covered = head.covered
+    coverage = head.coverage
     blur = max(face.side / head.side * 0.5, 0.5)
     room = math.ceil(3 * blur) + 2
     left, top, right, bottom = (round(edge) for edge in face.box)
@@ -164,14 +164,14 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
     part = picture[top : max(bottom + room, top + 1), left : max(right + room, left + 1)]
     linear = luminance(srgb_light(part))
     linear = np.asarray(cv2.GaussianBlur(linear, (0, 0), blur), np.float32)
-    corners = face.landmarks[head.corners[covered], :2]
-    place = (corners * head.weights[covered, :, None]).sum(axis=1) - (left + 0.5, top + 0.5)
+    corners = face.landmarks[head.corners[coverage], :2]
+    place = (corners * head.weights[coverage, :, None]).sum(axis=1) - (left + 0.5, top + 0.5)
     x, y = np.ascontiguousarray(place.T, np.float32)
-    grey, seen = np.zeros(head.side**2, np.float32), np.zeros(head.side**2, bool)
-    grey[covered] = cv2.remap(linear, x, y, cv2.INTER_LINEAR).ravel()
+    grey, visible = np.zeros(head.side**2, np.float32), np.zeros(head.side**2, bool)
+    grey[coverage] = cv2.remap(linear, x, y, cv2.INTER_LINEAR).ravel()
     inside = (x >= 0) & (y >= 0) & (x < part.shape[1] - 1) & (y < part.shape[0] - 1)
-    seen[covered] = inside & _facing(face)[head.triangle[covered]]
-    return grey, seen
+    visible[coverage] = inside & _facing(face)[head.triangle[coverage]]
+    return grey, visible
 
 
 def _facing(face: Face) -> Bools:

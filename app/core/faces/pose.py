@@ -22,24 +22,24 @@ USUAL_FOCAL: Final = 1.3
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
+class HeadPose:
     """How a head is held towards the lens, deg.
 
     Attributes:
         yaw_deg: Positive when the face turns toward the sitter's own left, right in the picture.
         pitch_deg: Positive with the chin up.
         roll_deg: Positive when the head leans toward the right of the picture.
-        turned: (3, 3) float64. From the head's frame to x right in the picture, y up, z toward the
-            lens, along the line from head to lens.
+        facing_rotation: (3, 3) float64. From the head's frame to x right in the picture, y up, z
+            toward the lens, along the line from head to lens.
     """
 
     yaw_deg: float
     pitch_deg: float
     roll_deg: float
-    turned: Float64
+    facing_rotation: Float64
 
 
-def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) -> Pose:
+def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) -> HeadPose:
     """Fit the canonical face to landmarks through the lens.
 
     Args:
@@ -51,20 +51,20 @@ def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) 
     lens = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
     stiff = list(_STIFF)
     points = face_mesh().points[stiff].astype(np.float64)
-    seen = face.landmarks[stiff, :2].astype(np.float64)
-    _, turn, place = cv2.solvePnP(points, seen, lens, None, flags=cv2.SOLVEPNP_SQPNP)
+    image_points = face.landmarks[stiff, :2].astype(np.float64)
+    _, turn, place = cv2.solvePnP(points, image_points, lens, None, flags=cv2.SOLVEPNP_SQPNP)
     _, turn, place = cv2.solvePnP(
-        points, seen, lens, None, turn, place, True, cv2.SOLVEPNP_ITERATIVE
+        points, image_points, lens, None, turn, place, True, cv2.SOLVEPNP_ITERATIVE
     )
     rotation = np.diag([1.0, -1.0, -1.0]) @ cv2.Rodrigues(turn)[0]
     toward = np.diag([1.0, -1.0, -1.0]) @ place.ravel()
-    turned = _facing(-toward / np.linalg.norm(toward)) @ rotation
-    nose, up = turned[:, 2], turned[:, 1]
-    return Pose(
+    facing_rotation = _facing(-toward / np.linalg.norm(toward)) @ rotation
+    nose, up = facing_rotation[:, 2], facing_rotation[:, 1]
+    return HeadPose(
         math.degrees(math.atan2(nose[0], nose[2])),
         math.degrees(math.asin(min(max(nose[1], -1.0), 1.0))),
         math.degrees(math.atan2(up[0], up[1])),
-        turned,
+        facing_rotation,
     )
 
 

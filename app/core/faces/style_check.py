@@ -10,7 +10,7 @@ import numpy as np
 from app.core.base.angles import arc_width, lies_on_arc, wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.base.colour import luminance
-from app.core.faces.facing import WIDE_DEG, Facing, Standing, find_facing, standing
+from app.core.faces.facing import WIDE_DEG, FacingEstimate, Standing, find_facing, standing
 from app.core.faces.finder import Face
 from app.core.faces.light_reading import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
 from app.core.faces.on_head import head_map, on_head
@@ -46,10 +46,10 @@ class Promise:
     @cached_property
     def ratio_stops(self) -> float | None:
         """The lighting ratio that the screens state for it, stops; None where no face shows it."""
-        if self.shown.ratio_stops is None:
+        if self.light.ratio_stops is None:
             return None
         if self.place is None:
-            pixels = self.lit(0.0)
+            pixels = self.luminance_at(0.0)
             return lighting_ratio(head_map().transport, pixels).stops
         transport = self.transport or head_map().transport
         light = turned(self.place, self.goal_deg, transport.environment_shape)
@@ -60,19 +60,19 @@ class Promise:
 
         A photo of exactly the promised light then reads as exactly what was promised.
         """
-        if stops is None or self.ratio_stops is None or self.shown.ratio_stops is None:
+        if stops is None or self.ratio_stops is None or self.light.ratio_stops is None:
             return stops
-        return max(stops + self.ratio_stops - self.shown.ratio_stops, 0.0)
+        return max(stops + self.ratio_stops - self.light.ratio_stops, 0.0)
 
     @cached_property
-    def shown(self) -> FaceLight:
+    def light(self) -> FaceLight:
         """What the head shows there."""
         head = head_map()
         grey = np.zeros(head.side**2, np.float32)
-        grey[head.transport.pixels] = self.lit(self.goal_deg)
+        grey[head.transport.pixels] = self.luminance_at(self.goal_deg)
         return light_on_head(grey, np.ones(grey.size, bool), usual_pose())
 
-    def lit(self, facing_deg: float) -> Float32:
+    def luminance_at(self, facing_deg: float) -> Float32:
         """The head that looks to an azimuth of the place, or in the studio, (P,)."""
         transport = head_map().transport
         if self.place is not None:
@@ -143,7 +143,7 @@ class Check:
 def check_face(
     picture: Bytes,
     face: Face,
-    promised: Promise,
+    promise: Promise,
     focal_px: float | None = None,
     lens_deg: float | None = None,
     *,
@@ -157,54 +157,54 @@ def check_face(
         key: Whether key and ratio are read, too, and not the pose and the grade alone.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
-    grey, seen = on_head(picture, face)
-    light = light_on_head(grey, seen, pose) if key else FaceLight(pose)
-    found = Check(replace(light, ratio_stops=promised.on_its_scale(light.ratio_stops)))
-    if found.light.azimuth_deg is not None and promised.shown.azimuth_deg is not None:
-        difference = wrap(found.light.azimuth_deg - promised.shown.azimuth_deg)
-        found = replace(found, key_difference_deg=difference)
-    if promised.place is None:
-        return _graded(found, grey, seen, promised)
+    grey, visible = on_head(picture, face)
+    light = light_on_head(grey, visible, pose) if key else FaceLight(pose)
+    result = Check(replace(light, ratio_stops=promise.on_its_scale(light.ratio_stops)))
+    if result.light.azimuth_deg is not None and promise.light.azimuth_deg is not None:
+        difference = wrap(result.light.azimuth_deg - promise.light.azimuth_deg)
+        result = replace(result, key_difference_deg=difference)
+    if promise.place is None:
+        return _graded(result, grey, visible, promise)
     if lens_deg is not None:
         aside = pose.yaw_deg if abs(pose.yaw_deg) >= FRONTAL_DEG else 0.0
-        found = _known(found, wrap(lens_deg - aside), promised)
+        result = _from_heading(result, wrap(lens_deg - aside), promise)
     else:
-        facing = find_facing(grey, seen, pose, promised.place.searched)
-        if facing is not None and not promised.faceless:
-            found = _told(found, facing, promised)
-    return found if found.facing_deg is None else _graded(found, grey, seen, promised)
+        facing = find_facing(grey, visible, pose, promise.place.searched)
+        if facing is not None and not promise.faceless:
+            result = _from_light(result, facing, promise)
+    return result if result.facing_deg is None else _graded(result, grey, visible, promise)
 
 
-def _known(found: Check, facing_deg: float, promised: Promise) -> Check:
-    where: Standing = "inside" if lies_on_arc(facing_deg, promised.arc_deg) else "outside"
-    error = wrap(promised.goal_deg - facing_deg)
-    return replace(found, facing_deg=facing_deg, standing=where, turn_error_deg=error)
+def _from_heading(result: Check, facing_deg: float, promise: Promise) -> Check:
+    where: Standing = "inside" if lies_on_arc(facing_deg, promise.arc_deg) else "outside"
+    error = wrap(promise.goal_deg - facing_deg)
+    return replace(result, facing_deg=facing_deg, standing=where, turn_error_deg=error)
 
 
-def _told(found: Check, facing: Facing, promised: Promise) -> Check:
-    where = standing(facing, promised.arc_deg)
+def _from_light(result: Check, facing: FacingEstimate, promise: Promise) -> Check:
+    where = standing(facing, promise.arc_deg)
     if where == "unsure":
-        return found
-    told = arc_width(promised.arc_deg) <= WIDE_DEG and facing.sure
-    error = wrap(promised.goal_deg - facing.azimuth_deg) if told else None
-    return replace(found, facing_deg=facing.azimuth_deg, standing=where, turn_error_deg=error)
+        return result
+    is_certain = arc_width(promise.arc_deg) <= WIDE_DEG and facing.sure
+    error = wrap(promise.goal_deg - facing.azimuth_deg) if is_certain else None
+    return replace(result, facing_deg=facing.azimuth_deg, standing=where, turn_error_deg=error)
 
 
-def _graded(found: Check, grey: Float32, seen: Bools, promised: Promise) -> Check:
-    pack = promised.pack
+def _graded(result: Check, grey: Float32, visible: Bools, promise: Promise) -> Check:
+    pack = promise.pack
     if pack is None:
-        return found
-    lit = promised.lit(found.facing_deg or 0.0)
-    row = pack.index(promised.name)
-    picture = measure_picture(pack, head_map().transport, _completed(grey, seen, lit))
+        return result
+    target = promise.luminance_at(result.facing_deg or 0.0)
+    row = pack.index(promise.name)
+    picture = measure_picture(pack, head_map().transport, _completed(grey, visible, target))
     grade = judge(pack, row, picture, LIMITS).grade
-    return replace(found, grade=grade, match=float(picture.match[row]))
+    return replace(result, grade=grade, match=float(picture.match[row]))
 
 
-def _completed(grey: Float32, seen: Bools, lit: Float32) -> Float64:
+def _completed(grey: Float32, visible: Bools, target: Float32) -> Float64:
     """Skin as it is seen, and of the head what is not: hair, eyes, and what is hidden, (P,)."""
     head = head_map()
-    skin = (head.whole & seen)[head.transport.pixels]
-    shown = grey[head.transport.pixels].astype(np.float64)
-    scale = shown[skin].sum() / max(float(lit[skin].sum()), 1e-12)
-    return np.where(skin, shown, scale * lit)
+    skin = (head.whole & visible)[head.transport.pixels]
+    values = grey[head.transport.pixels].astype(np.float64)
+    scale = values[skin].sum() / max(float(target[skin].sum()), 1e-12)
+    return np.where(skin, values, scale * target)

@@ -1,6 +1,6 @@
 """What to do next during a turn: a pure function of goal, arc, heading and the last state.
 
-`guide` takes the current reading and the `Memory` that the last call returned, and returns the
+`guide` takes the current reading and the `GuideMemory` that the last call returned, and returns the
 numbers that the screen shows together with the next memory; `app.words.guidance` makes the words.
 Nothing here knows of time but the seconds that are handed in, and nothing is rounded apart: the
 whole degrees of goal, now and the arc's ends are made first, and everything else is a difference of
@@ -51,7 +51,7 @@ _LEFT_DEG: Final = 0.5  # what was lit stays so until it is out by so much
 _BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
 
 
-class Source(StrEnum):
+class HeadingSource(StrEnum):
     """Where the heading comes from, and how that is."""
 
     NONE = "none"
@@ -97,8 +97,8 @@ class Goal:
     def facing(self, front_deg: float) -> tuple[float, tuple[float, float] | None]:
         """Where the nose is to point, and its arc, as azimuths in the panorama, deg."""
         arc, nose = self.arc_deg, front_deg - self.yaw_deg
-        turned = None if arc is None else (arc[0] + nose, arc[1] + nose)
-        return wrap(self.turn_deg + nose), turned
+        face_arc = None if arc is None else (arc[0] + nose, arc[1] + nose)
+        return wrap(self.turn_deg + nose), face_arc
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,41 +116,41 @@ class Reading:
 
     turn_deg: float | None
     time_s: float
-    source: Source = Source.LIVE
+    source: HeadingSource = HeadingSource.LIVE
     left_behind: bool = False
     from_deg: float = 0.0
     yaw_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class GuideMemory:
     """What one call tells the next; begin with `FRESH`.
 
     Attributes:
         way: Way round that was shown: 1 clockwise, -1 counter-clockwise, 0 none yet.
         approach: int or None. Way by which the arc was, or is to be, entered; 0 for who was inside
             from the start.
-        shown: int or None. Whole degrees of the turn that was shown last.
+        shown_deg: int or None. Whole degrees of the turn that was shown last.
         nose: As in the `Guide`, steady.
         faces: When each was read, s, and how it was turned, deg; the newest first, back to when
             the head moved.
-        lit: Whether the nose was in the light.
+        on_target: Whether the nose was in the light.
     """
 
     goal: tuple[int, ...] | None = None
     way: int = 0
     approach: int | None = None
-    shown: int | None = None
+    shown_deg: int | None = None
     turn_deg: float = 0.0
     seen_s: float | None = None
     inside: bool = False
     hold: bool = False
     nose: int | None = None
     faces: tuple[tuple[float, float], ...] = ()
-    lit: bool = False
+    on_target: bool = False
 
 
-FRESH: Final = Memory()
+FRESH: Final = GuideMemory()
 """Nothing has been shown yet."""
 
 
@@ -223,12 +223,12 @@ class _Target:
     def everywhere(self) -> bool:
         return self.before + self.after >= 360
 
-    def outside(self, way: int, left: int) -> int:
-        """How far it is to the arc, for who still has `left` degrees to the goal going `way`."""
+    def outside(self, way: int, to_go: int) -> int:
+        """How far it is to the arc, for who still has `to_go` degrees to the goal going `way`."""
         if self.everywhere:
             return 0
         near, far = (self.before, self.after) if way > 0 else (self.after, self.before)
-        return 0 if left <= near or 360 - left <= far else left - near
+        return 0 if to_go <= near or 360 - to_go <= far else to_go - near
 
     def within(self, nose: float) -> float:
         """How far within the light a nose is that points so far clockwise of the goal, deg."""
@@ -240,26 +240,26 @@ class _Target:
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 
 
-def guide(goal: Goal, reading: Reading, memory: Memory = FRESH) -> tuple[Guide, Memory]:
+def guide(goal: Goal, reading: Reading, memory: GuideMemory = FRESH) -> tuple[Guide, GuideMemory]:
     """Find what to do, and what to hand to the next call as its `memory`."""
     target = _target(goal)
     if memory.goal != target.key:
-        memory = Memory(goal=target.key, shown=memory.shown, seen_s=memory.seen_s)
-    if reading.source is Source.LIVE and reading.left_behind:
-        forgotten = replace(memory, shown=None, seen_s=None, inside=False, hold=False)
-        return _silent(target, Phase.LEFT), forgotten
-    if reading.source is Source.LIVE and reading.turn_deg is not None:
-        shown = _settled(reading.turn_deg, memory.shown)
+        memory = GuideMemory(goal=target.key, shown_deg=memory.shown_deg, seen_s=memory.seen_s)
+    if reading.source is HeadingSource.LIVE and reading.left_behind:
+        blank = replace(memory, shown_deg=None, seen_s=None, inside=False, hold=False)
+        return _silent(target, Phase.LEFT), blank
+    if reading.source is HeadingSource.LIVE and reading.turn_deg is not None:
+        shown_deg = _settled(reading.turn_deg, memory.shown_deg)
         turn, now = reading.turn_deg, reading.time_s
         memory = _looked_at(target, reading, memory)
-        memory = replace(memory, shown=shown, turn_deg=turn, seen_s=now)
-        return _turning(target, memory, shown)
-    if reading.source is not Source.LIVE:
-        return _without(target, reading), replace(memory, shown=None, seen_s=None)
+        memory = replace(memory, shown_deg=shown_deg, turn_deg=turn, seen_s=now)
+        return _turning(target, memory, shown_deg)
+    if reading.source is not HeadingSource.LIVE:
+        return _without(target, reading), replace(memory, shown_deg=None, seen_s=None)
     since = None if memory.seen_s is None else reading.time_s - memory.seen_s
-    if memory.shown is not None and since is not None and since < LOST_AFTER_S:
-        return _turning(target, memory, memory.shown)
-    return _silent(target, Phase.LOST), replace(memory, shown=None)
+    if memory.shown_deg is not None and since is not None and since < LOST_AFTER_S:
+        return _turning(target, memory, memory.shown_deg)
+    return _silent(target, Phase.LOST), replace(memory, shown_deg=None)
 
 
 def _target(goal: Goal) -> _Target:
@@ -276,19 +276,19 @@ def _target(goal: Goal) -> _Target:
     return _Target(middle, before, after, True, *aside, (before + near, after + far))
 
 
-def _settled(turn_deg: float, shown: int | None) -> int:
+def _settled(turn_deg: float, shown_deg: int | None) -> int:
     """Round, but do not flicker between two numbers when the heading lies between them."""
-    if shown is not None and abs(wrap(turn_deg - shown)) <= _SETTLE_DEG:
-        return shown
+    if shown_deg is not None and abs(wrap(turn_deg - shown_deg)) <= _SETTLE_DEG:
+        return shown_deg
     return whole(turn_deg)
 
 
-def _looked_at(target: _Target, reading: Reading, memory: Memory) -> Memory:
+def _looked_at(target: _Target, reading: Reading, memory: GuideMemory) -> GuideMemory:
     """Remember how the face is turned; one that is missed for a moment changes nothing."""
     now, yaw, before = reading.time_s, reading.yaw_deg, memory.faces
     if not target.yaw or yaw is None:
-        lost = not before or now - before[0][0] >= LOST_AFTER_S
-        return replace(memory, nose=None, faces=()) if lost else memory
+        expired = not before or now - before[0][0] >= LOST_AFTER_S
+        return replace(memory, nose=None, faces=()) if expired else memory
     if before and before[0][1] == yaw:
         before = before[1:]  # the same face, handed in again
     faces = ((now, yaw), *(face for face in before if now - face[0] <= _KEPT_S))
@@ -296,16 +296,16 @@ def _looked_at(target: _Target, reading: Reading, memory: Memory) -> Memory:
         if abs(faces[count][1] - _mean_yaw(faces[:count])) > _MOVED_DEG:
             faces = faces[:count]
             break
-    off, kept = target.yaw - yaw, memory.nose
-    still = kept is not None and abs(off - kept) <= _NOSE_SETTLE_DEG
-    return replace(memory, nose=kept if still else round(off), faces=faces)
+    off, nose = target.yaw - yaw, memory.nose
+    still = nose is not None and abs(off - nose) <= _NOSE_SETTLE_DEG
+    return replace(memory, nose=nose if still else round(off), faces=faces)
 
 
 def _mean_yaw(faces: tuple[tuple[float, float], ...]) -> float:
     return sum(yaw for _, yaw in faces) / len(faces)
 
 
-def _nose_to_go(target: _Target, memory: Memory) -> int | None:
+def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
     """How much further to the left the nose has to go, deg: 0 if lit, None if not sure yet."""
     past, faces = wrap(memory.turn_deg - target.goal), memory.faces
     off = target.yaw - faces[0][1]
@@ -324,7 +324,9 @@ def _nose_to_go(target: _Target, memory: Memory) -> int | None:
     if waits and mean >= -_OUT_DEG:
         return None
     half = sum(target.ends) / 2
-    edge = max(min(_SWAYS_DEG, half - _SPARED_DEG), half / 4) - (_LEFT_DEG if memory.lit else 0.0)
+    edge = max(min(_SWAYS_DEG, half - _SPARED_DEG), half / 4) - (
+        _LEFT_DEG if memory.on_target else 0.0
+    )
     if not waits and mean >= edge and within >= -_OUT_DEG:
         return 0
     gap = target.further(past, off)
@@ -337,33 +339,33 @@ def _way(clockwise: int, before: int) -> int:
         return 0
     if before == 0:
         return 1 if clockwise <= 180 else -1
-    kept = clockwise if before > 0 else 360 - clockwise
-    return before if (360 - kept) > kept - KEEP_DEG else -before
+    same_way = clockwise if before > 0 else 360 - clockwise
+    return before if (360 - same_way) > same_way - KEEP_DEG else -before
 
 
-def _turning(target: _Target, memory: Memory, now: int) -> tuple[Guide, Memory]:
+def _turning(target: _Target, memory: GuideMemory, now: int) -> tuple[Guide, GuideMemory]:
     clockwise = (target.goal - now) % 360
     way = _way(clockwise, memory.way)
-    left = clockwise if way >= 0 else 360 - clockwise
-    until, away = target.outside(way, left), min(left, 360 - left)
+    to_go = clockwise if way >= 0 else 360 - clockwise
+    until, away = target.outside(way, to_go), min(to_go, 360 - to_go)
     if memory.nose is not None and away <= _BESIDE_DEG + (LOCK_DEG if memory.hold else 0):
         # The nose makes up for where the lens stands.
         until = away = 0
     inside, hold = _locked(memory, until, away)
     until = 0 if inside else until
-    beyond, approach = _passed(memory.approach, way, left, inside)
+    beyond, approach = _passed(memory.approach, way, to_go, inside)
     next_memory = replace(memory, way=way, approach=approach, inside=inside, hold=hold)
     phase = Phase.TURN
     if inside:
         phase = Phase.HOLD if hold else Phase.INSIDE
     elif beyond:
         phase = Phase.BEYOND
-    shown = Guide(
+    guidance = Guide(
         phase=phase,
         goal=target.goal,
         now=now,
-        to_go=way * left,
-        number=left,
+        to_go=way * to_go,
+        number=to_go,
         direction=direction_of(way),
         has_arc=target.has_arc,
         inside=inside,
@@ -376,15 +378,15 @@ def _turning(target: _Target, memory: Memory, now: int) -> tuple[Guide, Memory]:
     )
     if inside and memory.nose is not None:
         further = _nose_to_go(target, memory)
-        next_memory = replace(next_memory, lit=further == 0)
-        shown = shown if further == 0 else _aside(shown, further or 0)
-    return shown, next_memory
+        next_memory = replace(next_memory, on_target=further == 0)
+        guidance = guidance if further == 0 else _aside(guidance, further or 0)
+    return guidance, next_memory
 
 
-def _aside(shown: Guide, off: int) -> Guide:
+def _aside(guidance: Guide, off: int) -> Guide:
     """Where the lens is right and the nose is not, the face alone has to turn."""
     return replace(
-        shown,
+        guidance,
         phase=Phase.NOSE,
         number=abs(off),
         # Toward one's left is counter-clockwise.
@@ -394,17 +396,17 @@ def _aside(shown: Guide, off: int) -> Guide:
     )
 
 
-def _locked(memory: Memory, until: int, away: int) -> tuple[bool, bool]:
+def _locked(memory: GuideMemory, until: int, away: int) -> tuple[bool, bool]:
     """Tell whether one is in the light, and at the goal; both are left later than entered."""
     inside = until <= (LOCK_DEG if memory.inside else 0)
     return inside, inside and away <= HOLD_DEG + (LOCK_DEG if memory.hold else 0)
 
 
-def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bool, int | None]:
+def _passed(approach: int | None, way: int, to_go: int, inside: bool) -> tuple[bool, int | None]:
     """Tell whether the arc was left at its far end, and the way by which it was entered."""
     if inside:
         return False, 0 if approach is None else approach
-    if approach is None or way == approach or left > _BEYOND_DEG:
+    if approach is None or way == approach or to_go > _BEYOND_DEG:
         return False, way
     return True, approach
 
@@ -416,11 +418,11 @@ def _silent(target: _Target, phase: Phase) -> Guide:
 
 def _without(target: _Target, reading: Reading) -> Guide:
     """Without a heading the whole turn stands at once, to be made by eye."""
-    if reading.source is Source.AWAY:
+    if reading.source is HeadingSource.AWAY:
         return _silent(target, Phase.AWAY)
     start = whole(reading.from_deg)
     to_go = whole(target.goal - start)
-    starting = reading.source is Source.STARTING
+    starting = reading.source is HeadingSource.STARTING
     return replace(
         _silent(target, Phase.STARTING if starting else Phase.NO_WEBCAM),
         number=abs(to_go),

@@ -22,7 +22,7 @@ _APART_DEG: Final = 5.0  # nearer marks would hide each other
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class PlanMark:
     """Something around the sitter; a lamp has its name."""
 
     kind: Kind
@@ -31,7 +31,7 @@ class Mark:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class PlanDrawing:
     """What the drawing shows; all angles are turns, deg, positive clockwise.
 
     `up_deg` is at the top, the face in the middle points to `nose_deg` and is seen from the lens
@@ -40,7 +40,7 @@ class Plan:
     lens.
     """
 
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[PlanMark, ...] = ()
     up_deg: float = 180.0
     nose_deg: float = 0.0
     lens_deg: float = 0.0
@@ -52,39 +52,39 @@ class Plan:
 
 
 def plan_of(
-    shown: Guide,
+    guidance: Guide,
     goal: Goal,
     mode: Mode,
     start_deg: float = 0.0,
-    lights: Sequence[Mark] = (),
-) -> Plan:
+    lights: Sequence[PlanMark] = (),
+) -> PlanDrawing:
     """Draw up the walk that a guide asks for.
 
     `start_deg`: where one stands while no heading is known; `lights`: what lights the sitter.
     """
     selfie = mode is Mode.SELFIE
-    here = float(whole(start_deg) if shown.now is None else shown.now)
-    to_go = wrap(shown.goal - here) if shown.to_go is None else float(shown.to_go)
+    here = float(whole(start_deg) if guidance.now is None else guidance.now)
+    to_go = wrap(guidance.goal - here) if guidance.to_go is None else float(guidance.to_go)
     yaw = round(goal.yaw_deg)
-    nose = wrap(here - yaw + (shown.nose or 0))
-    marks: list[Mark] = []
-    if shown.number is not None:  # without one the place on the ring is not known
-        marks.append(Mark("now", here))
-    if here != shown.goal:
-        marks.append(Mark("goal", float(shown.goal)))
-    if abs(here) > _APART_DEG or shown.number is None:
-        marks.append(Mark("start", 0.0))
-    marks.append(Mark("nose", nose))
+    nose = wrap(here - yaw + (guidance.nose or 0))
+    marks: list[PlanMark] = []
+    if guidance.number is not None:  # without one the place on the ring is not known
+        marks.append(PlanMark("now", here))
+    if here != guidance.goal:
+        marks.append(PlanMark("goal", float(guidance.goal)))
+    if abs(here) > _APART_DEG or guidance.number is None:
+        marks.append(PlanMark("start", 0.0))
+    marks.append(PlanMark("nose", nose))
     marks += lights
-    marks.append(Mark("background", wrap(shown.goal + 180.0)))
-    return Plan(
+    marks.append(PlanMark("background", wrap(guidance.goal + 180.0)))
+    return PlanDrawing(
         marks=tuple(marks),
         up_deg=0.0 if selfie else 180.0,
         nose_deg=nose,
         lens_deg=here,
         way=(here, to_go),
         arc_deg=goal.arc_deg,
-        goal_deg=float(shown.goal),
+        goal_deg=float(guidance.goal),
         yaw_deg=yaw,
         mode=mode,
     )

@@ -51,21 +51,21 @@ class Cue:
     step: int = 0
 
 
-def cue(shown: Guide) -> Cue:
+def cue(guidance: Guide) -> Cue:
     """Return what is to be heard with a guide.
 
     Returns:
         None while there is no number to go by.
     """
-    if shown.to_go is None:
+    if guidance.to_go is None:
         return Cue("none")
-    if shown.phase is Phase.HOLD:
+    if guidance.phase is Phase.HOLD:
         return Cue("steady", step=_STEPS)
-    left = shown.further if shown.phase is Phase.NOSE else shown.to_go
-    near = 1.0 - min(abs(left), _FAR_DEG) / _FAR_DEG
+    to_go = guidance.further if guidance.phase is Phase.NOSE else guidance.to_go
+    near = 1.0 - min(abs(to_go), _FAR_DEG) / _FAR_DEG
     every = _SLOWEST_S * (_QUICKEST_S / _SLOWEST_S) ** near
     step = min(int(near * _STEPS), _STEPS - 1)
-    if shown.inside:
+    if guidance.inside:
         return Cue("pair", max(every, 2.0 * _QUICKEST_S), step)
     return Cue("beep", every, step)
 
@@ -79,16 +79,16 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
         its start; ``none`` is empty.
     """
     if sound == "none":
-        made = np.zeros(0, np.int16)
+        wave = np.zeros(0, np.int16)
     elif sound == "steady":
-        made = _pcm(_sine(_STEADY_HZ, _STEADY_S))
+        wave = _pcm(_sine(_STEADY_HZ, _STEADY_S))
     else:
         share = min(max(step, 0), _STEPS) / _STEPS
         beep = _faded(_sine(_LOWEST_HZ + share * (_HIGHEST_HZ - _LOWEST_HZ), _BEEP_S))
         gap = np.zeros(round(0.05 * RATE))
-        made = _pcm(np.concatenate([beep, gap, beep]) if sound == "pair" else beep)
-    made.setflags(write=False)
-    return made
+        wave = _pcm(np.concatenate([beep, gap, beep]) if sound == "pair" else beep)
+    wave.setflags(write=False)
+    return wave
 
 
 @cache
@@ -106,9 +106,9 @@ def chime() -> Pcm:
         ring = np.exp(-time / 0.25) * (1.0 - np.exp(-time / 0.004))
         tone = np.sin(2.0 * np.pi * pitch * time) + 0.3 * np.sin(4.0 * np.pi * pitch * time)
         mixed[start:] += 0.6 * ring * tone
-    made = _pcm(_faded(mixed))
-    made.setflags(write=False)
-    return made
+    wave = _pcm(_faded(mixed))
+    wave.setflags(write=False)
+    return wave
 
 
 def _sine(pitch_hz: float, seconds: float) -> Float64:

@@ -26,9 +26,9 @@ from app.core.localization.homography import (
     UNSURE,
     Alignment,
     Size,
+    apply_homography,
     corners_of,
     fit_pairs,
-    moved,
     scaled,
     sound,
 )
@@ -42,7 +42,7 @@ _STAYS_S: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Overlay:
+class SteadyOverlay:
     """Overlay of the live picture on the goal; start with `BARE`.
 
     Attributes:
@@ -51,33 +51,35 @@ class Overlay:
             when they were seen.
     """
 
-    shown: Alignment = UNSURE
+    alignment: Alignment = UNSURE
     corners: Steady | None = field(default=None, repr=False)
     rival: tuple[Float64, float] | None = field(default=None, repr=False)
 
 
-BARE: Final = Overlay()
+BARE: Final = SteadyOverlay()
 """Nothing lies on the goal yet."""
 
 
-def laid(before: Overlay, found: Alignment, sizes: tuple[Size, Size], now_s: float) -> Overlay:
+def steady_overlay(
+    before: SteadyOverlay, alignment: Alignment, sizes: tuple[Size, Size], now_s: float
+) -> SteadyOverlay:
     """Warp a picture onto the goal.
 
     Args:
         sizes: tuple of (columns, rows). Of the picture and of the goal.
     """
     steady = before.corners
-    if found.homography is None:
+    if alignment.homography is None:
         stays = steady is not None and now_s - steady.time_s <= _STAYS_S
         return replace(before, rival=None) if stays else BARE
-    corners = moved(found.homography, corners_of(sizes[0])) / sizes[1][0]
+    corners = apply_homography(alignment.homography, corners_of(sizes[0])) / sizes[1][0]
     if steady is None or now_s - steady.time_s > _STAYS_S:
-        return Overlay(found, Steady.at(corners, now_s))
+        return SteadyOverlay(alignment, Steady.at(corners, now_s))
     if _near(corners, steady.measured, now_s - steady.time_s):
-        return _followed(found, steadied(steady, corners, now_s, _LEASH), sizes)
+        return _followed(alignment, steadied(steady, corners, now_s, _LEASH), sizes)
     rival = before.rival
     if rival is not None and _near(corners, rival[0], now_s - rival[1]):
-        return Overlay(found, Steady.at(corners, now_s))
+        return SteadyOverlay(alignment, Steady.at(corners, now_s))
     return replace(before, rival=(corners, now_s))
 
 
@@ -85,14 +87,14 @@ def _near(first: Float64, second: Float64, pause_s: float) -> bool:
     return float(np.abs(first - second).max()) <= _STEP + _STEP_PER_S * max(pause_s, 0.0)
 
 
-def _followed(found: Alignment, steady: Steady, sizes: tuple[Size, Size]) -> Overlay:
+def _followed(alignment: Alignment, steady: Steady, sizes: tuple[Size, Size]) -> SteadyOverlay:
     start = corners_of(sizes[0]).astype(np.float32)
-    stop = (steady.shown * sizes[1][0]).astype(np.float32)
+    stop = (steady.position * sizes[1][0]).astype(np.float32)
     matrix = np.asarray(cv2.getPerspectiveTransform(start, stop), np.float64)
     # Between two sound pictures lies a sound one, but nothing has to be taken on trust.
     if not sound(matrix, *sizes):
-        return Overlay(found, Steady.at(steady.measured, steady.time_s))
-    return Overlay(replace(found, homography=matrix), steady)
+        return SteadyOverlay(alignment, Steady.at(steady.measured, steady.time_s))
+    return SteadyOverlay(replace(alignment, homography=matrix), steady)
 
 
 _POINTS: Final = 1500
@@ -132,10 +134,10 @@ def align(
     masks = [mask] if mask is not None else [sitter_mask(view.shape[:2]), None]
     best = UNSURE
     for where in masks:
-        found = _aligned(target, view, where, (fov_deg, sitter_deg, view_fov_deg or fov_deg))
-        if found.status == "found":
-            return found
-        best = max(best, found, key=lambda one: one.inliers)
+        alignment = _aligned(target, view, where, (fov_deg, sitter_deg, view_fov_deg or fov_deg))
+        if alignment.status == "found":
+            return alignment
+        best = max(best, alignment, key=lambda one: one.inliers)
     return best
 
 
@@ -176,11 +178,11 @@ def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: f
         homography = np.asarray(scale, np.float64)
     half = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
     centred = np.linalg.inv(half) @ homography @ half  # OpenCV's pixels have their middle at (0, 0)
-    moved = cv2.warpPerspective(view, centred, size, flags=cv2.INTER_LINEAR)
+    warped = cv2.warpPerspective(view, centred, size, flags=cv2.INTER_LINEAR)
     full = np.full(view.shape[:2], 255, np.uint8)
     there = cv2.warpPerspective(full, centred, size, flags=cv2.INTER_LINEAR)
     share = (there.astype(np.float32) * np.float32(min(max(opacity, 0.0), 1.0) / 255.0))[..., None]
-    mixed = target + share * (moved.astype(np.float32) - target)
+    mixed = target + share * (warped.astype(np.float32) - target)
     return (mixed + np.float32(0.5)).astype(np.uint8)
 
 
@@ -194,18 +196,18 @@ def _aligned(
     pairs = pair(here.descriptors, there.descriptors, there.places, 3.0, _RATIO)
     start, stop = here.places[pairs.first], there.places[pairs.second]
     sizes = (_size(small_view), _size(small_target))
-    found = fit_pairs(start, stop, sizes)
-    if found.homography is None:
-        return found
-    error = _turn_error(found.homography, sizes[0], sizes[1][0], angles)
+    alignment = fit_pairs(start, stop, sizes)
+    if alignment.homography is None:
+        return alignment
+    error = _turn_error(alignment.homography, sizes[0], sizes[1][0], angles)
     # Sides are whole numbers of pixels: both scales of a picture differ a little.
     (columns, rows), (view_columns, view_rows) = (
         (small.shape[1] / whole.shape[1], small.shape[0] / whole.shape[0])
         for small, whole in ((small_target, target), (small_view, view))
     )
-    whole = np.diag([1 / columns, 1 / rows, 1.0]) @ found.homography
+    whole = np.diag([1 / columns, 1 / rows, 1.0]) @ alignment.homography
     whole = whole @ np.diag([view_columns, view_rows, 1.0])
-    return replace(found, homography=scaled(whole), turn_error_deg=error)
+    return replace(alignment, homography=scaled(whole), turn_error_deg=error)
 
 
 def _turn_error(

@@ -33,7 +33,7 @@ _PITCHES_DEG: Final = (17.0, -17.0)
 _VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, tall and wide: each view reaches over the horizon
 _PER_DEG: Final = 10.0  # pixels of a view, at most
 _VIEW_POINTS: Final = 900
-_KEPT: Final = "background.points"
+_FILE: Final = "background.points"
 _FORM: Final = b"turnlight background 1"  # of the file and of how points are described
 _COLUMNS: Final = 128 + 3 + 1  # descriptor, bearing, azimuth
 _MOST_POINTS: Final = 20 * _VIEW_POINTS
@@ -85,12 +85,12 @@ def build_index(
     lens = Lens(_VIEW_DEG, (wide, tall))
     parts: list[tuple[Features, Float64]] = []
     views = [(a, p) for a in range(-180, 180, _EVERY_DEG) for p in _PITCHES_DEG]
-    for done, (azimuth, pitch) in enumerate(views):
+    for count, (azimuth, pitch) in enumerate(views):
         if token is not None:
             token.check()
-        report(done / len(views), Progress(Task.LEARNING_BACKGROUND))
-        found = describe(look(panorama, float(azimuth), lens, pitch), _VIEW_POINTS)
-        parts.append(_squarely_seen(found, lens, float(azimuth), pitch))
+        report(count / len(views), Progress(Task.LEARNING_BACKGROUND))
+        one_view = describe(look(panorama, float(azimuth), lens, pitch), _VIEW_POINTS)
+        parts.append(_squarely_seen(one_view, lens, float(azimuth), pitch))
     report(1.0, Progress(Task.LEARNING_BACKGROUND))
     descriptors = np.concatenate([features.descriptors for features, _ in parts])
     vectors = np.concatenate([vectors for _, vectors in parts])
@@ -112,7 +112,7 @@ def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
         panorama: As for `build_index`.
     """
     most = _SEAL + 4 * _COLUMNS * _MOST_POINTS
-    with contextlib.suppress(OSError), open_file(folder / _KEPT) as stream:
+    with contextlib.suppress(OSError), open_file(folder / _FILE) as stream:
         data = stream.read(most + 1)
         seal, values = data[:_SEAL], data[_SEAL:]
         if len(data) > most or len(values) % (4 * _COLUMNS) or seal != _seal(panorama, values):
@@ -135,7 +135,7 @@ def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
     table = np.column_stack((index.descriptors, index.bearings, index.azimuths))
     values = np.ascontiguousarray(table, np.float32).tobytes()
     with contextlib.suppress(CoreError):
-        atomic_write_bytes(folder / _KEPT, _seal(panorama, values) + values)
+        atomic_write_bytes(folder / _FILE, _seal(panorama, values) + values)
 
 
 def _seal(panorama: Bytes, values: bytes) -> bytes:
@@ -147,14 +147,14 @@ def _seal(panorama: Bytes, values: bytes) -> bytes:
 
 
 def _squarely_seen(
-    found: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
+    features: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
 ) -> tuple[Features, Float64]:
     """Keep the points that no other view shows more squarely."""
-    vectors = bearings(lens, azimuth_deg, pitch_deg, found.places.astype(np.float64))
+    vectors = bearings(lens, azimuth_deg, pitch_deg, features.places.astype(np.float64))
     azimuth = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
     away = np.abs((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
     keep = (away <= _EVERY_DEG / 2) & ((vectors[:, 1] >= 0.0) == (pitch_deg > 0.0))
-    return Features(found.places[keep], found.descriptors[keep]), vectors[keep]
+    return Features(features.places[keep], features.descriptors[keep]), vectors[keep]
 
 
 _TILES: Final = (8, 8)
@@ -236,10 +236,10 @@ def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Floa
         of unit length.
     """
     finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
-    points, found = finder.detectAndCompute(grey, mask)
-    if not points or found is None:
+    points, descriptors = finder.detectAndCompute(grey, mask)
+    if not points or descriptors is None:
         return np.zeros((0, 2), np.float32), np.zeros((0, 128), np.float32)
-    share = found / np.maximum(found.sum(axis=1, keepdims=True), 1e-6)
+    share = descriptors / np.maximum(descriptors.sum(axis=1, keepdims=True), 1e-6)
     places = np.array([point.pt for point in points], np.float32)
     return places, np.sqrt(share).astype(np.float32)
 
@@ -282,7 +282,7 @@ def pair_near(
     first: Float32,
     second: Float32,
     spots: Float32,
-    expected: Float32,
+    positions: Float32,
     reach: float,
     apart: float,
     limit: float,
@@ -293,16 +293,16 @@ def pair_near(
     twice as many matches.
 
     Args:
-        expected: (N, 3) float32. Where the first set's points should be, unit vectors.
+        positions: (N, 3) float32. Where the first set's points should be, unit vectors.
         reach: How far from there they may be, radians.
     """
-    around = np.flatnonzero(spots @ expected.mean(axis=0) > _AROUND)
+    around = np.flatnonzero(spots @ positions.mean(axis=0) > _AROUND)
     if len(first) == 0 or len(around) < 2:
         return pair(first, second[:0], spots[:0], apart, limit)
-    near = expected @ spots[around].T > math.cos(reach)
+    near = positions @ spots[around].T > math.cos(reach)
     likeness = np.where(near, first @ second[around].T, np.float32(-1.0))
-    found = _told_apart(likeness, spots[around], apart, limit, _USUAL)
-    return Pairs(found.first, around[found.second], found.ratio)
+    pairs = _told_apart(likeness, spots[around], apart, limit, _USUAL)
+    return Pairs(pairs.first, around[pairs.second], pairs.ratio)
 
 
 def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
@@ -322,8 +322,8 @@ def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
     by_part = np.argsort(part, kind="stable")
     starts = np.searchsorted(part[by_part], part[by_part], side="left")
     few = by_part[np.arange(len(part)) - starts < most]
-    chosen = np.sort(order[few])
-    return Pairs(pairs.first[chosen], pairs.second[chosen], pairs.ratio[chosen])
+    picks = np.sort(order[few])
+    return Pairs(pairs.first[picks], pairs.second[picks], pairs.ratio[picks])
 
 
 def _told_apart(

@@ -32,12 +32,12 @@ from app.core.localization.features import (
     thinned,
 )
 from app.core.localization.heading_conversion import assumed_fov
-from app.core.localization.rotation import Pose
+from app.core.localization.rotation import CameraPose
 from app.core.localization.stand import (
     LEAST_CONFIDENCE,
+    CameraPrior,
     Evidence,
     Matches,
-    Question,
     Stand,
     find_stand,
     trust,
@@ -53,15 +53,21 @@ _STRAY_RAD: Final = math.radians(10.0)
 _SOME: Final = 4  # as if so many more agreed: of a few points two strays say little
 
 
-def support(rays: Float64, described: Float32, spots: Float32, known: Float32, pose: Pose) -> float:
+def support(
+    rays: Float64,
+    own_descriptors: Float32,
+    spots: Float32,
+    index_descriptors: Float32,
+    pose: CameraPose,
+) -> float:
     """Measure how much better a pose explains all points than its neighbours do.
 
     Args:
         rays: (N, 2) float64. All points of the picture, in its picture plane as in
             `app.core.localization.rotation.fit`.
-        described: (N, 128) float32. What they look like; unit length.
+        own_descriptors: (N, 128) float32. What they look like; unit length.
         spots: (M, 3) float32. Points of the panorama, unit vectors in its axes.
-        known: (M, 128) float32. What they look like.
+        index_descriptors: (M, 128) float32. What they look like.
 
     Returns:
         Standard deviations above what chance would give: about 0 for a wrong pose.
@@ -70,24 +76,24 @@ def support(rays: Float64, described: Float32, spots: Float32, known: Float32, p
     near = np.flatnonzero(spots @ axis > math.cos(_AROUND_RAD))
     if len(near) < _LEAST or len(rays) < _LEAST:
         return 0.0
-    likeness = described @ known[near].T
-    ahead = pose.expected(rays)
+    likeness = own_descriptors @ index_descriptors[near].T
+    ahead = pose.predict(rays)
     best = _most_alike(ahead, pose.rotation, spots[near], likeness)
     others = np.full(len(rays), -1.0, np.float32)
     for up, right in _ASIDE:
         turn = sphere.from_vector(np.array([up * _ASIDE_RAD, right * _ASIDE_RAD, 0.0]))
         aside = _most_alike(ahead, pose.rotation @ turn, spots[near], likeness)
         np.maximum(others, aside, out=others)
-    asked = (best > 0.0) & (others > 0.0)
-    count = int(asked.sum())
+    comparable = (best > 0.0) & (others > 0.0)
+    count = int(comparable.sum())
     if count < _LEAST:
         return 0.0
     chance = 1.0 / (1.0 + len(_ASIDE))
-    share = float((best[asked] > others[asked]).mean())
+    share = float((best[comparable] > others[comparable]).mean())
     return (share - chance) / math.sqrt(chance * (1.0 - chance) / count)
 
 
-def strays(rays: Float64, bearings: Float64, inside: Bools, pose: Pose) -> float:
+def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) -> float:
     """Measure how many points are beside where a pose says, and not there.
 
     Args:
@@ -98,7 +104,7 @@ def strays(rays: Float64, bearings: Float64, inside: Bools, pose: Pose) -> float
     Returns:
         Their share, 0 to 1, of them and those that agree.
     """
-    beside = np.einsum("nk,nk->n", pose.expected(rays), bearings @ pose.rotation)
+    beside = np.einsum("nk,nk->n", pose.predict(rays), bearings @ pose.rotation)
     count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
     return count / (count + int(inside.sum()) + _SOME)
 
@@ -181,14 +187,14 @@ class Sight:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class HeadingMatch:
     """A pose with its evidence.
 
     Attributes:
         fov_deg: Horizontal field of view, given or estimated, deg.
     """
 
-    pose: Pose
+    pose: CameraPose
     evidence: Evidence
     fov_deg: float
 
@@ -226,13 +232,13 @@ def find_heading(
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
         sitter_deg, mask = None, None
     sight = see(frame, mask, effort)
-    found = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
-    heading = UNSURE if found is None else judged(found)
+    match = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
+    heading = UNSURE if match is None else to_heading(match)
     if not away or heading.heading_deg is not None or near_deg is not None:
         return heading
     # Who carries the camera is but a hint, and may have been seen where there is none.
-    found = compare(see(frame, None, effort), index, fov_deg, away=True, sitter_deg=None)
-    return heading if found is None else judged(found)
+    match = compare(see(frame, None, effort), index, fov_deg, away=True, sitter_deg=None)
+    return heading if match is None else to_heading(match)
 
 
 def see(frame: Bytes, mask: Bools | None = None, effort: Effort = SEARCHING) -> Sight:
@@ -258,20 +264,20 @@ def compare(
     sitter_deg: float | None = 0.0,
     *,
     away: bool = False,
-) -> Found | None:
+) -> HeadingMatch | None:
     """Find the pose that explains a picture best, whether it can be trusted or not."""
-    chosen = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
-    spots, known = index.bearings[chosen], index.descriptors[chosen]
-    described = sight.features.descriptors
+    near_rows = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
+    spots, index_descriptors = index.bearings[near_rows], index.descriptors[near_rows]
+    own_descriptors = sight.features.descriptors
     cell = max(sight.size) / _PARTS
-    pairs = pair(described, known, spots, _SAME, _RATIO)
+    pairs = pair(own_descriptors, index_descriptors, spots, _SAME, _RATIO)
     pairs = thinned(pairs, sight.features.places, cell, _MOST)
     wide = assumed_fov(sight.size) if fov_deg is None else min(max(fov_deg, 1.0), 170.0)
     lens = Lens(wide, sight.size)
     rays = _rays(sight.features.places, lens)
     shape = max(sight.size) / min(sight.size)
     known_lens = None if fov_deg is None else _STATED if sight.fine else _ABOUT
-    question = Question(known_lens, sitter_deg, away, near_deg is not None)
+    question = CameraPrior(known_lens, sitter_deg, away, near_deg is not None)
 
     def matches(pairs: Pairs) -> Matches:
         there = spots[pairs.second].astype(np.float64)
@@ -281,20 +287,22 @@ def compare(
     if stand is None:
         return None
     if sight.fine and not away:
-        expected = (stand.pose.expected(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
-        closer = pair_near(described, known, spots, expected, _REACH, _SAME, _CLOSER_RATIO)
+        positions = (stand.pose.predict(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
+        closer = pair_near(
+            own_descriptors, index_descriptors, spots, positions, _REACH, _SAME, _CLOSER_RATIO
+        )
         closer = thinned(closer, sight.features.places, cell, _MOST)
         closer_stand = find_stand(matches(closer), question, stand.pose)
         if closer_stand is not None:
             pairs, stand = closer, closer_stand
-    whole = support(stand.rays(rays), described, spots, known, stand.pose)
+    whole = support(stand.rays(rays), own_descriptors, spots, index_descriptors, stand.pose)
     evidence = _evidence(stand, pairs, matches(pairs), lens, question, whole)
     evidence = evidence if sight.fine else replace(evidence, guided=True)
-    return Found(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
+    return HeadingMatch(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
 
 
 def _evidence(
-    stand: Stand, pairs: Pairs, matches: Matches, lens: Lens, question: Question, whole: float
+    stand: Stand, pairs: Pairs, matches: Matches, lens: Lens, question: CameraPrior, whole: float
 ) -> Evidence:
     pose, line, rays = stand.pose, stand.line, stand.rays(matches.rays)
     certain = pairs.ratio < _CERTAIN
@@ -312,7 +320,7 @@ def _evidence(
         zoom=1.0 / max(pose.zoom, 0.1) if question.away else pose.zoom,
         wide=None if question.lens_known else wide,
         strays=strays(rays[certain], matches.bearings[certain], inside, pose),
-        freed=line.freed if line else 0.0,
+        gain=line.gain if line else 0.0,
         aside=line.aside if line else 0.0,
         loose_deg=math.degrees(line.loose_rad) if line else 0.0,
         flat=line.flat if line and line.loose_rad else 0.0,
@@ -320,17 +328,17 @@ def _evidence(
     )
 
 
-def judged(
-    found: Found, least: float = LEAST_CONFIDENCE, confidence: float | None = None
+def to_heading(
+    match: HeadingMatch, least: float = LEAST_CONFIDENCE, confidence: float | None = None
 ) -> Heading:
     """Decide whether to trust a pose."""
-    confidence = trust(found.evidence) if confidence is None else confidence
-    points = found.evidence.points
-    heading, pitch, roll = found.pose.angles_deg
+    confidence = trust(match.evidence) if confidence is None else confidence
+    points = match.evidence.points
+    heading, pitch, roll = match.pose.angles_deg
     absurd = abs(pitch) > rotation.MOST_PITCH_DEG or abs(roll) > rotation.MOST_ROLL_DEG
     if absurd or confidence < least:
         return Heading("unsure", None, inliers=points, confidence=0.0 if absurd else confidence)
-    zoom, fov = found.pose.zoom, round(found.fov_deg, 2)
+    zoom, fov = match.pose.zoom, round(match.fov_deg, 2)
     return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)
 
 

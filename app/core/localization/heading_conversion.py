@@ -35,7 +35,10 @@ ASSUMED_DEG: Final = 60.0
 
 _ALIKE: Final = 0.0045  # standard deviation of the factors where the probe itself stood
 _FARTHEST: Final = 0.10  # share of the points that are as good as far away
-_LEFT: Final = (0.20, 0.10)  # logarithm of how much those are still enlarged: mean and spread
+_ENLARGEMENT: Final = (
+    0.20,
+    0.10,
+)  # logarithm of how much those are still enlarged: mean and spread
 _LENSES: Final = (  # focal length for a frame of 36 x 24 mm, and of how many in a hundred pictures
     (26.0, 26), (24.0, 20), (28.0, 16), (23.0, 7), (35.0, 10), (50.0, 13), (13.0, 5), (77.0, 5),
     (31.0, 5), (70.0, 2),
@@ -66,32 +69,32 @@ def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False)
         away: Whether the camera looks away from the sitter: it is then nearer to things than the
             probe was, which makes near things smaller in the panorama and none any larger.
     """
-    said = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
-    if len(said) < _FEWEST:
+    plausible = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
+    if len(plausible) < _FEWEST:
         return 1.0
-    low, middle, high = np.quantile(said, [0.25, 0.5, 0.75])
+    low, middle, high = np.quantile(plausible, [0.25, 0.5, 0.75])
     if away:
-        return float(np.quantile(said, 1.0 - _FARTHEST)) * (1.0 + _LEFT_AWAY)
+        return float(np.quantile(plausible, 1.0 - _FARTHEST)) * (1.0 + _LEFT_AWAY)
     spread = (high - low) / 1.35 / middle
     if spread < _ALIKE:
         return float(middle)
     share = min((spread - _ALIKE) / _ALIKE, 1.0)
-    far = _likely_lens(float(np.quantile(said, _FARTHEST)), shape)
+    far = _likely_lens(float(np.quantile(plausible, _FARTHEST)), shape)
     return float(math.exp((1.0 - share) * math.log(middle) + share * math.log(far)))
 
 
 def _likely_lens(farthest: float, shape: float) -> float:
     """Return the most likely factor by how much the farthest points are enlarged."""
-    left = np.linspace(0.0, 0.8, 401)
-    mean, spread = _LEFT
-    tangents = math.log(farthest * math.tan(math.radians(ASSUMED_DEG) / 2.0)) - left
-    density = np.full_like(left, _OTHER_LENS)
+    enlargement = np.linspace(0.0, 0.8, 401)
+    mean, spread = _ENLARGEMENT
+    tangents = math.log(farthest * math.tan(math.radians(ASSUMED_DEG) / 2.0)) - enlargement
+    density = np.full_like(enlargement, _OTHER_LENS)
     for focal, count in _LENSES:
-        known = math.log(_FRAME_MM / 2.0 / focal * shape / math.hypot(shape, 1.0))
-        away = (tangents - known) / _SAME_LENS
+        expected_log = math.log(_FRAME_MM / 2.0 / focal * shape / math.hypot(shape, 1.0))
+        away = (tangents - expected_log) / _SAME_LENS
         density += count / 100.0 * np.exp(-0.5 * away**2) / (_SAME_LENS * math.sqrt(math.tau))
-    best = int(np.argmax(np.log(density) - 0.5 * ((left - mean) / spread) ** 2))
-    return farthest * math.exp(-float(left[best]))
+    best = int(np.argmax(np.log(density) - 0.5 * ((enlargement - mean) / spread) ** 2))
+    return farthest * math.exp(-float(enlargement[best]))
 
 
 CAMERA_M: Final = 1.5

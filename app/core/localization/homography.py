@@ -75,10 +75,10 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     if len(start) < LEAST_INLIERS:
         return UNSURE
     width = sizes[1][0]
-    solved = _fitted_homography(start, stop, width)
-    if solved is None:
+    solution = _fitted_homography(start, stop, width)
+    if solution is None:
         return UNSURE
-    matrix, inside = solved
+    matrix, inside = solution
     # Several points that all go to one place are one match.
     count = len(np.unique(np.round(stop[inside]), axis=0))
     share = float(inside.mean())
@@ -122,10 +122,10 @@ def sound(matrix: Float64, size: Size, target: Size) -> bool:
     inner = _grid(size) * 0.5 + np.array(size) * 0.25
     if not _moderate(steady, inner, _SCALES, _STRETCH):
         return False
-    seen = _back(steady, _grid(target), size)
+    grid_back = _back(steady, _grid(target), size)
     slopes = _slopes(steady, np.array([[width / 2.0, height / 2.0]]))[0]
     roll = math.degrees(math.atan2(slopes[1, 0] - slopes[0, 1], slopes[0, 0] + slopes[1, 1]))
-    return abs(roll) <= _MOST_ROLL_DEG and _moderate(steady, seen, _SCALES_SEEN, _STRETCH_SEEN)
+    return abs(roll) <= _MOST_ROLL_DEG and _moderate(steady, grid_back, _SCALES_SEEN, _STRETCH_SEEN)
 
 
 def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float64, Bools] | None:
@@ -141,10 +141,14 @@ def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float
     except cv2.error:  # points on one line
         return None
     # None where nothing fits, whatever the types say.
-    found = np.asarray(matrix, np.float64)
-    if found.shape != (3, 3) or not np.isfinite(found).all() or abs(found[2, 2]) < 1e-9:
+    homography = np.asarray(matrix, np.float64)
+    if (
+        homography.shape != (3, 3)
+        or not np.isfinite(homography).all()
+        or abs(homography[2, 2]) < 1e-9
+    ):
         return None
-    return found / found[2, 2], np.asarray(inside).ravel() > 0
+    return homography / homography[2, 2], np.asarray(inside).ravel() > 0
 
 
 def _enough(start: Float32, stop: Float32, count: int, share: float, width: int) -> bool:
@@ -170,7 +174,7 @@ def _refined(
     points, places = start.astype(np.float64) / width, stop.astype(np.float64) / width
     noise, inverse = 0.0, np.eye(8)
     for _ in range(_ROUNDS):
-        rows, miss = by_elements(now, points), places - moved(now, points)
+        rows, miss = by_elements(now, points), places - apply_homography(now, points)
         away = np.linalg.norm(miss, axis=1)
         noise = max(1.5 * float(np.median(away)), 0.5 / width)
         weights = 1.0 / (1.0 + (away / noise) ** 2) ** 2
@@ -192,14 +196,14 @@ def by_elements(matrix: Float64, points: Float64) -> Float64:
     """Return how places, (N, 2), move with a homography's first eight elements: (2 N, 8)."""
     full = np.column_stack([points, np.ones(len(points))])
     depth = (full @ matrix[2])[:, None]
-    place = moved(matrix, points)
+    place = apply_homography(matrix, points)
     none = np.zeros_like(full)
     across = np.hstack([full, none, -place[:, :1] * points]) / depth
     down = np.hstack([none, full, -place[:, 1:] * points]) / depth
     return np.vstack([across, down])
 
 
-def moved(matrix: Float64, points: Float64) -> Float64:
+def apply_homography(matrix: Float64, points: Float64) -> Float64:
     """Return where a homography takes points.
 
     Args:
@@ -216,7 +220,7 @@ def moved(matrix: Float64, points: Float64) -> Float64:
 def _slopes(matrix: Float64, points: Float64) -> Float64:
     """Return a homography's derivatives at points (N, 2) before the camera: (N, 2, 2)."""
     depth = points @ matrix[2, :2] + matrix[2, 2]
-    rows = matrix[:2, :2] - moved(matrix, points)[:, :, None] * matrix[2, :2]
+    rows = matrix[:2, :2] - apply_homography(matrix, points)[:, :, None] * matrix[2, :2]
     return np.asarray(rows / depth[:, None, None], np.float64)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from app.core.base import sphere
 from app.core.base.arrays import Bools, Float32, Float64
-from app.core.localization.rotation import Pose
+from app.core.localization.rotation import CameraPose
 
 _NOISE: Final = 0.0015  # radians
 _STILL_NOISE: Final = 1.5  # times as much of a point in any direction as out of a plane
@@ -78,14 +78,14 @@ class Line:
     inside: Bools = field(repr=False)
     error_rad: float
     agree: float
-    freed: float
+    gain: float
     aside: float
     loose_rad: float
     flat: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Way:
+class _Solution:
     """A rotation, a lens, the way to the probe in camera axes; and how they fit."""
 
     rotation: Float64
@@ -98,7 +98,7 @@ class _Way:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
+class _Pairs:
     """Points of the picture plane, and of the panorama; how uncertain their lens is."""
 
     rays: Float64
@@ -122,14 +122,14 @@ def straightened(rays: Float64, lens: Float64) -> Float64:
 
 
 def lined_up(
-    poses: list[Pose],
+    poses: list[CameraPose],
     rays: Float64,
     bearings: Float64,
     ratio: Float32,
     aims: list[Aim],
     scale: float,
     *,
-    known: bool,
+    lens_known: bool,
 ) -> Line | None:
     """Find the camera on the line to the sitter that explains a picture best, and a freer one.
 
@@ -137,96 +137,111 @@ def lined_up(
         rays, bearings: (N, 2) and (N, 3) float64. As in `app.core.localization.rotation.fit`: all
             matches, right and wrong.
         ratio: (N,) float32. Of the matches, as `app.core.localization.features.pair` gives it.
-        known: Whether anybody has said how wide the lens is, or that is no more than what is
+        lens_known: Whether anybody has said how wide the lens is, or that is no more than what is
             likely.
     """
     ahead = bearings @ poses[0].rotation[:, 2] > _AHEAD
     if int(ahead.sum()) < _LEAST:
         return None
-    seen = _Seen(rays[ahead], bearings[ahead], scale)
-    starts = [_Way(p.rotation, np.zeros(3), _unit(np.append(p.sitter, 1.0))) for p in poses]
-    starts += _sampled(seen, poses[0].rotation, ratio[ahead])
-    free = _best([_settled(seen, one) for one in starts])
+    pairs = _Pairs(rays[ahead], bearings[ahead], scale)
+    starts = [_Solution(p.rotation, np.zeros(3), _unit(np.append(p.sitter, 1.0))) for p in poses]
+    starts += _sampled(pairs, poses[0].rotation, ratio[ahead])
+    free = _best([_settled(pairs, one) for one in starts])
     if _worth(free[0]) < _LEAST:
         return None
-    told = starts[: len(poses)]
-    held = max((w for aim in aims for w in _aimed(seen, told, free, aim)), key=_worth)
-    flat, mirrored = _mirrored(seen, held)
-    free = [*free, *(_settled(seen, one) for one in (held, *mirrored))]
+    pose_starts = starts[: len(poses)]
+    best_way = max((w for aim in aims for w in _aimed(pairs, pose_starts, free, aim)), key=_worth)
+    flat, mirrored = _mirrored(pairs, best_way)
+    free = [*free, *(_settled(pairs, one) for one in (best_way, *mirrored))]
     most = max(free, key=_worth)
-    still = max((_unmoved(seen, one, known) for one in (held, *free[:_BEST])), key=_worth)
-    if still.points > _UNMOVED * max(held.points, most.points):
+    still = max((_unmoved(pairs, one, lens_known) for one in (best_way, *free[:_BEST])), key=_worth)
+    if still.points > _UNMOVED * max(best_way.points, most.points):
         # Nothing is shifted: the probe's own place, and whatever is bent otherwise is no parallax.
-        held, loose, freed, aside = replace(still, way=held.way), 0.0, 0.0, 0.0
+        best_way, loose, gain, aside = replace(still, way=best_way.way), 0.0, 0.0, 0.0
     else:
-        unaimed = _settled(replace(seen, scale=scale if known else _AS_FREE), held, rounds=0).normal
+        unaimed = _settled(
+            replace(pairs, scale=scale if lens_known else _AS_FREE), best_way, rounds=0
+        ).normal
         loose = math.sqrt(max(float(np.linalg.inv(unaimed)[6, 6]), 0.0))
-        aside = max(held.cost - most.cost, 0.0)
-        freed = max(most.points - held.points, 0.0)
+        aside = max(best_way.cost - most.cost, 0.0)
+        gain = max(most.points - best_way.points, 0.0)
     inside = np.zeros(len(rays), bool)
-    inside[ahead] = held.agree > 0.3
-    error = math.sqrt(max(float(np.linalg.inv(held.normal)[1, 1]), 0.0))
-    probe = held.way[:2] / max(float(held.way[2]), _AHEAD)
+    inside[ahead] = best_way.agree > 0.3
+    error = math.sqrt(max(float(np.linalg.inv(best_way.normal)[1, 1]), 0.0))
+    probe = best_way.way[:2] / max(float(best_way.way[2]), _AHEAD)
     return Line(
-        held.rotation, held.lens, probe, inside, error, held.points, freed, aside, loose, flat
+        best_way.rotation,
+        best_way.lens,
+        probe,
+        inside,
+        error,
+        best_way.points,
+        gain,
+        aside,
+        loose,
+        flat,
     )
 
 
-def _worth(way: _Way) -> float:
+def _worth(way: _Solution) -> float:
     return way.points - way.cost
 
 
-def _aimed(seen: _Seen, starts: list[_Way], free: list[_Way], aim: Aim) -> list[_Way]:
+def _aimed(
+    pairs: _Pairs, starts: list[_Solution], free: list[_Solution], aim: Aim
+) -> list[_Solution]:
     """Hold the way where the sitter may be."""
-    found = []
+    ways = []
     for one in (*free, *starts):
         way = one.way if one.way[2] > 0.0 else -one.way
         if one.points == 0.0:
             level = float(way[1]) / max(float(way[2]), _AHEAD)
             way = _unit(np.array([math.tan(aim.angle), level, 1.0]))
-        settled = _settled(seen, replace(one, way=way), aim)
-        found.append(replace(settled, cost=settled.cost + aim.unlikely))
-    return found
+        solution = _settled(pairs, replace(one, way=way), aim)
+        ways.append(replace(solution, cost=solution.cost + aim.unlikely))
+    return ways
 
 
-def _best(ways: list[_Way]) -> list[_Way]:
+def _best(ways: list[_Solution]) -> list[_Solution]:
     """Choose those that explain most, and differ."""
-    chosen: list[_Way] = []
+    picks: list[_Solution] = []
     for one in sorted(ways, key=_worth, reverse=True):
         if all(
             sphere.angle_of(one.rotation.T @ other.rotation) > math.degrees(_ALIKE_RAD)
-            for other in chosen
+            for other in picks
         ):
-            chosen.append(one)
-        if len(chosen) == _BEST:
+            picks.append(one)
+        if len(picks) == _BEST:
             break
-    return chosen
+    return picks
 
 
-def _settled(seen: _Seen, start: _Way, aim: Aim | None = None, rounds: int = _ROUNDS) -> _Way:
+def _settled(
+    pairs: _Pairs, start: _Solution, aim: Aim | None = None, rounds: int = _ROUNDS
+) -> _Solution:
     """Gauss-Newton with weights that fall off, from loose to strict."""
     state = start
     for step in range(rounds + 1):
         noise = _NOISE * max(rounds - 2.0 - step, 1.0)
-        miss, slopes = _out_of_plane(seen, state)
+        miss, slopes = _out_of_plane(pairs, state)
         weights = 1.0 / (1.0 + (miss / noise) ** 2) ** 2 / noise**2
         normal = slopes.T @ (slopes * weights[:, None])
         right = -slopes.T @ (weights * miss)
         cost = 0.0
-        for row, value, spread in _expected(seen, state, aim):
+        for row, value, spread in _priors(pairs, state, aim):
             normal += np.outer(row, row) / spread**2
             right -= row * value / spread**2
             cost += (value / spread) ** 2
         if step == rounds:
             agree = np.where(
-                _in_front(seen, state, normal), 1.0 / (1.0 + (miss / _NOISE) ** 2), 0.0
+                _in_front(pairs, state, normal), 1.0 / (1.0 + (miss / _NOISE) ** 2), 0.0
             )
             return replace(state, points=float(agree.sum()), cost=cost, agree=agree, normal=normal)
-        state = _moved(state, np.asarray(np.linalg.solve(normal, right)))
+        state = _add_step(state, np.asarray(np.linalg.solve(normal, right)))
     raise AssertionError
 
 
-def _moved(state: _Way, change: Float64) -> _Way:
+def _add_step(state: _Solution, change: Float64) -> _Solution:
     turn = change[:3] * min(1.0, _MOST_TURN / max(float(np.linalg.norm(change[:3])), 1e-9))
     across, up = _beside(state.way)
     return replace(
@@ -237,22 +252,22 @@ def _moved(state: _Way, change: Float64) -> _Way:
     )
 
 
-def _out_of_plane(seen: _Seen, state: _Way) -> tuple[Float64, Float64]:
+def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
     """Angles out of the common plane, (N,), and their derivatives, (N, 8)."""
-    full, there, way = _full(seen, state), seen.bearings @ state.rotation, state.way
+    full, there, way = _full(pairs, state), pairs.bearings @ state.rotation, state.way
     size = _scale_of(full, there, way)[:, None]
     normal = _cross(there, way) / size
     both = _cross(full, there) / size
-    turned = (full * (there @ way)[:, None] - way * (full * there).sum(axis=1)[:, None]) / size
+    by_rotation = (full * (there @ way)[:, None] - way * (full * there).sum(axis=1)[:, None]) / size
     miss = (normal * full).sum(axis=1)
     # A lens that brings points nearer to the way makes them no truer.
     reach = _cross(way, full)
     nearer = _cross(reach, way) / np.maximum((reach**2).sum(axis=1), _NEAR**2)[:, None]
     bent = np.einsum(
-        "nk,nlk->nl", (normal - miss[:, None] * nearer)[:, :2], seen.slopes(state.lens)
+        "nk,nlk->nl", (normal - miss[:, None] * nearer)[:, :2], pairs.slopes(state.lens)
     )
-    moved = both @ np.stack(_beside(way), axis=1)
-    return miss, np.concatenate([turned, bent, moved], axis=1)
+    by_way = both @ np.stack(_beside(way), axis=1)
+    return miss, np.concatenate([by_rotation, bent, by_way], axis=1)
 
 
 def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
@@ -268,10 +283,10 @@ def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
     return np.asarray(here * np.sqrt((1.0 + (larger / usual) ** 2) / 2.0))
 
 
-def _expected(seen: _Seen, state: _Way, aim: Aim | None) -> list[tuple[Float64, float, float]]:
+def _priors(pairs: _Pairs, state: _Solution, aim: Aim | None) -> list[tuple[Float64, float, float]]:
     """Return what is known before: rows of unknowns, how far off each is, and its spread."""
     rows = []
-    for number, spread in enumerate((seen.scale, _BEND, _SKEW)):
+    for number, spread in enumerate((pairs.scale, _BEND, _SKEW)):
         rows.append((np.eye(8)[3 + number], float(state.lens[number]), spread))
     across, up = _beside(state.way)
     level = state.rotation[1]
@@ -284,9 +299,9 @@ def _expected(seen: _Seen, state: _Way, aim: Aim | None) -> list[tuple[Float64, 
     return [*rows, (slope * np.eye(8)[6], away, aim.spread)]
 
 
-def _in_front(seen: _Seen, state: _Way, normal: Float64) -> Bools:
+def _in_front(pairs: _Pairs, state: _Solution, normal: Float64) -> Bools:
     """Which points are before both cameras, or not shifted enough to say."""
-    full, there, way = _full(seen, state), seen.bearings @ state.rotation, state.way
+    full, there, way = _full(pairs, state), pairs.bearings @ state.rotation, state.way
     length = np.linalg.norm(full, axis=1)
     shift = _cross(full, there)
     lens = math.sqrt(max(float(np.linalg.inv(normal)[3, 3]), 0.0))
@@ -297,19 +312,19 @@ def _in_front(seen: _Seen, state: _Way, normal: Float64) -> Bools:
     return np.asarray(small | (before & behind))
 
 
-def _unmoved(seen: _Seen, start: _Way, known: bool) -> _Way:
+def _unmoved(pairs: _Pairs, start: _Solution, lens_known: bool) -> _Solution:
     """Fit a camera at the probe's own place."""
     state, noise = start, _NOISE * _STILL_NOISE
-    wide = np.array([seen.scale if known else _AS_FREE, _BEND, _SKEW])
+    wide = np.array([pairs.scale if lens_known else _AS_FREE, _BEND, _SKEW])
     for step in range(_ROUNDS + 1):
         loose = noise * max(_ROUNDS - 2.0 - step, 1.0)
-        flat, there = straightened(seen.rays, state.lens), seen.bearings @ state.rotation
+        flat, there = straightened(pairs.rays, state.lens), pairs.bearings @ state.rotation
         x, y = (there[:, :2] / np.maximum(there[:, 2:], _AHEAD)).T
-        small = 1.0 / (1.0 + (seen.rays**2).sum(axis=1))  # an angle, of a step in the plane
+        small = 1.0 / (1.0 + (pairs.rays**2).sum(axis=1))  # an angle, of a step in the plane
         miss = (flat - np.stack([x, y], axis=1)) * small[:, None]
-        turned = np.stack([-x * y, 1.0 + x * x, -y, -1.0 - y * y, x * y, x], axis=1)
+        by_rotation = np.stack([-x * y, 1.0 + x * x, -y, -1.0 - y * y, x * y, x], axis=1)
         slopes = np.concatenate(
-            [turned.reshape(-1, 2, 3), seen.slopes(state.lens).transpose(0, 2, 1)], axis=2
+            [by_rotation.reshape(-1, 2, 3), pairs.slopes(state.lens).transpose(0, 2, 1)], axis=2
         )
         slopes *= small[:, None, None]
         agree = 1.0 / (1.0 + (miss**2).sum(axis=1) / loose**2)
@@ -321,58 +336,62 @@ def _unmoved(seen: _Seen, start: _Way, known: bool) -> _Way:
             return replace(state, points=float(agree.sum()), cost=cost, agree=agree, normal=normal)
         right = -rows.T @ (weights * miss.reshape(-1))
         right[3:] -= state.lens / wide**2
-        state = _moved(state, np.append(np.linalg.solve(normal, right), [0.0, 0.0]))
+        state = _add_step(state, np.append(np.linalg.solve(normal, right), [0.0, 0.0]))
     raise AssertionError
 
 
-def _sampled(seen: _Seen, rotation: Float64, ratio: Float32) -> list[_Way]:
+def _sampled(pairs: _Pairs, rotation: Float64, ratio: Float32) -> list[_Solution]:
     """Cameras that stand anywhere, from samples of five certain points."""
-    there = seen.bearings @ rotation
-    chosen = np.flatnonzero((there[:, 2] > 1.5 * _AHEAD) & (ratio < 0.8))
-    if len(chosen) < _LEAST:
+    there = pairs.bearings @ rotation
+    rows = np.flatnonzero((there[:, 2] > 1.5 * _AHEAD) & (ratio < 0.8))
+    if len(rows) < _LEAST:
         return []
-    chosen = chosen[np.argsort(ratio[chosen])]
-    here = np.ascontiguousarray(seen.rays[chosen])
-    flat = np.ascontiguousarray(there[chosen, :2] / there[chosen, 2:])
+    rows = rows[np.argsort(ratio[rows])]
+    here = np.ascontiguousarray(pairs.rays[rows])
+    flat = np.ascontiguousarray(there[rows, :2] / there[rows, 2:])
     ways = []
     for method in (cv2.RANSAC, cv2.USAC_ACCURATE):
         cv2.setRNGSeed(0)
-        found, _ = cv2.findEssentialMat(
+        essential, _ = cv2.findEssentialMat(
             here, flat, np.eye(3), method=method,
             prob=0.99, threshold=_SAMPLE_NOISE, maxIters=_SAMPLES,
         )  # fmt: skip
-        for number in range(0, 0 if np.ndim(found) != 2 else min(len(found), 9), 3):
-            one, other, step = cv2.decomposeEssentialMat(found[number : number + 3])
-            turned = np.asarray(one if np.trace(one) > np.trace(other) else other, np.float64)
-            way = _unit(turned.T @ np.asarray(step, np.float64)[:, 0])
-            ways += [_Way(rotation @ turned, np.zeros(3), sign * way) for sign in (1.0, -1.0)]
+        for number in range(0, 0 if np.ndim(essential) != 2 else min(len(essential), 9), 3):
+            one, other, step = cv2.decomposeEssentialMat(essential[number : number + 3])
+            relative = np.asarray(one if np.trace(one) > np.trace(other) else other, np.float64)
+            way = _unit(relative.T @ np.asarray(step, np.float64)[:, 0])
+            ways += [
+                _Solution(rotation @ relative, np.zeros(3), sign * way) for sign in (1.0, -1.0)
+            ]
     return ways
 
 
-def _mirrored(seen: _Seen, way: _Way) -> tuple[float, list[_Way]]:
+def _mirrored(pairs: _Pairs, way: _Solution) -> tuple[float, list[_Solution]]:
     """Return the share of the points in one plane, and the cameras that see them alike."""
     inside = way.agree > 0.3
-    there = seen.bearings[inside] @ way.rotation
-    here = straightened(seen.rays, way.lens)[inside]
+    there = pairs.bearings[inside] @ way.rotation
+    here = straightened(pairs.rays, way.lens)[inside]
     ahead = there[:, 2] > _AHEAD
     if int(ahead.sum()) < _LEAST:
         return 0.0, []
     cv2.setRNGSeed(0)
     flat = there[ahead, :2] / there[ahead, 2:]
-    found, in_plane = cv2.findHomography(here[ahead], flat, cv2.RANSAC, 2.0 * _SAMPLE_NOISE)
-    if np.ndim(found) != 2:
+    homography, in_plane = cv2.findHomography(here[ahead], flat, cv2.RANSAC, 2.0 * _SAMPLE_NOISE)
+    if np.ndim(homography) != 2:
         return 0.0, []
-    _, turns, steps, _ = cv2.decomposeHomographyMat(found, np.eye(3))
+    _, turns, steps, _ = cv2.decomposeHomographyMat(homography, np.eye(3))
     ways = []
-    for turned, step in zip(turns, steps, strict=True):
-        if np.trace(turned) > 1.0 and float(np.linalg.norm(step)) > 1e-6:
-            along = _unit(turned.T @ np.asarray(step, np.float64)[:, 0])
-            ways += [_Way(way.rotation @ turned, way.lens, sign * along) for sign in (1.0, -1.0)]
+    for relative, step in zip(turns, steps, strict=True):
+        if np.trace(relative) > 1.0 and float(np.linalg.norm(step)) > 1e-6:
+            along = _unit(relative.T @ np.asarray(step, np.float64)[:, 0])
+            ways += [
+                _Solution(way.rotation @ relative, way.lens, sign * along) for sign in (1.0, -1.0)
+            ]
     return float(np.mean(in_plane)), ways
 
 
-def _full(seen: _Seen, state: _Way) -> Float64:
-    flat = straightened(seen.rays, state.lens)
+def _full(pairs: _Pairs, state: _Solution) -> Float64:
+    flat = straightened(pairs.rays, state.lens)
     return np.concatenate([flat, np.ones((len(flat), 1))], axis=1)
 
 

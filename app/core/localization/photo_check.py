@@ -21,7 +21,16 @@ from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.faces.finder import Face
 from app.core.guidance.guide import Goal, Reading, guide
 from app.core.localization.features import HeadingIndex
-from app.core.localization.heading import FINE, UNSURE, Found, Heading, Sight, compare, judged, see
+from app.core.localization.heading import (
+    FINE,
+    UNSURE,
+    Heading,
+    HeadingMatch,
+    Sight,
+    compare,
+    see,
+    to_heading,
+)
 from app.core.localization.heading_conversion import assumed_fov, offset_angle, turn_of_heading
 from app.core.localization.picture_file import RAW_ENDINGS, PictureFile, picture_size, read_picture
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
@@ -57,7 +66,7 @@ _NEARER: Final = 0.97  # things never look smaller from the probe: then the lens
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class PhotoLocation:
     """Where a photo was taken.
 
     Attributes:
@@ -82,7 +91,7 @@ class Taken:
 
 
 @dataclass(frozen=True, slots=True)
-class Sought:
+class PhotoSearch:
     """Result of searching for a photo.
 
     Attributes:
@@ -99,7 +108,7 @@ class Sought:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class ShotVerdict:
     """How far a photo missed the light, in the numbers shown.
 
     Attributes:
@@ -146,35 +155,35 @@ def read_photo(path: Path, token: Token | None = None) -> Photo:
 
 def locate_photo(
     photo: Photo, index: HeadingIndex, token: Token | None = None, report: Report = silent
-) -> Taken:
+) -> PhotoLocation:
     """Find from where a photograph was taken, with the sitter's own angle in it.
 
     Raises `Cancelled`.
     """
-    sought = search_photo(photo, index, token=token, report=report)
-    heading = sought.heading
+    search = search_photo(photo, index, token=token, report=report)
+    heading = search.heading
     if heading.heading_deg is None:
-        return Taken("unsure", confidence=heading.confidence)
-    angle = _angle(sought.sitter, heading.fov_deg)
+        return PhotoLocation("unsure", confidence=heading.confidence)
+    angle = _angle(search.sitter, heading.fov_deg)
     facing = turn_of_heading(heading.heading_deg, sitter_deg=angle or 0.0)
     # A sitter who was not found may be anywhere in the picture.
     confidence = heading.confidence * (_NO_SITTER if angle is None else 1.0)
-    return Taken(
-        "found", heading.heading_deg, facing, angle, heading.fov_deg, confidence, sought.mirrored
+    return PhotoLocation(
+        "found", heading.heading_deg, facing, angle, heading.fov_deg, confidence, search.mirrored
     )
 
 
-def lens_azimuth(taken: Taken, face: Face, columns: int) -> float | None:
+def lens_azimuth(location: PhotoLocation, face: Face, columns: int) -> float | None:
     """Azimuth in the panorama of the lens from a face; None where the background tells nothing.
 
     Args:
         columns: Of the picture that the face was found in.
     """
-    if taken.heading_deg is None or taken.fov_deg is None:
+    if location.heading_deg is None or location.fov_deg is None:
         return None
     left, _, right, _ = face.box
-    aside = offset_angle((left + right) / 2, columns, taken.fov_deg)
-    return turn_of_heading(taken.heading_deg, sitter_deg=aside)
+    aside = offset_angle((left + right) / 2, columns, location.fov_deg)
+    return turn_of_heading(location.heading_deg, sitter_deg=aside)
 
 
 def search_photo(
@@ -185,7 +194,7 @@ def search_photo(
     report: Report = silent,
     *,
     mirrored: bool | None = None,
-) -> Sought:
+) -> PhotoSearch:
     """Look for a photograph in the panorama, with what is known of it first and then with less.
 
     Args:
@@ -196,7 +205,7 @@ def search_photo(
     Raises `Cancelled`.
     """
     token = token or Token()
-    search = _Search(photo.fov_deg if fov_deg is None else None)
+    search = _Trials(photo.fov_deg if fov_deg is None else None)
     first = fov_deg or photo.fov_deg
     for flip in (False, True) if mirrored is None else (mirrored,):
         if search.agree >= _AGREE:
@@ -205,8 +214,8 @@ def search_photo(
         picture = photo.flipped.picture if flip else photo.picture
         report(0.5 * flip, _SEARCH)
         token.check()
-        assumed = assumed_fov((picture.shape[1], picture.shape[0]))
-        sitter = _sitter_in(picture, first or assumed)
+        assumed_deg = assumed_fov((picture.shape[1], picture.shape[0]))
+        sitter = _sitter_in(picture, first or assumed_deg)
         tries = [(first, sitter), (first, None), (fov_deg, sitter), (fov_deg, None)]
         sights: dict[Sitter | None, Sight] = {}
         for number, (width, who) in enumerate(dict.fromkeys(tries)):
@@ -215,8 +224,8 @@ def search_photo(
             if who not in sights:
                 mask = None if who is None else background_mask(who, picture.shape[:2])
                 sights[who] = see(picture, mask, FINE)
-            found = _found(sights[who], index, width, _angle(who, width or assumed))
-            if found is not None and search.ends(found, width, who, flip):
+            match = _heading_match(sights[who], index, width, _angle(who, width or assumed_deg))
+            if match is not None and search.ends(match, width, who, flip):
                 return _as_stored(search.best)
         if search.spare is not None:
             return _as_stored(search.spare)
@@ -224,44 +233,44 @@ def search_photo(
 
 
 @dataclass(slots=True)
-class _Search:
+class _Trials:
     """What has been found so far of a photograph whose EXIF states a field of view, or does not."""
 
     stated_deg: float | None
-    best: Sought = field(default_factory=lambda: Sought(UNSURE))
-    spare: Sought | None = None
+    best: PhotoSearch = field(default_factory=lambda: PhotoSearch(UNSURE))
+    spare: PhotoSearch | None = None
     agree: int = 0  # points, at most
     most: float = 0.0  # the same of a camera with the stated lens that stands anywhere
     with_sitter: Heading | None = None  # the answer that holds to the person in the picture
 
     def ends(
-        self, found: Found, width: float | None, sitter: Sitter | None, mirrored: bool
+        self, match: HeadingMatch, width: float | None, sitter: Sitter | None, mirrored: bool
     ) -> bool:
         """Take in one more answer, and tell whether it is the last."""
-        sought = Sought(self._judged(found, width, sitter), sitter, mirrored)
-        evidence = found.evidence
+        search = PhotoSearch(self._judge(match, width, sitter), sitter, mirrored)
+        evidence = match.evidence
         if self.stated_deg is not None and width is None:
             least = _ALIKE[evidence.loose_deg > 0.0] * self.most
-            sought = _agreed(sought, self.stated_deg, evidence.agree >= least)
+            search = _with_agreement(search, self.stated_deg, evidence.agree >= least)
         elif width is not None:
-            self.most = max(self.most, evidence.agree + evidence.freed)
-        heading = sought.heading
+            self.most = max(self.most, evidence.agree + evidence.gain)
+        heading = search.heading
         if heading.status == "found":
             if self.stated_deg is None or width is None or heading.zoom >= _NEARER:
-                self.best = sought
+                self.best = search
                 return True
-            self.spare = self.spare or sought
+            self.spare = self.spare or search
             return False
         self.agree = max(self.agree, heading.inliers)
         if (heading.confidence, heading.inliers) > (
             self.best.heading.confidence, self.best.heading.inliers
         ):  # fmt: skip
-            self.best = Sought(heading)
+            self.best = PhotoSearch(heading)
         return False
 
-    def _judged(self, found: Found, width: float | None, sitter: Sitter | None) -> Heading:
+    def _judge(self, match: HeadingMatch, width: float | None, sitter: Sitter | None) -> Heading:
         """Ask for more proof where somebody was seen and is ignored; two that agree need less."""
-        alone, with_sitter = judged(found, 0.0), self.with_sitter
+        alone, with_sitter = to_heading(match, 0.0), self.with_sitter
         case = 0 if sitter is not None else 1 if with_sitter is not None else 2
         if sitter is not None:
             self.with_sitter = alone
@@ -269,8 +278,8 @@ class _Search:
         if with_sitter is not None and _alike(with_sitter, alone):
             less, more = sorted((with_sitter.confidence, alone.confidence))
             if less >= same[0] and more >= same[1]:
-                return judged(found, confidence=1.0 - (1.0 - less) * (1.0 - more))
-        return judged(found, proof[case])
+                return to_heading(match, confidence=1.0 - (1.0 - less) * (1.0 - more))
+        return to_heading(match, proof[case])
 
 
 def _alike(one: Heading, other: Heading) -> bool:
@@ -279,34 +288,34 @@ def _alike(one: Heading, other: Heading) -> bool:
     return abs(difference(one.heading_deg, other.heading_deg)) <= _SAME_DEG
 
 
-def _agreed(sought: Sought, stated_deg: float, explained: bool) -> Sought:
+def _with_agreement(search: PhotoSearch, stated_deg: float, is_explained: bool) -> PhotoSearch:
     """Hold a field of view that was estimated against what EXIF states.
 
     That was tried before. So what is found now needs more proof, and no camera with the lens that
     EXIF states, wherever it stands, may explain the picture better.
     """
-    heading = sought.heading
+    heading = search.heading
     if heading.heading_deg is None:
-        return sought
-    half, stated = (math.tan(math.radians(d) / 2.0) for d in (heading.fov_deg, stated_deg))
-    cropped, wider = half < _CROPPED * stated, half > _WIDER * stated
-    if not explained or (not cropped and heading.confidence < _OTHER_PROOF):
-        return replace(sought, heading=_refused(heading))
+        return search
+    half, stated_half = (math.tan(math.radians(d) / 2.0) for d in (heading.fov_deg, stated_deg))
+    cropped, wider = half < _CROPPED * stated_half, half > _WIDER * stated_half
+    if not is_explained or (not cropped and heading.confidence < _OTHER_PROOF):
+        return replace(search, heading=_refusal(heading))
     if cropped or wider:
-        return replace(sought, stated_deg=stated_deg)
-    return replace(sought, heading=replace(heading, fov_deg=stated_deg))
+        return replace(search, stated_deg=stated_deg)
+    return replace(search, heading=replace(heading, fov_deg=stated_deg))
 
 
-def _refused(heading: Heading) -> Heading:
+def _refusal(heading: Heading) -> Heading:
     return replace(UNSURE, inliers=heading.inliers, confidence=heading.confidence)
 
 
-def _as_stored(sought: Sought) -> Sought:
+def _as_stored(search: PhotoSearch) -> PhotoSearch:
     """Give the roll of the picture as it is."""
-    if not sought.mirrored:
-        return sought
-    heading = sought.heading
-    return replace(sought, heading=replace(heading, roll_deg=-heading.roll_deg))
+    if not search.mirrored:
+        return search
+    heading = search.heading
+    return replace(search, heading=replace(heading, roll_deg=-heading.roll_deg))
 
 
 def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
@@ -317,9 +326,9 @@ def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
         return None
 
 
-def _found(
+def _heading_match(
     sight: Sight, index: HeadingIndex, fov_deg: float | None, sitter_deg: float | None
-) -> Found | None:
+) -> HeadingMatch | None:
     try:
         return compare(sight, index, fov_deg, sitter_deg=sitter_deg)
     except cv2.error:
@@ -331,13 +340,13 @@ def _angle(sitter: Sitter | None, fov_deg: float) -> float | None:
     return None if sitter is None else offset_angle(sitter.column, 1, fov_deg)
 
 
-def judge(turn_deg: float, goal: Goal, result: StyleResult) -> Verdict:
+def judge(turn_deg: float, goal: Goal, result: StyleResult) -> ShotVerdict:
     """Return how far a turn misses the light.
 
     Args:
         turn_deg: Turn of the photograph, deg.
     """
-    shown, _ = guide(goal, Reading(turn_deg, 0.0))
+    guidance, _ = guide(goal, Reading(turn_deg, 0.0))
     turn = whole(turn_deg)
     here = value_at(result.match_curve, float(turn))
     if turn == whole(result.turn_refined_deg):
@@ -345,11 +354,11 @@ def judge(turn_deg: float, goal: Goal, result: StyleResult) -> Verdict:
     elif float(result.match_curve.max()) <= result.match + 1e-6:
         # Between the turns of the grid the curve may rise a little above its best.
         here = min(here, result.match)
-    return Verdict(
+    return ShotVerdict(
         turn_deg=turn,
-        goal_deg=shown.goal,
-        to_go_deg=int(wrap(shown.goal - turn)),
-        outside_deg=shown.until_light or 0,
+        goal_deg=guidance.goal,
+        to_go_deg=int(wrap(guidance.goal - turn)),
+        outside_deg=guidance.until_light or 0,
         match=max(math.floor(here), 0),
         best=max(math.floor(result.match), 0),
     )

@@ -32,7 +32,7 @@ from app.core.base.imaging.image_input import (
     read_rows,
     read_start,
     rows_at_once,
-    stated,
+    stated_value,
     upright,
 )
 from app.core.base.progress import Token
@@ -214,7 +214,7 @@ def picture_size(path: Path | str) -> tuple[int, int]:
 
     Raises `CoreError` as `read_picture`.
     """
-    with _opened(Path(path)) as source:
+    with _open(Path(path)) as source:
         spec = source.spec()
         return int(spec.width), int(spec.height)
 
@@ -231,38 +231,38 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     small or too large; `Cancelled`.
     """
     path = Path(path)
-    with _opened(path) as source:
-        said = _said(source.spec())
+    with _open(path) as source:
+        metadata = _metadata(source.spec())
         if _is_raw(path):
-            said = {name: own or said[name] for name, own in _raw_said(path).items()}
+            metadata = {name: own or metadata[name] for name, own in _raw_said(path).items()}
         if token is not None:
             token.check()
         rows, columns = int(source.spec().height), int(source.spec().width)
         pixels = _pixels(source, path.name, longest)
     if token is not None:
         token.check()
-    orientation = said[_ORIENTATION]
+    orientation = metadata[_ORIENTATION]
     orientation = orientation if isinstance(orientation, int) and 1 <= orientation <= 8 else 1
-    focal = said[_FOCAL]
+    focal = metadata[_FOCAL]
     if not isinstance(focal, (int, float)) or not _FOCAL_MM[0] <= focal <= _FOCAL_MM[1]:
         focal = None
     return PictureFile(
         upright(_small(pixels, longest), orientation),
         (rows, columns) if orientation >= 5 else (columns, rows),
-        _time(*(said[name] for name in _TIMES)),
+        _time(*(metadata[name] for name in _TIMES)),
         None if focal is None else float(focal),
-        _FRONT in str(said[_LENS] or "").lower().split(),
-        bool(said[_FLASH] & _FIRED) if isinstance(said[_FLASH], int) else None,
+        _FRONT in str(metadata[_LENS] or "").lower().split(),
+        bool(metadata[_FLASH] & _FIRED) if isinstance(metadata[_FLASH], int) else None,
     )
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[ImageInput]:
+def _open(path: Path) -> Iterator[ImageInput]:
     """Open a picture whose size and kind are good; nothing of it is decoded yet."""
     _check_file(path)
     with tempfile.TemporaryDirectory() if _is_raw(path) else nullcontext("") as folder:
-        shown = _preview(path, Path(folder)) if folder else path
-        source = open_image(shown)
+        picture_path = _preview(path, Path(folder)) if folder else path
+        source = open_image(picture_path)
         if source is None:
             raise _unreadable(path)
         try:
@@ -283,10 +283,10 @@ def _is_raw(path: Path) -> bool:
 
 def _preview(path: Path, folder: Path) -> Path:
     """Put the largest JPEG of a camera's raw file into a folder."""
-    shown = folder / "preview.jpg"
+    preview = folder / "preview.jpg"
     with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
-        shown.write_bytes(_largest_jpeg(path))
-    return shown
+        preview.write_bytes(_largest_jpeg(path))
+    return preview
 
 
 def _largest_jpeg(path: Path) -> bytes:
@@ -405,12 +405,12 @@ def _raw_said(path: Path) -> dict[str, Any]:
     if source is None:
         return dict.fromkeys(_TAGS)
     with contextlib.closing(source):
-        return _said(source.spec())
+        return _metadata(source.spec())
 
 
-def _said(spec: Any) -> dict[str, Any]:
+def _metadata(spec: Any) -> dict[str, Any]:
     """Tags as they stand there, None where there are none: texts of damaged headers too."""
-    return {name: stated(spec, name) for name in _TAGS}
+    return {name: stated_value(spec, name) for name in _TAGS}
 
 
 def _time(words: Any, offset: Any) -> datetime | None:

@@ -47,7 +47,7 @@ _SECTORS: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
+class PanoramaPose:
     """A rotation from the second panorama to the first, and what speaks for it."""
 
     rotation: Float64  # (3, 3), takes directions in the second panorama to directions in the first
@@ -59,7 +59,7 @@ class Pose:
     forward: float
 
 
-def find_pose(a: Float64, b: Float64) -> Pose | None:
+def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
     """Find the rotation between two panoramas.
 
     `a` and `b`: (M, 3) float64, unit vectors to the same things in the first and in the second
@@ -79,7 +79,7 @@ def find_pose(a: Float64, b: Float64) -> Pose | None:
     if len(a) < 8:
         return None
     rotation, move, weights = _epipolar(a, b, rotation)
-    return _judged(a, b, rotation, move, weights, seeds)
+    return _judge(a, b, rotation, move, weights, seeds)
 
 
 def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
@@ -97,8 +97,8 @@ def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
     trials = trials[trials[:, 1, 1] > math.cos(math.radians(_TILT_DEG))]
     if not len(trials):
         return None
-    turned = np.einsum("nij,mj->nmi", trials, b)
-    hits = np.einsum("nmi,mi->nm", turned, a) > math.cos(math.radians(_NEAR_DEG))
+    rotated = np.einsum("nij,mj->nmi", trials, b)
+    hits = np.einsum("nmi,mi->nm", rotated, a) > math.cos(math.radians(_NEAR_DEG))
     counts = hits.sum(axis=1)
     best = int(counts.argmax())
     return np.asarray(trials[best], np.float64), int(counts[best])
@@ -131,7 +131,7 @@ def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float
     move = np.linalg.eigh((normals * even).T @ normals)[1][:, 0]
     for _ in range(_STEPS):
         error, weights, slopes, sides = _linear(a, b, rotation, move)
-        step = _solved(slopes, error, weights)
+        step = _solve(slopes, error, weights)
         rotation = from_vector(step[:3]) @ rotation
         move = move + sides.T @ step[3:]
         move /= np.linalg.norm(move)
@@ -144,17 +144,17 @@ def _linear(
     a: Float64, b: Float64, rotation: Float64, move: Float64
 ) -> tuple[Float64, Float64, Float64, Float64]:
     """Errors, Tukey weights, slopes by rotation and move, and the two directions of the move."""
-    turned = b @ rotation.T
-    normals = np.cross(a, turned)
+    rotated = b @ rotation.T
+    normals = np.cross(a, rotated)
     error: Float64 = normals @ move
     scale = max(1.4826 * float(np.median(np.abs(error))), _LEAST_SCALE_RAD)
     weights = np.clip(1.0 - (error / (4.685 * scale)) ** 2, 0.0, 1.0) ** 2
-    by_turn = (a * turned).sum(axis=1)[:, None] * move - (turned @ move)[:, None] * a
+    by_turn = (a * rotated).sum(axis=1)[:, None] * move - (rotated @ move)[:, None] * a
     sides = np.linalg.svd(move[None])[2][1:]
     return error, weights, np.hstack([by_turn, normals @ sides.T]), sides
 
 
-def _solved(slopes: Float64, error: Float64, weights: Float64) -> Float64:
+def _solve(slopes: Float64, error: Float64, weights: Float64) -> Float64:
     """Damped step: where nothing moved, the direction of the move is anybody's guess."""
     normal = (slopes * weights[:, None]).T @ slopes
     damping = 1e-6 * len(error) * np.ones(5)
@@ -163,18 +163,18 @@ def _solved(slopes: Float64, error: Float64, weights: Float64) -> Float64:
     return np.asarray(-np.linalg.solve(normal + np.diag(damping), right), np.float64)
 
 
-def _judged(
+def _judge(
     a: Float64, b: Float64, rotation: Float64, move: Float64, weights: Float64, seeds: int
-) -> Pose:
+) -> PanoramaPose:
     agree = weights > 0.25
-    turned = b @ rotation.T
-    away = _angles(a, turned)
+    rotated = b @ rotation.T
+    away = _angles(a, rotated)
     far = agree & (away > _MOVED_DEG)
-    along = ((a - turned) @ move)[far] > 0
+    along = ((a - rotated) @ move)[far] > 0
     share = float(along.mean()) if along.size else 1.0
     sector = (np.arctan2(-a[:, 0], a[:, 2]) / (2.0 * np.pi) + 0.5) * _SECTORS
     part = np.clip(sector.astype(np.int64), 0, _SECTORS - 1)
-    return Pose(
+    return PanoramaPose(
         rotation=rotation,
         error_deg=_error_deg(a, b, rotation, move, part),
         seeds=seeds,
@@ -188,14 +188,14 @@ def _judged(
 def _error_deg(a: Float64, b: Float64, rotation: Float64, move: Float64, part: Int64) -> float:
     """Jackknife over the sectors that hold anything."""
     error, weights, slopes, _ = _linear(a, b, rotation, move)
-    filled = [k for k in range(_SECTORS) if bool((weights[part == k] > 0.25).any())]
-    if len(filled) < 3:
+    sectors = [k for k in range(_SECTORS) if bool((weights[part == k] > 0.25).any())]
+    if len(sectors) < 3:
         return math.inf
     steps = np.stack(
-        [_solved(slopes[part != k], error[part != k], weights[part != k])[:3] for k in filled]
+        [_solve(slopes[part != k], error[part != k], weights[part != k])[:3] for k in sectors]
     )
     spread = steps - steps.mean(axis=0)
-    count = len(filled)
+    count = len(sectors)
     variance = (count - 1) / count * float((spread**2).sum())
     return math.degrees(math.sqrt(variance))
 
@@ -208,14 +208,14 @@ _RATIO: Final = 0.85
 
 
 @dataclass(frozen=True, slots=True)
-class Features:
+class PanoramaFeatures:
     """Things seen in a panorama."""
 
     vectors: Float64  # (N, 3), unit vectors to them, panorama axes of `app.core.base.sphere`
     descriptors: Float32  # (N, 128), RootSIFT, of length 1
 
 
-def features(picture: Bytes) -> Features:
+def features(picture: Bytes) -> PanoramaFeatures:
     """Find features in a panorama.
 
     `picture`: (h, 2 h, 3) uint8, sRGB picture of any size; 1024 x 512 are looked at.
@@ -239,10 +239,10 @@ def features(picture: Bytes) -> Features:
     vectors = np.stack(
         [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level], axis=1
     )
-    return Features(vectors, descriptors)
+    return PanoramaFeatures(vectors, descriptors)
 
 
-def matched(first: Features, second: Features) -> tuple[Float64, Float64]:
+def matched(first: PanoramaFeatures, second: PanoramaFeatures) -> tuple[Float64, Float64]:
     """Pair the features of two panoramas that look alike, each with the other's best.
 
     Returns two (M, 3) float64: unit vectors to the same things in the first and the second
@@ -277,7 +277,7 @@ _TILTED_DEG: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Registered:
+class Registration:
     """Alignment of a second capture with the first."""
 
     # how far the second camera was turned clockwise (from above) against the first, deg in (-180,
@@ -314,7 +314,7 @@ class Registered:
         return wrap(azimuth_deg - self.yaw_deg)
 
 
-def register_again(first: Bytes, second: Bytes) -> Registered:
+def register_again(first: Bytes, second: Bytes) -> Registration:
     """Align a second panorama of a spot with the first.
 
     `first` and `second`: (h, 2 h, 3) uint8, sRGB display panoramas of any size. Exposure and light
@@ -323,13 +323,13 @@ def register_again(first: Bytes, second: Bytes) -> Registered:
     """
     pose = find_pose(*matched(features(first), features(second)))
     if pose is None:
-        return _refused(math.inf, 0, 0.0)
+        return _refusal(math.inf, 0, 0.0)
     yaw, _, _ = angles_of(pose.rotation)
     tilt = angle_of(rotation(-yaw) @ pose.rotation)
     if not _same_spot(pose, tilt):
-        return _refused(pose.error_deg, pose.points, pose.shift_deg)
+        return _refusal(pose.error_deg, pose.points, pose.shift_deg)
     yaw = wrap(yaw)
-    return Registered(
+    return Registration(
         yaw_deg=yaw,
         tilt_deg=tilt,
         error_deg=pose.error_deg,
@@ -340,7 +340,7 @@ def register_again(first: Bytes, second: Bytes) -> Registered:
     )
 
 
-def _same_spot(pose: Pose, tilt_deg: float) -> bool:
+def _same_spot(pose: PanoramaPose, tilt_deg: float) -> bool:
     return (
         pose.seeds >= _LEAST_SEEDS
         and pose.points >= _LEAST_POINTS
@@ -352,5 +352,5 @@ def _same_spot(pose: Pose, tilt_deg: float) -> bool:
     )
 
 
-def _refused(error_deg: float, points: int, shift_deg: float) -> Registered:
-    return Registered(0.0, 0.0, error_deg, shift_deg, points, False, np.eye(3))
+def _refusal(error_deg: float, points: int, shift_deg: float) -> Registration:
+    return Registration(0.0, 0.0, error_deg, shift_deg, points, False, np.eye(3))

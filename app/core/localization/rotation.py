@@ -62,7 +62,7 @@ class Outlook:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pose:
+class CameraPose:
     """How a camera is turned.
 
     Attributes:
@@ -89,7 +89,7 @@ class Pose:
         """Heading, pitch up and roll clockwise, deg."""
         return sphere.angles_of(self.rotation @ _AXES)
 
-    def expected(self, rays: Float64) -> Float64:
+    def predict(self, rays: Float64) -> Float64:
         """Where the panorama should show points of `fit`, unit vectors in camera axes, (N, 3)."""
         spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
         return unit_rays(self.sitter + (rays - self.sitter) * spread[:, None])
@@ -131,7 +131,7 @@ def fit(
     bearings: Float64,
     outlook: Outlook | None = None,
     tries: int = 1200,
-) -> Pose | None:
+) -> CameraPose | None:
     """Find the rotation of a camera that looks at the sitter, or beside them.
 
     Args:
@@ -144,21 +144,21 @@ def fit(
     """
     if len(rays) < _LEAST_PAIRS:
         return None
-    known = outlook or Outlook()
+    prior = outlook or Outlook()
     # From the camera's axes to those of one that has the sitter on its axis.
-    facing = sphere.from_vector(np.array([0.0, -np.arctan(known.sitter), 0.0]))
+    facing = sphere.from_vector(np.array([0.0, -np.arctan(prior.sitter), 0.0]))
     pairs = np.random.default_rng(0).integers(0, len(rays), (tries, 2))
-    start = _search(_turned(rays, facing), bearings, known.zoom, pairs)
+    start = _search(_rotate(rays, facing), bearings, prior.zoom, pairs)
     if start is None:
         return None
     rotation, zoom, inside = start
-    sitter, plane = np.array([known.sitter, 0.0]), np.array([zoom - 1.0, 0.0, 0.0])
-    return _refine(rays, bearings, _State(rotation @ facing, sitter, plane), inside, known)
+    sitter, plane = np.array([prior.sitter, 0.0]), np.array([zoom - 1.0, 0.0, 0.0])
+    return _refine(rays, bearings, _State(rotation @ facing, sitter, plane), inside, prior)
 
 
 def rescaled(
-    pose: Pose, rays: Float64, bearings: Float64, factor: float, outlook: Outlook
-) -> Pose | None:
+    pose: CameraPose, rays: Float64, bearings: Float64, factor: float, outlook: Outlook
+) -> CameraPose | None:
     """Fit again, from a pose, once the lens is known better.
 
     Args:
@@ -170,7 +170,7 @@ def rescaled(
     return _refine(rays * factor, bearings, state, pose.inside, outlook)
 
 
-def _turned(rays: Float64, rotation: Float64) -> Float64:
+def _rotate(rays: Float64, rotation: Float64) -> Float64:
     full = np.concatenate([rays, np.ones((len(rays), 1))], axis=1) @ rotation.T
     return np.asarray(full[:, :2] / np.maximum(full[:, 2:], 0.1))
 
@@ -184,12 +184,12 @@ def _search(
     points agree.
     """
     first, second = pairs.T
-    seen = _angle(bearings[first], bearings[second])
+    angle_between = _angle(bearings[first], bearings[second])
     zoom = np.ones(len(pairs))
     for _ in range(4):
         angle = _angle(unit_rays(rays[first], zoom), unit_rays(rays[second], zoom))
-        zoom = np.clip(zoom * seen / np.maximum(angle, 1e-6), 0.3, 5.0)
-    good = (seen > _SPREAD) & (zoom > limits[0]) & (zoom < limits[1])
+        zoom = np.clip(zoom * angle_between / np.maximum(angle, 1e-6), 0.3, 5.0)
+    good = (angle_between > _SPREAD) & (zoom > limits[0]) & (zoom < limits[1])
     if not good.any():
         return None
     first, second, zoom = first[good], second[good], zoom[good]
@@ -215,21 +215,21 @@ def _best(
 
 
 def _refine(
-    rays: Float64, bearings: Float64, state: _State, inside: Bools, known: Outlook
-) -> Pose | None:
+    rays: Float64, bearings: Float64, state: _State, inside: Bools, prior: Outlook
+) -> CameraPose | None:
     """Gauss-Newton with weights that fall off for points that do not agree."""
     weights = inside.astype(float)
     normal = np.eye(_UNKNOWNS)
     for step in range(_ROUNDS):
-        turned = bearings @ state.rotation
-        ahead = turned[:, 2] > _AHEAD
+        rotated = bearings @ state.rotation
+        ahead = rotated[:, 2] > _AHEAD
         if int((ahead & (weights > 0.05)).sum()) < _LEAST_PAIRS:
             return None
-        rows, left = _equations(rays, turned, state)
-        held = np.repeat(np.where(ahead, weights, 0.0), 2)
-        normal = rows.T @ (rows * held[:, None])
-        right = rows.T @ (left * held)
-        mean, spread = _expected(state, known)
+        rows, residuals = _equations(rays, rotated, state)
+        row_weights = np.repeat(np.where(ahead, weights, 0.0), 2)
+        normal = rows.T @ (rows * row_weights[:, None])
+        right = rows.T @ (residuals * row_weights)
+        mean, spread = _priors(state, prior)
         normal[3:, 3:] += np.diag(spread**-2)
         right[3:] += (mean - np.concatenate([state.plane, state.sitter])) / spread**2
         normal[:3, :3] += 1e-6 * np.eye(3)
@@ -240,24 +240,24 @@ def _refine(
         weights[deviation > 4.0 * scale] = 0.0
     agree = _deviation(rays, bearings @ state.rotation, state) < _INSIDE
     error = float(np.sqrt(max(np.linalg.inv(normal)[1, 1], 0.0)))
-    return Pose(state.rotation, state.sitter, state.plane, agree, error)
+    return CameraPose(state.rotation, state.sitter, state.plane, agree, error)
 
 
-def _expected(state: _State, known: Outlook) -> tuple[Float64, Float64]:
+def _priors(state: _State, prior: Outlook) -> tuple[Float64, Float64]:
     """Mean and standard deviation of plane and sitter: the sitter is about at the horizon."""
     level = float(np.clip(state.rotation[1, 2], -0.7, 0.7))
     horizon = level / np.sqrt(1.0 - level * level)  # up in the world is down in the picture
-    mean = np.array([known.likely[0] - 1.0, 0.0, 0.0, known.sitter, horizon])
+    mean = np.array([prior.likely[0] - 1.0, 0.0, 0.0, prior.sitter, horizon])
     tilt, height = _TILT_SPREAD, _LEVEL_SPREAD
-    return mean, np.array([known.likely[1], tilt, tilt, known.sitter_spread, height])
+    return mean, np.array([prior.likely[1], tilt, tilt, prior.sitter_spread, height])
 
 
-def _equations(rays: Float64, turned: Float64, state: _State) -> tuple[Float64, Float64]:
+def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64, Float64]:
     """Linearise: rows of unknowns (rotation, plane, sitter), and right side.
 
     Two rows a point, across and along the line to the sitter, each divided by its deviation.
     """
-    px, py = _projected(turned).T
+    px, py = _projected(rotated).T
     x, y = rays.T
     apart = rays - state.sitter
     more = state.plane[0] + state.plane[1] * x + state.plane[2] * y
@@ -270,29 +270,29 @@ def _equations(rays: Float64, turned: Float64, state: _State) -> tuple[Float64, 
     slopes = np.concatenate([by_rotation, by_plane, by_sitter], axis=1)  # (2, unknowns, N)
     along, across, far = _directions(apart)
     rows = np.empty((len(x), 2, _UNKNOWNS))
-    left = np.empty((len(x), 2))
+    residuals = np.empty((len(x), 2))
     for place, (way, deviation) in enumerate(
         ((across, np.full_like(far, _ACROSS)), (along, _along(far)))
     ):
         rows[:, place] = (np.einsum("nk,kcn->cn", way, slopes) / deviation).T
-        left[:, place] = np.einsum("nk,kn->n", way, miss) / deviation
-    return rows.reshape(-1, _UNKNOWNS), left.reshape(-1)
+        residuals[:, place] = np.einsum("nk,kn->n", way, miss) / deviation
+    return rows.reshape(-1, _UNKNOWNS), residuals.reshape(-1)
 
 
-def _deviation(rays: Float64, turned: Float64, state: _State) -> Float64:
+def _deviation(rays: Float64, rotated: Float64, state: _State) -> Float64:
     """How many standard deviations each point is off; infinite behind the camera."""
     apart = rays - state.sitter
     spread = 1.0 + state.plane[0] + rays @ state.plane[1:]
-    miss = _projected(turned) - state.sitter - apart * spread[:, None]
+    miss = _projected(rotated) - state.sitter - apart * spread[:, None]
     along, across, far = _directions(apart)
     side = np.einsum("nk,nk->n", across, miss) / _ACROSS
     line = np.einsum("nk,nk->n", along, miss) / _along(far)
-    return np.where((turned[:, 2] > _AHEAD) & (spread > 0.0), np.hypot(side, line), np.inf)
+    return np.where((rotated[:, 2] > _AHEAD) & (spread > 0.0), np.hypot(side, line), np.inf)
 
 
-def _projected(turned: Float64) -> Float64:
+def _projected(rotated: Float64) -> Float64:
     """Vectors in camera axes in its picture plane, (N, 2)."""
-    return np.asarray(turned[:, :2] / np.maximum(turned[:, 2:], _AHEAD))
+    return np.asarray(rotated[:, :2] / np.maximum(rotated[:, 2:], _AHEAD))
 
 
 def _directions(apart: Float64) -> tuple[Float64, Float64, Float64]:

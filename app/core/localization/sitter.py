@@ -43,7 +43,7 @@ _WINDOW: Final = 31  # pixels, for the local mean and deviation
 _FLOOR: Final = 6.0  # grey levels: noise in an even wall is not made into a pattern
 
 _WORTH_A_LOOK: Final = 0.3
-_BELIEVED: Final = 0.85
+_SURE: Final = 0.85
 _BELIEVED_NEAR: Final = 0.55
 _BELIEVED_KEEN: Final = 0.75
 _LIKELY_TALL: Final = (0.075, 0.27)  # height over distance: 23 cm from 3 m to 85 cm
@@ -80,7 +80,7 @@ class Sitter:
 
 
 @dataclass(frozen=True, slots=True)
-class _Head:
+class _HeadBox:
     """A head in pixels of the picture: middle, height from crown to chin, likelihood."""
 
     x: float
@@ -136,16 +136,18 @@ def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
     return faces[0].scaled(1 / scale) if faces else None
 
 
-def _head_of(face: Face) -> _Head:
+def _head_of(face: Face) -> _HeadBox:
     """The head around a face: its middle lies between the ears."""
     right, left, forehead, chin = face.landmarks[list(_HEAD_MARKS)].astype(np.float64)
     up = forehead - chin
     tall = _CROWN * float(np.linalg.norm(up))
     y = chin[1] + up[1] / max(math.hypot(up[0], up[1]), 1e-9) * tall / 2.0
-    return _Head(float(right[0] + left[0]) / 2.0, float(y), tall, face.confidence)
+    return _HeadBox(float(right[0] + left[0]) / 2.0, float(y), tall, face.confidence)
 
 
-def _sitter(head: _Head, size: tuple[int, int], fov_deg: float, face: Face | None = None) -> Sitter:
+def _sitter(
+    head: _HeadBox, size: tuple[int, int], fov_deg: float, face: Face | None = None
+) -> Sitter:
     height, width = size
     wide = _WIDE * head.tall / 2.0
     box = (
@@ -191,9 +193,9 @@ def _point(x: float, y: float) -> tuple[int, int]:
 # -- searching -------------------------------------------------------------------------------------
 
 
-def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _Head | None:
+def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _HeadBox | None:
     """Find the largest and surest head; one of a likely height, pixels, is believed earlier."""
-    heads: list[_Head] = []
+    heads: list[_HeadBox] = []
     longer = max(grey.shape)
     for side in _SIDES:
         scale = side / longer
@@ -202,25 +204,24 @@ def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _
         small = np.asarray(cv2.resize(grey, size, interpolation=how), np.uint8)
         ratio = (grey.shape[1] / size[0], grey.shape[0] / size[1])
         heads += [
-            _Head(h.x * ratio[0], h.y * ratio[1], h.tall * ratio[1], h.score)
+            _HeadBox(h.x * ratio[0], h.y * ratio[1], h.tall * ratio[1], h.score)
             for h in heads_in(small, _network())
         ]
     large = [head for head in _apart(heads) if head.tall >= _LEAST_TALL * longer]
-    looked = [_looked_again(grey, head) for head in large[:_MOST_LOOKS]]
+    close_looks = [_looked_again(grey, head) for head in large[:_MOST_LOOKS]]
     low, high = likely or (math.inf, 0.0)
     sure = [
         head
-        for head in looked
-        if head is not None
-        and head.score >= (_BELIEVED_KEEN if low < head.tall < high else _BELIEVED)
+        for head in close_looks
+        if head is not None and head.score >= (_BELIEVED_KEEN if low < head.tall < high else _SURE)
     ]
     return max(sure, key=lambda head: head.score * math.sqrt(head.tall), default=None)
 
 
-def _found_near(grey: Bytes, near: Sitter) -> _Head | None:
+def _found_near(grey: Bytes, near: Sitter) -> _HeadBox | None:
     rows, columns = grey.shape
     tall = max((near.box[3] - near.box[1]) * rows, 8.0)
-    before = _Head(near.column * columns, (near.box[1] + near.box[3]) / 2.0 * rows, tall, 1.0)
+    before = _HeadBox(near.column * columns, (near.box[1] + near.box[3]) / 2.0 * rows, tall, 1.0)
     heads = _heads_around(grey, before, _NEAR_SIDE, _USUAL_PX)
     if not heads:
         return None
@@ -228,25 +229,25 @@ def _found_near(grey: Bytes, near: Sitter) -> _Head | None:
     return again if again is not None and again.score >= _BELIEVED_NEAR else None
 
 
-def _looked_again(grey: Bytes, head: _Head) -> _Head | None:
+def _looked_again(grey: Bytes, head: _HeadBox) -> _HeadBox | None:
     """Look close to, at two sizes, plainly and in the mirror; all the looks count together."""
     width = grey.shape[1]
-    mirrored = _Head(width - head.x, head.y, head.tall, head.score)
-    pairs: list[tuple[_Head, _Head]] = []
+    mirrored = _HeadBox(width - head.x, head.y, head.tall, head.score)
+    pairs: list[tuple[_HeadBox, _HeadBox]] = []
     scores = [head.score] * len(_CLOSE)
     for side, tall_px in _CLOSE:
         plain = _nearest(_heads_around(grey, head, side, tall_px), head)
         other = _nearest(_heads_around(grey[:, ::-1], mirrored, side, tall_px), mirrored)
         scores += [_UNSEEN if one is None else one.score for one in (plain, other)]
         if plain is not None and other is not None:
-            pairs.append((plain, _Head(width - other.x, other.y, other.tall, other.score)))
+            pairs.append((plain, _HeadBox(width - other.x, other.y, other.tall, other.score)))
     if not pairs:
         return None
-    seen = [one for pair in pairs for one in pair]
-    return _Head(
-        sum(one.x for one in seen) / len(seen),
-        sum(one.y for one in seen) / len(seen),
-        math.exp(sum(math.log(one.tall) for one in seen) / len(seen)),
+    heads = [one for pair in pairs for one in pair]
+    return _HeadBox(
+        sum(one.x for one in heads) / len(heads),
+        sum(one.y for one in heads) / len(heads),
+        math.exp(sum(math.log(one.tall) for one in heads) / len(heads)),
         _together(scores),
     )
 
@@ -258,12 +259,12 @@ def _together(scores: list[float]) -> float:
     return 1.0 / (1.0 + math.exp(-odds))
 
 
-def _nearest(heads: list[_Head], wanted: _Head) -> _Head | None:
-    close = [h for h in heads if math.hypot(h.x - wanted.x, h.y - wanted.y) < 0.6 * wanted.tall]
+def _nearest(heads: list[_HeadBox], target: _HeadBox) -> _HeadBox | None:
+    close = [h for h in heads if math.hypot(h.x - target.x, h.y - target.y) < 0.6 * target.tall]
     return max(close, key=lambda head: head.score, default=None)
 
 
-def _heads_around(grey: Bytes, head: _Head, side: int, tall_px: float) -> list[_Head]:
+def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> list[_HeadBox]:
     """Look at a square around a head, resized so that the head has a height of `tall_px`."""
     cut = max(round(side * head.tall / tall_px), 8)
     left, top = round(head.x - cut / 2.0), round(head.y - cut / 2.0)
@@ -279,24 +280,26 @@ def _heads_around(grey: Bytes, head: _Head, side: int, tall_px: float) -> list[_
     small = np.asarray(cv2.resize(square, (side, side), interpolation=how), np.uint8)
     ratio = cut / side
     return [
-        _Head(left + h.x * ratio, top + h.y * ratio, h.tall * ratio, h.score)
+        _HeadBox(left + h.x * ratio, top + h.y * ratio, h.tall * ratio, h.score)
         for h in heads_in(small, _network())
     ]
 
 
-def _apart(heads: list[_Head]) -> list[_Head]:
+def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
     """Keep the surest of those that are one head, surest first."""
-    kept: list[_Head] = []
+    distinct: list[_HeadBox] = []
     for head in sorted(heads, key=lambda h: -h.score):
-        if all(math.hypot(head.x - h.x, head.y - h.y) > 0.6 * max(head.tall, h.tall) for h in kept):
-            kept.append(head)
-    return kept
+        if all(
+            math.hypot(head.x - h.x, head.y - h.y) > 0.6 * max(head.tall, h.tall) for h in distinct
+        ):
+            distinct.append(head)
+    return distinct
 
 
 # -- the network -----------------------------------------------------------------------------------
 
 
-def heads_in(grey: Bytes, network: Any) -> list[_Head]:
+def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
     """Return heads of 14 to 46 pixels, surest first, in pixels of the picture looked at."""
     answers = _answers(grey, network)
     likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
@@ -308,16 +311,16 @@ def heads_in(grey: Bytes, network: Any) -> list[_Head]:
     x = (columns + 0.5 + place[:, 1]) * _CELL
     y = (rows + 0.5 + place[:, 2]) * _CELL
     tall = _USUAL_PX * np.exp(np.clip(place[:, 3], -1.5, 1.5))
-    heads: list[_Head] = []
-    left = np.ones(len(rows), bool)
+    heads: list[_HeadBox] = []
+    rest = np.ones(len(rows), bool)
     for k in np.argsort(-score):
-        if not left[k]:
+        if not rest[k]:
             continue
-        same = left & (np.hypot(x - x[k], y - y[k]) < 0.5 * tall[k])
-        left &= ~same
+        same = rest & (np.hypot(x - x[k], y - y[k]) < 0.5 * tall[k])
+        rest &= ~same
         share = score[same] ** 2 / (score[same] ** 2).sum()
         heads.append(
-            _Head(
+            _HeadBox(
                 float(x[same] @ share),
                 float(y[same] @ share),
                 float(np.exp(np.log(tall[same]) @ share)),

@@ -34,7 +34,7 @@ from app.core.base.arrays import Float32, Float64
 from app.core.localization import rotation
 from app.core.localization.heading_conversion import lens_factor
 from app.core.localization.parallax import Aim, Line, lined_up, straightened
-from app.core.localization.rotation import Outlook, Pose
+from app.core.localization.rotation import CameraPose, Outlook
 
 CLOSE_DEG: Final = 3.0
 """A heading counts as right up to this error."""
@@ -58,7 +58,7 @@ _POINTS: Final = 100  # many more come from a picture of many, true or not
 _SHARE: Final = (0.02, 0.4)  # more depends on the camera
 _TILT: Final = (0.55, 1.5)  # less is that of any wall
 _STEEP: Final = (0.9, 3.0)  # slope over enlargement: less is that of a room behind the sitter
-_FREED: Final = (0.7, 15.0)  # less is by chance
+_GAIN_RANGE: Final = (0.7, 15.0)  # less is by chance
 _ASIDE: Final = (1.0, 12.0)
 _STRAYS: Final = 0.2  # as many are there by chance
 _FLAT: Final = 0.7
@@ -95,7 +95,7 @@ class Evidence:
     zoom: float = 1.0
     wide: float | None = None
     strays: float = 0.0
-    freed: float = 0.0
+    gain: float = 0.0
     aside: float = 0.0
     loose_deg: float = 0.0
     flat: float = 0.0
@@ -125,7 +125,7 @@ def line_signs(evidence: Evidence) -> tuple[float, ...]:
     return (
         1.0,
         _points(evidence),
-        _beyond(evidence.freed, _FREED),
+        _beyond(evidence.gain, _GAIN_RANGE),
         _beyond(evidence.aside, _ASIDE),
         _beyond(evidence.tilt, _TILT),
         _beyond(steep, _STEEP),
@@ -192,7 +192,7 @@ _LIKELY_AWAY_ANY: Final = (0.75, 0.4)
 _AWAY_SPREAD: Final = 0.1  # of the picture plane: who carries it is about on that line
 _AWAY_UNSEEN: Final = 0.2
 _LENS_ERROR: Final = 0.07  # of an angle, where the lens is estimated
-_GUESSED: Final = (0.12, 0.05)  # spread of a lens that is guessed, at first and again
+_GUESS_SPREAD: Final = (0.12, 0.05)  # spread of a lens that is guessed, at first and again
 _UNSAID: Final = 0.4  # of a step aside, what parallax leaves open
 _ALIKE: Final = 2.0  # neighbours err together
 _TOWARD: Final = (
@@ -224,7 +224,7 @@ class Matches:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class CameraPrior:
     """What is known of a camera before.
 
     Attributes:
@@ -252,7 +252,7 @@ class Stand:
         lens: (3,) float64. As in `app.core.localization.parallax.Line`.
     """
 
-    pose: Pose
+    pose: CameraPose
     lens: Float64
     outlook: Outlook
     line: Line | None = None
@@ -266,7 +266,7 @@ class Stand:
         """Points of the picture plane as `pose` takes them."""
         return straightened(rays, self.lens)
 
-    def error_deg(self, question: Question) -> float:
+    def error_deg(self, question: CameraPrior) -> float:
         """Return the standard error of the heading, of the points and of what is not known.
 
         With a wrong lens what is behind the sitter stays where it is, and the axis, beside it,
@@ -283,7 +283,9 @@ class Stand:
         return math.hypot(math.degrees(self.pose.error_rad), lens, step)
 
 
-def find_stand(matches: Matches, question: Question, hint: Pose | None = None) -> Stand | None:
+def find_stand(
+    matches: Matches, question: CameraPrior, hint: CameraPose | None = None
+) -> Stand | None:
     """Find how a camera stands."""
     tries = _TRIES // 3 if question.near else _TRIES
     outlooks = _outlooks(question)
@@ -304,7 +306,7 @@ def find_stand(matches: Matches, question: Question, hint: Pose | None = None) -
     return _lined(stand, others, matches, question, outlooks[0])
 
 
-def _scaled(stand: Stand, matches: Matches, question: Question) -> Stand | None:
+def _scaled(stand: Stand, matches: Matches, question: CameraPrior) -> Stand | None:
     """Take the lens that is likeliest for a pose."""
     rays = stand.rays(matches.rays)
     zooms = stand.pose.zooms(rays, matches.bearings)[stand.pose.inside]
@@ -317,21 +319,25 @@ def _scaled(stand: Stand, matches: Matches, question: Question) -> Stand | None:
 
 
 def _lined(
-    stand: Stand, others: list[Pose], matches: Matches, question: Question, told: Outlook
+    stand: Stand,
+    others: list[CameraPose],
+    matches: Matches,
+    question: CameraPrior,
+    outlook: Outlook,
 ) -> Stand:
     """Refine by parallax; where the lens is guessed, guess it again from there."""
     poses, scale = [stand.pose, *others], float(stand.lens[0])
-    for spread in _GUESSED if question.lens is None else [question.lens]:
+    for spread in _GUESS_SPREAD if question.lens is None else [question.lens]:
         aims = [Aim(0.0, math.radians(_AIM_DEG))]
         if question.sitter_deg is not None:
             # Who was found may be somebody else.
             aims = [aims[0]._replace(unlikely=_SOMEBODY_ELSE)]
-            sitter = told.sitter * math.exp(scale)
+            sitter = outlook.sitter * math.exp(scale)
             unsure = 0.0 if question.lens_known else _TOWARD[1] * sitter
             aims.append(Aim(math.atan(sitter), math.hypot(_TOWARD[0], unsure)))
         line = lined_up(
             poses, matches.rays * math.exp(scale), matches.bearings, matches.ratio, aims, spread,
-            known=question.lens_known,
+            lens_known=question.lens_known,
         )  # fmt: skip
         if line is None:
             return stand
@@ -342,15 +348,15 @@ def _lined(
     return stand
 
 
-def _refined(line: Line, lens: Float64, matches: Matches, known: Outlook) -> Stand:
+def _refined(line: Line, lens: Float64, matches: Matches, prior: Outlook) -> Stand:
     """Take over a line, and fit the plane that its points are about in."""
     rays = straightened(matches.rays, lens)
-    pose = Pose(line.rotation, line.probe, np.zeros(3), line.inside, line.error_rad)
+    pose = CameraPose(line.rotation, line.probe, np.zeros(3), line.inside, line.error_rad)
     zooms = pose.zooms(rays, matches.bearings)
     inside = line.inside & ~(zooms < _ANY_ZOOM[0]) & ~(zooms > _NEAREST)
-    said = inside & np.isfinite(zooms)
-    plane = _plane(rays[said], zooms[said])
-    outlook = Outlook(float(line.probe[0]), _SURE, _ZOOM, _LIKELY, known.sitter_known)
+    usable = inside & np.isfinite(zooms)
+    plane = _plane(rays[usable], zooms[usable])
+    outlook = Outlook(float(line.probe[0]), _SURE, _ZOOM, _LIKELY, prior.sitter_known)
     return Stand(replace(pose, plane=plane, inside=inside), lens, outlook, line)
 
 
@@ -368,26 +374,26 @@ def _plane(rays: Float64, zooms: Float64) -> Float64:
     return plane
 
 
-def _outlooks(question: Question) -> list[Outlook]:
-    told = _outlook(question, question.sitter_deg)
+def _outlooks(question: CameraPrior) -> list[Outlook]:
+    outlook = _outlook(question, question.sitter_deg)
     aside = question.sitter_deg
     if question.away or aside is None or abs(aside) < _BESIDE_DEG:
-        return [told]
-    return [told, _outlook(question, None)]
+        return [outlook]
+    return [outlook, _outlook(question, None)]
 
 
-def _outlook(question: Question, sitter_deg: float | None) -> Outlook:
+def _outlook(question: CameraPrior, sitter_deg: float | None) -> Outlook:
     sitter = math.tan(math.radians(min(max(sitter_deg or 0.0, -60.0), 60.0)))
     spread = _SITTER_SPREAD if sitter_deg is not None else _NO_SITTER_SPREAD
-    known, away = sitter_deg is not None, question.away
+    sitter_known, away = sitter_deg is not None, question.away
     if away:
-        spread = _AWAY_SPREAD if known else _AWAY_UNSEEN
+        spread = _AWAY_SPREAD if sitter_known else _AWAY_UNSEEN
     if question.lens_known:
         limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
-        return Outlook(sitter, spread, *limits, known)
+        return Outlook(sitter, spread, *limits, sitter_known)
     spread = math.hypot(spread, _SITTER_SHARE * sitter)
     limits = (_AWAY_ANY_ZOOM, _LIKELY_AWAY_ANY) if away else (_ANY_ZOOM, _LIKELY_ANY)
-    return Outlook(sitter, spread, *limits, known)
+    return Outlook(sitter, spread, *limits, sitter_known)
 
 
 def _narrowed(outlook: Outlook, factor: float, away: bool) -> Outlook:

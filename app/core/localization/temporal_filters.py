@@ -38,7 +38,7 @@ from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.localization.sitter import Sitter, background_mask
 
 _ESTIMATES: Final = 9
-_TRUSTED: Final = 3
+_ENOUGH: Final = 3
 _SPREAD: Final = 0.08  # median deviation over the median, of estimates that agree
 _AGAIN_S: Final = 4.0  # a zoom may have been turned, or another lens taken
 
@@ -69,7 +69,7 @@ class Width:
     def known_deg(self) -> float | None:
         """What several estimates agree on, deg; None where they do not."""
         middle = self.likely_deg
-        if middle is None or len(self.estimates) < _TRUSTED:
+        if middle is None or len(self.estimates) < _ENOUGH:
             return None
         spread = median(abs(one - middle) for one in self.estimates)
         return middle if spread <= _SPREAD * middle else None
@@ -95,7 +95,7 @@ class Company:
     sitter: Sitter | None = None
     seen_s: float = -math.inf
     looked_s: float = -math.inf
-    seen: Sitter | None = None
+    latest: Sitter | None = None
     searches: tuple[Sitter, ...] = ()
     searched_s: float = -math.inf
 
@@ -108,29 +108,29 @@ class Company:
         return None if now_s - self.searched_s >= _SEARCH_AGAIN_S else self.sitter
 
 
-def kept(company: Company, found: Sitter | None, now_s: float) -> Company:
+def update_company(company: Company, sitter: Sitter | None, now_s: float) -> Company:
     """Take what was seen of the sitter in a picture."""
     before = company.sitter
     around = company.near(now_s)
     # Somebody who is not where they were looked for first was found by a search of everything.
-    if around is None or (found is not None and not _near(found, around)):
-        searches = company.searches if found is None else (*company.searches, found)[-_SEARCHES:]
+    if around is None or (sitter is not None and not _near(sitter, around)):
+        searches = company.searches if sitter is None else (*company.searches, sitter)[-_SEARCHES:]
         company = replace(company, searches=searches, searched_s=now_s)
-    if found is None:
+    if sitter is None:
         stays = now_s - company.seen_s <= _STAYS_S
-        return replace(company, sitter=before if stays else None, looked_s=now_s, seen=None)
-    chosen = found if before is None else _likelier(before, found, company.searches)
-    if chosen is None:
-        return replace(company, looked_s=now_s, seen=found)
-    return replace(company, sitter=chosen, seen_s=now_s, looked_s=now_s, seen=found)
+        return replace(company, sitter=before if stays else None, looked_s=now_s, latest=None)
+    choice = sitter if before is None else _likelier(before, sitter, company.searches)
+    if choice is None:
+        return replace(company, looked_s=now_s, latest=sitter)
+    return replace(company, sitter=choice, seen_s=now_s, looked_s=now_s, latest=sitter)
 
 
-def _likelier(before: Sitter, found: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
+def _likelier(before: Sitter, sitter: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
     """Keep to the one who is followed, or take another whom more searches found; None: wait."""
-    if _near(found, before):
-        return found
-    here, there = (sum(_near(one, each) for each in searches) for one in (before, found))
-    return found if there > here else None
+    if _near(sitter, before):
+        return sitter
+    here, there = (sum(_near(one, each) for each in searches) for one in (before, sitter))
+    return sitter if there > here else None
 
 
 def _near(first: Sitter, second: Sitter) -> bool:
@@ -152,12 +152,12 @@ class Steady:
     """Values as shown, and what the next step needs.
 
     Attributes:
-        shown: (...) float64. The steadied values.
+        position: (...) float64. The steadied values.
         measured: (...) float64. The last measurement.
         speed: (...) float64. Of the measurements, a second.
     """
 
-    shown: Float64 = field(repr=False)
+    position: Float64 = field(repr=False)
     measured: Float64 = field(repr=False)
     speed: Float64 = field(repr=False)
     time_s: float
@@ -189,9 +189,9 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
     rate = (value - before.measured) / max(pause, 1e-3)
     speed = before.speed + share * (rate - before.speed)
     length = leash.length / (1.0 + (speed / leash.slow_per_s) ** 4)
-    crept = value + (before.shown - value) * math.exp(-pause / leash.creep_s)
-    shown = np.clip(crept, value - length, value + length)
-    return Steady(shown, value, speed, max(time_s, before.time_s))
+    crept = value + (before.position - value) * math.exp(-pause / leash.creep_s)
+    position = np.clip(crept, value - length, value + length)
+    return Steady(position, value, speed, max(time_s, before.time_s))
 
 
 ASKED_DEG: Final = 8.0
@@ -209,14 +209,14 @@ _WINDOW: Final = 15
 _FLOOR: Final = 4.0  # grey levels
 
 _SMOOTH_S: Final = 1.0
-_WALKED: Final = 1.5  # widths of the head
+_WALK: Final = 1.5  # widths of the head
 _NEARER: Final = 1.35
 _SEEN_S: Final = 1.0
 _GONE_S: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class _Walk:
+class _Trace:
     """Where a person has been in the picture; columns in widths of the head as it was first."""
 
     unit: float
@@ -236,7 +236,7 @@ class Stillness:
     since_s: float | None = None
     _picture: Float32 | None = field(default=None, repr=False)
     _heading_deg: float | None = None
-    _walk: _Walk | None = None
+    _walk: _Trace | None = None
 
 
 STILL: Final = Stillness()
@@ -269,7 +269,7 @@ def watch(
     heading = state._heading_deg if state._heading_deg is not None else heading_deg
     walk = _walked(state._walk, sitter, now_s)
     still = state.since_s is not None and now_s - state.since_s >= STILL_S
-    behind = state.left_behind or (still and _moved(walk, now_s))
+    behind = state.left_behind or (still and _has_moved(walk, now_s))
     return replace(state, left_behind=behind, _heading_deg=heading, _walk=walk)
 
 
@@ -278,13 +278,13 @@ def _same(state: Stillness, picture: Float32, heading_deg: float | None) -> bool
     before = state._picture
     if before is None or before.shape != picture.shape:
         return False
-    if _turned(state._heading_deg, heading_deg):
+    if _has_turned(state._heading_deg, heading_deg):
         return False
     likeness, shift = _shift(before, picture)
     return likeness >= _LIKENESS and shift <= _STEADY_PX
 
 
-def _turned(before_deg: float | None, now_deg: float | None) -> bool:
+def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
     if before_deg is None or now_deg is None:
         return False
     return abs(difference(now_deg, before_deg)) > _HEADING_DEG
@@ -327,7 +327,7 @@ def _peak(values: Float32, at: int) -> float:
     return 0.0 if bend >= -1e-9 else 0.5 * (left - right) / bend
 
 
-def _walked(walk: _Walk | None, sitter: Sitter | None, now_s: float) -> _Walk | None:
+def _walked(walk: _Trace | None, sitter: Sitter | None, now_s: float) -> _Trace | None:
     if sitter is None:
         return walk
     left, top, right, bottom = sitter.box
@@ -335,7 +335,7 @@ def _walked(walk: _Walk | None, sitter: Sitter | None, now_s: float) -> _Walk | 
     if walk is None:
         unit = max(right - left, 1e-3)
         column = sitter.column / unit
-        return _Walk(unit, column, tall, (column, column), (tall, tall), now_s, now_s)
+        return _Trace(unit, column, tall, (column, column), (tall, tall), now_s, now_s)
     # Smoothed, so that one mistaken picture does not make a walk.
     share = 1.0 - math.exp(-min(max(now_s - walk.last_s, 0.0), 0.5 * _SMOOTH_S) / _SMOOTH_S)
     column = walk.column + share * (sitter.column / walk.unit - walk.column)
@@ -350,11 +350,11 @@ def _walked(walk: _Walk | None, sitter: Sitter | None, now_s: float) -> _Walk | 
     )
 
 
-def _moved(walk: _Walk | None, now_s: float) -> bool:
+def _has_moved(walk: _Trace | None, now_s: float) -> bool:
     """Tell whether a person has walked, come nearer or gone away, or left the picture."""
     if walk is None:
         return False
-    if walk.columns[1] - walk.columns[0] >= _WALKED:
+    if walk.columns[1] - walk.columns[0] >= _WALK:
         return True
     if walk.heights[1] >= _NEARER * walk.heights[0]:
         return True

@@ -40,9 +40,9 @@ from app.core.localization.temporal_filters import (
     Steady,
     Stillness,
     Width,
-    kept,
     read,
     steadied,
+    update_company,
     watch,
 )
 
@@ -71,7 +71,7 @@ SEEING: Final = Seeing()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Memory:
+class TrackMemory:
     """State between pictures; not shown.
 
     Attributes:
@@ -117,7 +117,7 @@ class Track:
     left_behind: bool = False
     since_s: float = 0.0
     background_deg: float | None = None
-    memory: Memory = field(default_factory=Memory, repr=False)
+    memory: TrackMemory = field(default_factory=TrackMemory, repr=False)
 
     @property
     def pending(self) -> bool:
@@ -170,32 +170,32 @@ def track(
             `app.core.localization.temporal_filters.watch`; None where no turn is asked for.
     """
     memory = state.memory
-    known = memory.width.known_deg if fov_deg is None else fov_deg
-    guess = known or memory.width.likely_deg or assumed_fov((frame.shape[1], frame.shape[0]))
+    lens_deg = memory.width.known_deg if fov_deg is None else fov_deg
+    guess = lens_deg or memory.width.likely_deg or assumed_fov((frame.shape[1], frame.shape[0]))
     company = _company(frame, guess, state, now_s, seeing)
     memory = replace(memory, company=company)
-    asked = None if fov_deg is None and _width_due(memory, now_s) else known
-    found = _looked(frame, index, asked, memory, now_s, sees_sitter, seeing)
-    if asked is None and found.heading_deg is not None:
-        memory = replace(memory, width=read(memory.width, found.fov_deg, now_s))
+    search_deg = None if fov_deg is None and _width_due(memory, now_s) else lens_deg
+    heading = _look(frame, index, search_deg, memory, now_s, sees_sitter, seeing)
+    if search_deg is None and heading.heading_deg is not None:
+        memory = replace(memory, width=read(memory.width, heading.fov_deg, now_s))
     stillness = watch(
         memory.stillness,
         frame,
         now_s,
         asked_deg=asked_deg,
-        heading_deg=found.heading_deg,
-        sitter=company.seen,
+        heading_deg=heading.heading_deg,
+        sitter=company.latest,
     )
     memory = replace(memory, stillness=stillness)
     state = replace(
         state,
-        raw=found,
+        raw=heading,
         sitter=company.sitter,
         left_behind=stillness.left_behind,
         fov_deg=memory.width.likely_deg if fov_deg is None else fov_deg,
         memory=memory,
     )
-    return _judged(found, state, now_s, sees_sitter)
+    return _judge(heading, state, now_s, sees_sitter)
 
 
 def missed(state: Track, now_s: float) -> Track:
@@ -211,11 +211,11 @@ def missed(state: Track, now_s: float) -> Track:
 # -- looking ---------------------------------------------------------------------------------------
 
 
-def _looked(
+def _look(
     frame: Bytes,
     index: HeadingIndex,
     fov_deg: float | None,
-    memory: Memory,
+    memory: TrackMemory,
     now_s: float,
     sees_sitter: bool,
     seeing: Seeing,
@@ -229,23 +229,23 @@ def _looked(
     )
 
 
-def _width_due(memory: Memory, now_s: float) -> bool:
+def _width_due(memory: TrackMemory, now_s: float) -> bool:
     """Whether to estimate the field of view: when due, and in every other search of everything."""
     if memory.width.known_deg is not None and _near(memory, now_s) is None:
         return memory.misses % 2 == 1
     return memory.width.due(now_s)
 
 
-def _near(memory: Memory, now_s: float) -> float | None:
+def _near(memory: TrackMemory, now_s: float) -> float | None:
     """Where to look first; None for everywhere."""
     if memory.rival is not None:
         return memory.rival[0]
     if memory.steady is None or memory.misses >= _PATIENCE:
         return None
-    return wrap(_expected(memory.steady, now_s))
+    return wrap(_predict(memory.steady, now_s))
 
 
-def _expected(steady: Steady, now_s: float) -> float:
+def _predict(steady: Steady, now_s: float) -> float:
     """Heading by now of a camera that continues as it did, unwrapped deg."""
     pause = min(max(now_s - steady.time_s, 0.0), 0.3)
     return float(steady.measured[0] + steady.speed[0] * pause)
@@ -254,43 +254,43 @@ def _expected(steady: Steady, now_s: float) -> float:
 # -- believing -------------------------------------------------------------------------------------
 
 
-def _judged(found: Heading, state: Track, now_s: float, sees_sitter: bool) -> Track:
-    if found.heading_deg is None:
+def _judge(heading: Heading, state: Track, now_s: float, sees_sitter: bool) -> Track:
+    if heading.heading_deg is None:
         return missed(state, now_s)
     memory = state.memory
-    if _follows(found.heading_deg, memory, now_s):
-        return _believed(found.heading_deg, state, now_s, sees_sitter, afresh=False)
-    if _seen_twice(found.heading_deg, memory, now_s) or _beyond_doubt(found, memory, now_s):
-        return _believed(found.heading_deg, state, now_s, sees_sitter, afresh=True)
-    memory = replace(memory, rival=(found.heading_deg, now_s))
+    if _follows(heading.heading_deg, memory, now_s):
+        return _believe(heading.heading_deg, state, now_s, sees_sitter, afresh=False)
+    if _seen_twice(heading.heading_deg, memory, now_s) or _beyond_doubt(heading, memory, now_s):
+        return _believe(heading.heading_deg, state, now_s, sees_sitter, afresh=True)
+    memory = replace(memory, rival=(heading.heading_deg, now_s))
     return _without_heading(replace(state, memory=memory), "searching", now_s)
 
 
-def _follows(heading_deg: float, memory: Memory, now_s: float) -> bool:
+def _follows(heading_deg: float, memory: TrackMemory, now_s: float) -> bool:
     """Whether a heading is where a turning camera can have got to since the last one."""
     steady = memory.steady
     if steady is None or now_s - steady.time_s > _FORGET_S:
         return False
-    away = abs(difference(heading_deg, _expected(steady, now_s)))
+    away = abs(difference(heading_deg, _predict(steady, now_s)))
     return away <= _STEP_DEG + _STEP_PER_S * max(now_s - steady.time_s, 0.0)
 
 
-def _seen_twice(heading_deg: float, memory: Memory, now_s: float) -> bool:
+def _seen_twice(heading_deg: float, memory: TrackMemory, now_s: float) -> bool:
     if memory.rival is None or now_s - memory.rival[1] > _FORGET_S:
         return False
     away = abs(difference(heading_deg, memory.rival[0]))
     return away <= _STEP_DEG + _STEP_PER_S * max(now_s - memory.rival[1], 0.0)
 
 
-def _beyond_doubt(found: Heading, memory: Memory, now_s: float) -> bool:
+def _beyond_doubt(heading: Heading, memory: TrackMemory, now_s: float) -> bool:
     """Whether one picture is enough: nothing speaks against it, and it is certain."""
     steady = memory.steady
-    followed = steady is not None and memory.misses < _PATIENCE
+    is_tracking = steady is not None and memory.misses < _PATIENCE
     fresh = steady is not None and now_s - steady.time_s <= _FORGET_S
-    return found.confidence >= _CERTAIN and not (followed and fresh)
+    return heading.confidence >= _CERTAIN and not (is_tracking and fresh)
 
 
-def _believed(
+def _believe(
     heading_deg: float, state: Track, now_s: float, sees_sitter: bool, *, afresh: bool
 ) -> Track:
     sitter_deg = (_sitter_deg(state.sitter, state.fov_deg) or 0.0) if sees_sitter else 0.0
@@ -307,8 +307,8 @@ def _believed(
     return replace(
         state,
         status="tracking",
-        heading_deg=wrap(float(steady.shown[0])),
-        background_deg=wrap(float(steady.shown[1])),
+        heading_deg=wrap(float(steady.position[0])),
+        background_deg=wrap(float(steady.position[1])),
         confidence=confidence,
         since_s=state.since_s if state.status == "tracking" else now_s,
         memory=memory,
@@ -317,14 +317,14 @@ def _believed(
 
 def _confidence(state: Track, now_s: float, sees_sitter: bool, afresh: bool) -> float:
     """Of the last pictures together, so that it does not flicker."""
-    found = state.raw.confidence if state.raw is not None else 0.0
+    confidence = state.raw.confidence if state.raw is not None else 0.0
     if sees_sitter:
-        found *= _NO_SITTER if state.sitter is None else state.sitter.confidence
+        confidence *= _NO_SITTER if state.sitter is None else state.sitter.confidence
     before = state.memory.steady
     if afresh or before is None or state.status != "tracking":
-        return found
+        return confidence
     share = math.exp(-max(now_s - before.time_s, 0.0) / _CONFIDENCE_S)
-    return found + (state.confidence - found) * share
+    return confidence + (state.confidence - confidence) * share
 
 
 def _without_heading(state: Track, status: Status, now_s: float) -> Track:
@@ -346,11 +346,11 @@ def _company(frame: Bytes, fov_deg: float, state: Track, now_s: float, seeing: S
     if state.status == "tracking" and not company.due(now_s):
         return company
     try:
-        found = seeing.sitter(frame, fov_deg, company.near(now_s))
+        sitter = seeing.sitter(frame, fov_deg, company.near(now_s))
     except CoreError:
         # Without what finds heads the heading is still worth having.
-        found = None
-    return kept(company, found, now_s)
+        sitter = None
+    return update_company(company, sitter, now_s)
 
 
 def _sitter_deg(sitter: Sitter | None, fov_deg: float | None) -> float | None:

@@ -95,7 +95,7 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
     columns, rows = lens.size
     dense = Lens(lens.fov_deg, (columns * samples, rows * samples))
     shape = (panorama.shape[0], panorama.shape[1])
-    return _taken(panorama, azimuth_deg, _places(shape, dense, pitch_deg), lens.size)
+    return _resample(panorama, azimuth_deg, _places(shape, dense, pitch_deg), lens.size)
 
 
 def strip_view(
@@ -118,7 +118,7 @@ def strip_view(
     samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
     dense = (size[0] * samples, size[1] * samples)
     shape = (panorama.shape[0], panorama.shape[1])
-    return _taken(panorama, azimuth_deg, _strip_places(shape, dense, wide_deg), size)
+    return _resample(panorama, azimuth_deg, _strip_places(shape, dense, wide_deg), size)
 
 
 def goal_lens(
@@ -189,15 +189,15 @@ def background_view(
     return look(panorama, background_azimuth(turn_deg, front_deg), lens)
 
 
-def _taken(
+def _resample(
     panorama: Picture, azimuth_deg: float, places: tuple[Float32, Float32], size: tuple[int, int]
 ) -> Picture:
     columns, rows = places
-    moved = columns + np.float32(azimuth_deg % 360.0 * panorama.shape[1] / 360.0)
-    taken = cv2.remap(panorama, moved, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-    if (taken.shape[1], taken.shape[0]) != size:
-        taken = cv2.resize(taken, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(taken, panorama.dtype)
+    shifted = columns + np.float32(azimuth_deg % 360.0 * panorama.shape[1] / 360.0)
+    view = cv2.remap(panorama, shifted, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    if (view.shape[1], view.shape[0]) != size:
+        view = cv2.resize(view, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(view, panorama.dtype)
 
 
 @lru_cache(maxsize=8)

@@ -13,15 +13,15 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.base.progress import Report, Token
 from app.core.base.remarks import Remark
 from app.core.environment.environment import Environment, from_radiance, kept_shares
-from app.core.measure.bracket.alignment.align import Alignment
+from app.core.measure.bracket.alignment.align import FrameAlignment
 from app.core.measure.bracket.alignment.handheld import Lay
 from app.core.measure.bracket.alignment.levelling import Levelling
 from app.core.measure.bracket.curve.response import ResponseChoice, srgb_choice
-from app.core.measure.bracket.deghosting import Moved
+from app.core.measure.bracket.deghosting import FrameTrust
 from app.core.measure.bracket.foreign_frames import LeftOut
-from app.core.measure.finish.corrections import Finished
+from app.core.measure.finish.corrections import FinishedLight
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read.frame import Bracket, Merged
+from app.core.measure.read.frame import Bracket, MergedLight
 
 
 class WayFacts(Protocol):
@@ -53,21 +53,21 @@ class Measurement:
 
     way: str
     bracket: Bracket
-    finished: Finished
+    finished: FinishedLight
     warnings: tuple[Remark, ...] = ()
     notes: tuple[Remark, ...] = ()
     display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
     blind: float = 0.0
     left_out: tuple[LeftOut, ...] = ()
     response: ResponseChoice = field(default_factory=srgb_choice)
-    alignments: tuple[Alignment, ...] = ()
+    alignments: tuple[FrameAlignment, ...] = ()
     lays: tuple[Lay, ...] = ()
     levelling: Levelling = field(default_factory=Levelling)
-    moved: Moved = field(default_factory=lambda: Moved(()))
+    motion: FrameTrust = field(default_factory=lambda: FrameTrust(()))
     own: WayFacts | None = None
 
     @property
-    def merged(self) -> Merged:
+    def merged(self) -> MergedLight:
         """The finished light."""
         return self.finished.merged
 

@@ -63,9 +63,9 @@ def way_of(files: Sequence[Path], wish: str) -> MeasuringWay | None:
     Args:
         wish: Key of the way that is wanted, where it takes any of them; other words are ignored.
     """
-    wanted = WAYS.get(wish)
-    if wanted is not None and any(wanted.takes(file) for file in files):
-        return wanted
+    choice = WAYS.get(wish)
+    if choice is not None and any(choice.takes(file) for file in files):
+        return choice
     offered = [way for way in WAYS.values() if not way.on_wish]
     first = next((way for way in offered if any(way.takes(file) for file in files)), None)
     if first is None:

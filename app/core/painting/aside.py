@@ -20,12 +20,12 @@ from app.core.painting.canvas import make_canvas, weights_of
 from app.core.painting.user_style import UserStyle, target_picture
 from app.core.portrait.head_views import HeadView, HeadViews
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.lens_search import SEEN, Asked, LensWish, best_answers, seen_from
+from app.core.solver.lens_search import LEAST_VISIBLE, LensSearch, LensWish, best_answers, seen_from
 from app.core.solver.place_light import main_azimuth
 from app.core.solver.relighting_cache import LightTable, light_table, painted_curves
 from app.core.solver.solve import StyleResult, judge_painted, measure_painted
 from app.core.solver.transport import Transport
-from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective
+from app.core.solver.turn_choice import LIMITS, Limits, Objective, StyleMeasures
 from app.core.solver.weights import PaintedWeights, painted
 from app.core.styles.styles import Style
 
@@ -75,17 +75,19 @@ class PaintedHead:
         size, pixels = view.transport.size, view.transport.pixels
         places = np.full((size * size, 3), -1.0, np.float32)
         places[pixels, :2] = _seen_by(camera, view.shape.positions)
-        shown = np.zeros(size * size, np.float32)
-        shown[pixels[~self._on_front(view)[1]]] = 1.0
+        visibility = np.zeros(size * size, np.float32)
+        visibility[pixels[~self._on_front(view)[1]]] = 1.0
         # Single pixels differ, since the front's are far apart where it is steep.
-        smooth = cv2.GaussianBlur(cv2.medianBlur(shown.reshape(size, size), 5), (0, 0), _SMOOTH)
+        smooth = cv2.GaussianBlur(
+            cv2.medianBlur(visibility.reshape(size, size), 5), (0, 0), _SMOOTH
+        )
         places[pixels, 2] = smooth.ravel()[pixels]
         return places.reshape(size, size, 3)
 
     def shows(self, view: HeadView, weights: PaintedWeights) -> bool:
         """Return whether a view shows enough of the paint."""
-        seen = seen_from(view, self.views.shape.positions[weights.active])
-        return bool(seen.size) and float(seen.mean()) >= SEEN
+        visibility = seen_from(view, self.views.shape.positions[weights.active])
+        return bool(visibility.size) and float(visibility.mean()) >= LEAST_VISIBLE
 
     def target(self, style: UserStyle, yaw_deg: float) -> Float32:
         """Return the target picture from aside; see `target_picture`."""
@@ -113,17 +115,19 @@ def solve_painted(
         wish: Its background counts from `front_deg`, as turns do.
     """
     wish, results = wish.moved(-front_deg), []
-    lit = _Lit.by(head, light) if styles else None
+    painted_light = _PaintedLight.by(head, light) if styles else None
     for style in styles:
-        assert lit is not None
-        (best,) = best_answers(lit.asked(style, objective, limits), wish, lit.front.scale)
+        assert painted_light is not None
+        (best,) = best_answers(
+            painted_light.search(style, objective, limits), wish, painted_light.front.scale
+        )
         best = replace(best, name=style.name, title=style.title, side=style.side)
         results.append(best.seen_from(front_deg) if front_deg else best)
     return tuple(results)
 
 
 @dataclass(frozen=True, eq=False)
-class _Lit:
+class _PaintedLight:
     """A head in a place, from all sides."""
 
     head: PaintedHead
@@ -132,7 +136,7 @@ class _Lit:
     main_deg: float | None
 
     @classmethod
-    def by(cls, head: PaintedHead, light: Floats) -> _Lit:
+    def by(cls, head: PaintedHead, light: Floats) -> _PaintedLight:
         views = {yaw: head.view(yaw) for yaw in head.views.yaws if yaw}
         return cls(
             head,
@@ -141,19 +145,21 @@ class _Lit:
             main_azimuth(light),
         )
 
-    def asked(self, style: UserStyle, objective: Objective, limits: Limits) -> Asked:
+    def search(self, style: UserStyle, objective: Objective, limits: Limits) -> LensSearch:
         """What the place gives of a style, wherever the lens stands."""
         weights = self.head.weights(style)
         straight = measure_painted(painted_curves(self.front, weights))
         curves = {0.0: (straight.match[None], straight.contrast[None])}
         counts = {0.0: np.ones(1, bool)}
         for yaw, (view, table) in self.views.items():
-            found = measure_painted(painted_curves(table, self.head.weights_in(view, weights)))
-            curves[yaw] = found.match[None], found.contrast[None]
+            measures = measure_painted(painted_curves(table, self.head.weights_in(view, weights)))
+            curves[yaw] = measures.match[None], measures.contrast[None]
             counts[yaw] = np.array([self.head.shows(view, weights)])
-        return Asked(
+        return LensSearch(
             styles=[None],
-            front=Measured(*(getattr(straight, each.name)[None] for each in fields(Measured))),
+            front=StyleMeasures(
+                *(getattr(straight, each.name)[None] for each in fields(StyleMeasures))
+            ),
             grades=np.zeros((1, TURNS), np.intp),
             verdict=lambda _, at: judge_painted(straight, at, limits, self.front.light),
             objective=objective,
@@ -171,15 +177,15 @@ def _camera_of(shape: HeadShape, size: int) -> Float64:
     Direct linear transform: Hartley and Zisserman, Multiple View Geometry, 2nd ed., eq. 7.2.
     """
     places = np.column_stack([shape.positions, np.ones(len(shape.positions))])
-    seen = np.column_stack([shape.pixels % size + 0.5, shape.pixels // size + 0.5]) / size
+    points = np.column_stack([shape.pixels % size + 0.5, shape.pixels // size + 0.5]) / size
     nothing = np.zeros_like(places)
-    across = np.hstack([places, nothing, -seen[:, :1] * places])
-    down = np.hstack([nothing, places, -seen[:, 1:] * places])
+    across = np.hstack([places, nothing, -points[:, :1] * places])
+    down = np.hstack([nothing, places, -points[:, 1:] * places])
     least = np.linalg.svd(np.vstack([across, down]), full_matrices=False)[2][-1]
     return np.asarray(least.reshape(3, 4))
 
 
 def _seen_by(camera: Float64, places: Float32) -> Float64:
     """Where a camera sees places, (P, 3): columns and rows, (P, 2), as shares of its picture."""
-    found = np.column_stack([places, np.ones(len(places))]) @ camera.T
-    return np.asarray(found[:, :2] / found[:, 2:])
+    points = np.column_stack([places, np.ones(len(places))]) @ camera.T
+    return np.asarray(points[:, :2] / points[:, 2:])

@@ -56,7 +56,7 @@ def from_weights(transport: Transport, weights: Floats) -> Canvas:
     if weights.shape != transport.face.shape or not np.isfinite(weights).all():
         raise StyleError(tr("The weights do not fit this head."))
     face = to_image(transport, transport.face.astype(np.float32)) > 0
-    head = _continued(to_image(transport, np.clip(weights, -1, 1)), face)
+    head = _continue(to_image(transport, np.clip(weights, -1, 1)), face)
     step = canvas_size(transport) // transport.size
     spread = _interpolation(transport.size, step)
     smooth = spread @ head @ spread.T
@@ -85,12 +85,12 @@ def _interpolation(pixels: int, step: int) -> Float64:
     return np.asarray(np.linalg.solve(averages.T, spread.T).T)
 
 
-def _continued(picture: Float32, known: Bools) -> Float32:
+def _continue(picture: Float32, coverage: Bools) -> Float32:
     """Spread the known pixels outward, so that no edge of the face is smoothed into nothing."""
-    filled = np.where(known, picture, 0).astype(np.float32)
-    share = known.astype(np.float32)
+    filled = np.where(coverage, picture, 0).astype(np.float32)
+    share = coverage.astype(np.float32)
     for _ in range(len(picture)):
-        if (share > 0).all() or not known.any():
+        if (share > 0).all() or not coverage.any():
             break
         sums, counts = _neighbours(filled), _neighbours(share)
         grown = (share == 0) & (counts > 0)

@@ -41,7 +41,7 @@ from app.core.painting.user_style import (
     write_user_style,
 )
 from app.core.storage.data_lock import writing
-from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
+from app.core.storage.library import DamagedItem, Library, TrashedItem, files_in, unreadable_folder
 from app.core.styles.style_file import is_painted, read_painted, read_style
 from app.core.styles.styles import NAMES, Side
 from app.core.text import tr
@@ -81,12 +81,12 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
                 tr("Make room there."),
             ) from error
         parts = {_TEXT: style_text(style).encode(), _LAYERS: layers.read_bytes()}
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_STORED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, data in parts.items():
             # A fixed date: the same style gives the same file.
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data)
-    atomic_write_bytes(file, packed.getvalue())
+    atomic_write_bytes(file, buffer.getvalue())
 
 
 def import_style(folder: Path, file: Path) -> UserStyle:
@@ -171,13 +171,13 @@ _LIBRARY: Final = Library(
 )
 
 
-def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged, ...]]:
+def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedItem, ...]]:
     """Read the painted styles of a folder.
 
     Files that cannot be read come second; they are left as they are.
     """
     styles: list[UserStyle] = []
-    damaged: list[Damaged] = []
+    damaged: list[DamagedItem] = []
     try:
         files = files_in(folder, ".toml")
     except OSError as error:
@@ -189,12 +189,12 @@ def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged
             refusal = StyleError(
                 tr("There are more than {most} styles; this one is not read.", most=_MAX_STYLES)
             )
-            damaged.append(Damaged(file, refusal))
+            damaged.append(DamagedItem(file, refusal))
             continue
         try:
             styles.append(read_user_style(file))
         except StyleError as error:
-            damaged.append(Damaged(file, error))
+            damaged.append(DamagedItem(file, error))
     return tuple(styles), tuple(damaged)
 
 
@@ -229,9 +229,9 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
     """Save a style under a free name and title; raises StyleError if it cannot be written."""
     with _alone_in(folder):
         name, title = _LIBRARY.names_for(folder, style.title)
-        named = replace(style, name=name, title=title)
-        write_user_style(folder, named)
-    return named
+        new_style = replace(style, name=name, title=title)
+        write_user_style(folder, new_style)
+    return new_style
 
 
 def _alone_in(folder: Path) -> AbstractContextManager[bool]:
@@ -257,40 +257,40 @@ def update_user_style(
     that version becomes a style of its own, which `conflict` is called with.
     `untouched`: the canvas is that of the built-in style `origin` again.
     """
-    changed = replace(style, weights=canvas.weights, ignore=canvas.ignore, untouched=untouched)
-    if checksum(changed) == checksum(style):
+    new_style = replace(style, weights=canvas.weights, ignore=canvas.ignore, untouched=untouched)
+    if checksum(new_style) == checksum(style):
         return style
     with _alone_in(folder):
-        other = _other_version(folder, style, changed)
+        other = _other_version(folder, style, new_style)
         if other is not None:
             conflict(add(folder, other))
-        return _replaced(folder, style, changed)
+        return _replaced(folder, style, new_style)
 
 
-def _other_version(folder: Path, style: UserStyle, changed: UserStyle) -> UserStyle | None:
+def _other_version(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle | None:
     """Read what another process has made of a style; None where nobody has changed it."""
     try:
         other = read_user_style(text_path(folder, style.name))
     except (StyleError, OSError):
         return None  # deleted, or damaged: its weights stay where they are
-    same = checksum(other) in (checksum(style), checksum(changed)) and other.title == style.title
+    same = checksum(other) in (checksum(style), checksum(new_style)) and other.title == style.title
     return None if same else other
 
 
-def _replaced(folder: Path, style: UserStyle, changed: UserStyle) -> UserStyle:
+def _replaced(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle:
     write_user_style(_LIBRARY.trash_folder(folder, style.name), style)
-    write_user_style(folder, changed)
+    write_user_style(folder, new_style)
     # No text names these weights any more, and they lie in the trash as well.
     with contextlib.suppress(OSError):
         layers_path(folder, style.name, checksum(style)).unlink()
-    return changed
+    return new_style
 
 
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
     """Rename a style; its file name stays."""
-    renamed = replace(style, title=_LIBRARY.renamed(folder, style.name, title))
-    write_user_style(folder, renamed)
-    return renamed
+    new_style = replace(style, title=_LIBRARY.new_title(folder, style.name, title))
+    write_user_style(folder, new_style)
+    return new_style
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
@@ -298,14 +298,14 @@ def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
     return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
-def delete(folder: Path, style: UserStyle) -> Trashed:
+def delete(folder: Path, style: UserStyle) -> TrashedItem:
     """Move a style to the trash."""
     text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
     files = [text, layers] if layers.exists() else [text]
     return _LIBRARY.put_away(folder, style.name, style.title, files)
 
 
-def restore(folder: Path, trashed: Trashed) -> UserStyle:
+def restore(folder: Path, trashed: TrashedItem) -> UserStyle:
     """Restore a style from the trash.
 
     It has its old name and title unless others bear them by now.

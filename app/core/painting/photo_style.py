@@ -23,7 +23,7 @@ from app.core.styles.styles import Style, StyleLamp
 from app.core.text import tr
 
 _DISTANCE_M: Final = 8.0  # as the built-in styles' lamps
-_COUNTED: Final = 0.5  # of the face region
+_LEAST_REGION: Final = 0.5  # of the face region
 _ORIGIN: Final = 80
 
 
@@ -49,10 +49,10 @@ def photo_style(
     Raises StyleError where the key's direction was not read.
     """
     style, studio = photo_studio(light)
-    lit = render(transport, studio_light(style, studio, transport.environment_shape))
-    counted = pack.region_on(transport) >= _COUNTED
-    start = from_weights(transport, region_weights(lit, counted.astype(np.float64)))
-    beyond = to_image(transport, (~counted).astype(np.float32), background=1.0)
+    view = render(transport, studio_light(style, studio, transport.environment_shape))
+    region = pack.region_on(transport) >= _LEAST_REGION
+    start = from_weights(transport, region_weights(view, region.astype(np.float64)))
+    beyond = to_image(transport, (~region).astype(np.float32), background=1.0)
     step = start.size // transport.size
     canvas: Canvas = make_canvas(start.weights, np.kron(beyond, np.ones((step, step), np.float32)))
     side, place = light_side(transport, weights_of(canvas, transport))

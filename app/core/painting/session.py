@@ -83,7 +83,7 @@ class PaintSession:
         self._place = place.reshape(transport.size, transport.size)
         self._stroke: Stroke | None = None
         self._dirty: list[Region] = []
-        self._counted: tuple[Bools, CountedLight] | None = None
+        self._count_cache: tuple[Bools, CountedLight] | None = None
         self.replace(canvas)
 
     @property
@@ -109,7 +109,7 @@ class PaintSession:
 
         `front_deg`: azimuth at which the photographer stands, deg.
         """
-        self._table, self._front_deg, self._counted = table, front_deg, None
+        self._table, self._front_deg, self._count_cache = table, front_deg, None
 
     def replace(self, canvas: Canvas) -> None:
         """Replace the canvas and abort the current stroke."""
@@ -128,8 +128,8 @@ class PaintSession:
         """
         self.abort()
         self._stroke = Stroke(self._canvas, brush, x, y, pressure)
-        self._dirty += self._stroke.begun
-        return self._stroke.begun
+        self._dirty += self._stroke.start_regions
+        return self._stroke.start_regions
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Extend the stroke to a point; no-op without a stroke. Arguments as `begin`."""
@@ -182,8 +182,8 @@ class PaintSession:
         if table.pictures is not None:
             flat = table_picture(table, result.turn_refined_deg)
             picture = to_image(self._transport, flat)
-        seen = result.seen_from(self._front_deg) if self._front_deg else result
-        return Answer(target, missing, seen, picture)
+        at_front = result.seen_from(self._front_deg) if self._front_deg else result
+        return Answer(target, missing, at_front, picture)
 
     def _start_afresh(self, canvas: Canvas) -> None:
         self._canvas = canvas
@@ -191,21 +191,21 @@ class PaintSession:
         self._dirty.clear()
 
     def _counted_now(self, table: LightTable, active: Bools) -> CountedLight:
-        known = self._counted
-        if known is None or not np.array_equal(known[0], active):
-            known = self._counted = active, counted_light(table, active)
-        return known[1]
+        cache = self._count_cache
+        if cache is None or not np.array_equal(cache[0], active):
+            cache = self._count_cache = active, counted_light(table, active)
+        return cache[1]
 
     def _caught_up(self) -> PaintedWeights:
         """Weights after the changes since they were last asked for."""
         pixels, values, ignored = (
             np.concatenate(parts)
-            for parts in zip(*(self._changed(region) for region in self._dirty), strict=True)
+            for parts in zip(*(self._region_changes(region) for region in self._dirty), strict=True)
         )
         pixels, first = np.unique(pixels, return_index=True)
         return paint(self._transport, self._weights, pixels, values[first], ignored[first])
 
-    def _changed(self, region: Region) -> tuple[Indices, Float64, Bools]:
+    def _region_changes(self, region: Region) -> tuple[Indices, Float64, Bools]:
         """Pixels of the face in a region of the canvas that are not what they were."""
         canvas, size = self.canvas, self._transport.size
         step = canvas.size // size

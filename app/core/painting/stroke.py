@@ -60,8 +60,8 @@ class TileChange:
     @property
     def regions(self) -> tuple[Region, ...]:
         """Parts of the canvas that it changes."""
-        found = {(tile.column, tile.row): tile.region for tile in self.tiles}
-        return tuple(found.values())
+        regions = {(tile.column, tile.row): tile.region for tile in self.tiles}
+        return tuple(regions.values())
 
     def __bool__(self) -> bool:
         """Whether anything changed at all."""
@@ -75,12 +75,12 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
         old, new = getattr(before, layer), getattr(after, layer)
         if old is new:
             continue
-        changed = old != new
-        rows, columns = (np.flatnonzero(changed.any(axis=axis)) // TILE for axis in (1, 0))
+        differs = old != new
+        rows, columns = (np.flatnonzero(differs.any(axis=axis)) // TILE for axis in (1, 0))
         for row in dict.fromkeys(rows.tolist()):
             for column in dict.fromkeys(columns.tolist()):
                 place = (_span(row), _span(column))
-                if changed[place].any():
+                if differs[place].any():
                     pair = old[place].copy(), new[place].copy()
                     tiles.append(Tile(layer, column, row, *pair))
     return TileChange(tuple(tiles))
@@ -233,11 +233,11 @@ class Stroke:
         self._cover = np.zeros_like(self._weights)  # profile times strength times pressure
         self._cell = max(_CELL_SHARE * brush.radius, _LEAST_CELL)
         self._at = self._inside(x, y)
-        self._pressure = self._felt(pressure)
-        self._travelled = 0.0
+        self._pressure = self._feel(pressure)
+        self._length = 0.0
         self._path: list[Point] = [self._at]
         self._strongest = self._pressure
-        self.begun: tuple[Region, ...] = self._stamp(self._at, self._at)
+        self.start_regions: tuple[Region, ...] = self._stamp(self._at, self._at)
 
     @property
     def canvas(self) -> Canvas:
@@ -254,7 +254,7 @@ class Stroke:
         if not (math.isfinite(x) and math.isfinite(y)):
             return ()
         start, first = self._at, self._pressure
-        stop, last = self._inside(x, y), self._felt(pressure)
+        stop, last = self._inside(x, y), self._feel(pressure)
         self._at, self._pressure = stop, last
         length = math.dist(start, stop)
         regions = [] if length else self._press(last)
@@ -266,14 +266,14 @@ class Stroke:
             end = _along(start, stop, upto / length)
             regions += self._stamp(_along(start, stop, done / length), end)
             self._path.append(end)
-            self._travelled += upto - done
+            self._length += upto - done
             if closed is not None:
                 # A new cell has begun, here or (at steady pressure) a little way back.
-                self._travelled = upto - closed
+                self._length = upto - closed
                 self._path = [_along(start, stop, closed / length), end]
                 self._strongest = pressed[1]
             done = upto
-        return self._joined(regions)
+        return self._join(regions)
 
     def commit(self) -> tuple[Canvas, TileChange]:
         """End the stroke."""
@@ -290,14 +290,14 @@ class Stroke:
             return (-size, -size)
         return min(max(x, -size), 2 * size), min(max(y, -size), 2 * size)
 
-    def _felt(self, pressure: float) -> float:
+    def _feel(self, pressure: float) -> float:
         if not self._brush.pen_pressure or not math.isfinite(pressure):
             return 1.0
         return min(max(pressure, 0.0), 1.0)
 
     def _cell_end(self, done: float, length: float, *, steady: bool) -> tuple[float, float | None]:
         """Up to where to draw at one pressure, and where on the way the last cell was closed."""
-        first_end = done + self._cell - self._travelled
+        first_end = done + self._cell - self._length
         if first_end > length:
             return length, None
         if not steady:
@@ -331,7 +331,7 @@ class Stroke:
         self._lay(twin, profile[:, ::-1])
         return region, twin
 
-    def _joined(self, regions: list[Region]) -> tuple[Region, ...]:
+    def _join(self, regions: list[Region]) -> tuple[Region, ...]:
         """One region per side of the face; with a mirror the two sides alternate."""
         sides = [regions[::2], regions[1::2]] if self._brush.mirror else [regions]
         return tuple(around(side) for side in sides if side)

@@ -254,9 +254,9 @@ def read_user_style(path: Path) -> UserStyle:
     """Read a painted style."""
     values = read_painted(path)
     weights, ignore = read_layers(layers_path(path.parent, values.name, values.sha256))
-    told = values._asdict()
-    size, sha256 = told.pop("size"), told.pop("sha256")
-    style = UserStyle(**told, weights=weights, ignore=ignore)
+    facts = values._asdict()
+    size, sha256 = facts.pop("size"), facts.pop("sha256")
+    style = UserStyle(**facts, weights=weights, ignore=ignore)
     if checksum(style) != sha256 or len(weights) != size:
         raise StyleError(
             tr("The weights of {name} are damaged: their checksum does not fit.", name=path.name)
@@ -276,7 +276,7 @@ _STEEP_DEG: Final = 70.0
 _BESIDE: Final = 0.7  # mean sine of the angle to the middle plane of light at both sides
 _EVENLY: Final = 0.2
 _ALIKE: Final = 0.5  # correlation with what painting started from
-_GATHERED: Final = 0.15  # share of the light that its centre must keep to have a direction
+_LEAST_DIRECTION: Final = 0.15  # share of the light that its centre must keep to have a direction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -301,8 +301,8 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
     value 1; all black when nothing is asked for.
     """
     glow = np.maximum(weights.preintegrated(transport), 0.0)
-    lit = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
-    picture = to_image(transport, lit)
+    light = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
+    picture = to_image(transport, light)
     return picture / np.float32(max(float(picture.max()), 1e-30))
 
 
@@ -326,7 +326,7 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
     across = float(np.hypot(left, front))
     if float((level * np.abs(np.sin(azimuth))).sum()) > _BESIDE and abs(left) < _EVENLY:
         return "none", "from both sides"
-    if float(np.hypot(across, up)) <= _GATHERED:
+    if float(np.hypot(across, up)) <= _LEAST_DIRECTION:
         return "none", "from several sides"
     toward = float(np.degrees(np.arctan2(abs(left), front)))
     height_deg = float(np.degrees(np.arctan2(up, across)))
@@ -382,7 +382,7 @@ def solve_user_styles(
     """
     if not styles:
         return ()
-    prepared = light_table(transport, light) if table is None else table
+    light_values = light_table(transport, light) if table is None else table
     results = []
     for entry in styles:
         style = entry.style if isinstance(entry, Asking) else entry
@@ -391,9 +391,9 @@ def solve_user_styles(
             if isinstance(entry, Asking)
             else weights_of(make_canvas(style.weights, style.ignore), transport)
         )
-        found = solve_on_table(prepared, weights, objective, limits=limits)
-        named = replace(found, name=style.name, title=style.title, side=style.side)
-        results.append(named.seen_from(front_deg) if front_deg else named)
+        result = solve_on_table(light_values, weights, objective, limits=limits)
+        result_named = replace(result, name=style.name, title=style.title, side=style.side)
+        results.append(result_named.seen_from(front_deg) if front_deg else result_named)
     return tuple(results)
 
 

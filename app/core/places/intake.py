@@ -110,13 +110,13 @@ def _panoramas(files: list[Path]) -> list[Path]:
 def _files_of(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
-    listed = []
+    files = []
     for file in path.iterdir():
         if not file.name.startswith(".") and file.is_file():
-            listed.append(file)
-        if len(listed) >= _MOST_LISTED:
+            files.append(file)
+        if len(files) >= _MOST_LISTED:
             break
-    return sorted(listed)
+    return sorted(files)
 
 
 def _name_of(paths: Sequence[Path], used: Sequence[Path]) -> str:

@@ -142,9 +142,9 @@ def text_of(journal: SessionJournal) -> str:
     facts["warnings"] = facts_of(journal.warnings)
     if journal.plan is not None:
         facts["plan"]["notes"] = facts_of(journal.plan.notes)
-    written = json.dumps(facts, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
-    journal_of(written)
-    return written
+    text = json.dumps(facts, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+    journal_of(text)
+    return text
 
 
 def journal_of(data: str | bytes) -> SessionJournal:
@@ -166,11 +166,11 @@ def journal_of(data: str | bytes) -> SessionJournal:
 
 def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
     """Drop camera settings that a journal cannot hold."""
-    kept: dict[str, JsonValue] = {}
+    result: dict[str, JsonValue] = {}
     for name, value in settings.items():
         with suppress(Unfit):
-            kept |= _settings({name: value})
-    return kept
+            result |= _settings({name: value})
+    return result
 
 
 def _line(value: Any) -> str:

@@ -50,8 +50,8 @@ def list_places(root: Path) -> tuple[PlaceSummary, ...]:
     except OSError as error:
         trouble = FolderUnreadable(root, words_of(error))
         return (PlaceSummary(root, root.name, EARLIEST, None, trouble, "damaged"),)
-    found = [summary for folder in folders if (summary := summarise(folder)) is not None]
-    return tuple(sorted(found, key=lambda each: (each.made_at, each.folder.name), reverse=True))
+    summaries = [summary for folder in folders if (summary := summarise(folder)) is not None]
+    return tuple(sorted(summaries, key=lambda each: (each.made_at, each.folder.name), reverse=True))
 
 
 def _may_be_place(entry: os.DirEntry[str]) -> bool:
@@ -79,8 +79,8 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
         )
     when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
     trash = folder.parent / TRASH
-    refused = tr("The place was not deleted: {reason}.")
-    with os_errors_as(PlaceError, refused, tr("It is where it was.")):
+    sentence = tr("The place was not deleted: {reason}.")
+    with os_errors_as(PlaceError, sentence, tr("It is where it was.")):
         make_folder(trash, private=True)
         return _move(folder, trash, f"{when}--{folder.name}", "~")
 
@@ -111,8 +111,10 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
     """List the places in the trash, the latest first."""
-    found = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
-    return tuple(TrashedPlace(one.folder, one.name, when) for one, when in found if one is not None)
+    entries = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
+    return tuple(
+        TrashedPlace(one.folder, one.name, when) for one, when in entries if one is not None
+    )
 
 
 def _entries(root: Path) -> list[tuple[datetime, Path]]:

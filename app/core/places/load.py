@@ -17,9 +17,9 @@ from app.core.solver.place_light import prepare
 class NotFinished(PlaceError):
     """A place without light that can be finished."""
 
-    def __init__(self, error: CoreError, left: UnfinishedPlace) -> None:
+    def __init__(self, error: CoreError, unfinished: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)
-        self.left = left
+        self.unfinished = unfinished
 
 
 def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
@@ -37,10 +37,10 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
         environment, remarks = read_light(folder, place)
     except CoreError as error:
         summary = summarise(folder)
-        left = None if summary is None else find_unfinished(summary)
-        if left is None or not left.can_finish:
+        unfinished = None if summary is None else find_unfinished(summary)
+        if unfinished is None or not unfinished.can_finish:
             raise
-        raise NotFinished(error, left) from error
+        raise NotFinished(error, unfinished) from error
     place = replace(place, remarks=(*place.remarks, *remarks))
     return OpenPlace(folder, place, prepare(environment))
 

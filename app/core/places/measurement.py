@@ -134,7 +134,7 @@ def _in_stored_precision(environment: Environment) -> PlaceLight:
 def _frames(probe: Measurement, plan: str) -> tuple[FrameFacts, ...]:
     stops, frames = probe.bracket.stops, probe.bracket.frames
     shares = probe.merged.clipped_fractions or (0.0,) * len(frames)
-    zero = _metered(probe, plan)
+    zero = _metered_ev(probe, plan)
     facts = []
     for frame, ev, share in zip(frames, stops, shares, strict=True):
         exposure = frame.exposure or Exposure(0.0, known=False)
@@ -155,7 +155,7 @@ def _camera_of(probe: Measurement) -> str:
     return probe.bracket.frames[0].camera if probe.bracket.frames else ""
 
 
-def _metered(probe: Measurement, plan: str) -> float:
+def _metered_ev(probe: Measurement, plan: str) -> float:
     """Exposure in stops of the frame that the others count from."""
     stops = probe.bracket.stops or (0.0,)
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.

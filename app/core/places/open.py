@@ -88,12 +88,12 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
     )
     light = measured.light
     try:
-        opened = save_new_place(options.places, place, light, intake.originals, token)
+        result = save_new_place(options.places, place, light, intake.originals, token)
     except Cancelled:
         raise
     except (CoreError, OSError) as error:
         return OpenPlace(None, place, light, intake.originals, error)
-    if opened.folder is not None and measured.film is not None:
+    if result.folder is not None and measured.film is not None:
         results = measured.film.results(load_named_pack(HEAD))
-        keep_film_frames(opened.folder, measured.film, results, options.now)
-    return opened
+        keep_film_frames(result.folder, measured.film, results, options.now)
+    return result

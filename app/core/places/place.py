@@ -84,7 +84,7 @@ class Location:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class AnswerBasis:
     """Settings of the results of a place."""
 
     head: str = "generic"
@@ -130,11 +130,11 @@ class CaptureFacts:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Source:
+class PlaceSource:
     """A place's file as read, to preserve entries of newer versions."""
 
-    found: Facts
-    known: Facts
+    file_facts: Facts
+    known_facts: Facts
     version: str = ""  # of the file, as `read_json` states it
 
 
@@ -160,7 +160,7 @@ class Place:
     notes: str = ""
     tags: tuple[str, ...] = ()  # labels of the user's own, each at most once
     location: Location = field(default_factory=Location)
-    asked: Asked | None = None  # what `results` were asked with; None where there are none
+    asked: AnswerBasis | None = None  # what `results` were asked with; None where there are none
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
     # what it was answered by an earlier rule, if it was
     before: tuple[StyleResult, ...] = field(default=(), repr=False)
@@ -178,7 +178,7 @@ class Place:
     # where the lens may stand; its background in azimuths of the panorama
     lens: LensWish = STRAIGHT
     remarks: tuple[Remark, ...] = ()
-    source: Source | None = field(default=None, repr=False)
+    source: PlaceSource | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         changes: dict[str, Any] = {
@@ -232,11 +232,11 @@ def clean_tags(tags: Iterable[str]) -> tuple[str, ...]:
         >>> clean_tags(["  north   light ", "", "North light", "brick"])
         ('north light', 'brick')
     """
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for tag in tags:
         if short := clean_name(tag[:LONGEST_NAME])[:LONGEST_TAG].strip() if tag.strip() else "":
-            found.setdefault(short.casefold(), short)
-    return tuple(found.values())[:MOST_TAGS]
+            result.setdefault(short.casefold(), short)
+    return tuple(result.values())[:MOST_TAGS]
 
 
 def clean_notes(notes: str) -> str:
@@ -289,15 +289,15 @@ def _curve(value: Any) -> Float64:
 
 
 def _yaw(value: Any) -> YawAsked:
-    found: YawAsked = _ASIDE(value) if isinstance(value, str) else _YAW(value)
-    return found
+    yaw: YawAsked = _ASIDE(value) if isinstance(value, str) else _YAW(value)
+    return yaw
 
 
 def _studios(value: Any) -> dict[str, Studio]:
-    found = entries(value)
-    if len(found) > _MOST_RESULTS:
+    studios = entries(value)
+    if len(studios) > _MOST_RESULTS:
         raise Unfit("too many styles")
-    return {_WORD(name): _LAMPS(each) for name, each in found.items()}
+    return {_WORD(name): _LAMPS(each) for name, each in studios.items()}
 
 
 _ANGLE: Final = number(-360.0, 360.0)
@@ -332,7 +332,7 @@ _LOCATION: Final[dict[str, Check]] = {
     "latitude_deg": optional(number(-90.0, 90.0)),
     "longitude_deg": optional(number(-180.0, 180.0)),
 }
-_ASKED: Final[dict[str, Check]] = {
+_BASIS_CHECKS: Final[dict[str, Check]] = {
     "head": _head,
     "objective": one_of("picture", "paper"),
     "match_limit": _LIMIT,
@@ -423,7 +423,7 @@ _PLACE: Final[dict[str, tuple[Check, Any]]] = {
     "notes": (text(LONGEST_NOTES), ""),
     "tags": (_TAGS, ()),
     "location": (entries, {}),
-    "asked": (optional(record(Asked, _ASKED)), None),
+    "asked": (optional(record(AnswerBasis, _BASIS_CHECKS)), None),
     "results": (listed(lambda each: each, _MOST_RESULTS), ()),
     "before": (listed(lambda each: each, _MOST_RESULTS), ()),
     "chosen": (optional(_WORD), None),
@@ -437,7 +437,7 @@ _PLACE: Final[dict[str, tuple[Check, Any]]] = {
 }
 _ANSWERS: Final = ("results", "before")
 _REMARKS: Final = ("warnings", "advice", "notes")
-_LISTED: Final = ("name", "made_at", "environment", "tags", "notes")
+_SUMMARY_KEYS: Final = ("name", "made_at", "environment", "tags", "notes")
 _LAST: Final = ("location", "asked", "notes", "capture", *_ANSWERS)  # the long ones
 
 
@@ -460,14 +460,14 @@ def to_json(place: Place) -> Facts:
     Raises PlaceError when it could not be read again: notes that are too long, a result that is
     not a number.
     """
-    facts = _known(place)
+    facts = _facts_of(place)
     source = place.source
     if source is None:
         return facts
-    carried: Facts = carry_unknown(facts, source.known, source.found)
+    extra: Facts = carry_unknown(facts, source.known_facts, source.file_facts)
     # The higher number stays, since what a newer version wrote stays as well.
-    carried["format_version"] = max(VERSION, version_of(source.found))
-    return carried
+    extra["format_version"] = max(VERSION, version_of(source.file_facts))
+    return extra
 
 
 def version_of(facts: Facts) -> int:
@@ -476,7 +476,7 @@ def version_of(facts: Facts) -> int:
     return value if isinstance(value, int) and 0 < value < 10**6 else VERSION
 
 
-def _known(place: Place) -> Facts:
+def _facts_of(place: Place) -> Facts:
     if len(place.notes) > LONGEST_NOTES:
         raise PlaceError(
             tr("The notes are too long to be kept: {count:,} letters.", count=len(place.notes)),
@@ -513,15 +513,15 @@ def _with_remarks(facts: Facts) -> Facts:
 
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
     """Turn results into what JSON can hold; raises PlaceError when a number is infinite or none."""
-    found = [_result_to_json(result) for result in results]
-    for facts in found:
+    rows = [_result_to_json(result) for result in results]
+    for facts in rows:
         try:
             json.dumps(facts, allow_nan=False)
         except ValueError as error:
             raise PlaceError(
                 tr("The result for {name} is not a number and was not kept.", name=facts["name"])
             ) from error
-    return found
+    return rows
 
 
 def _result_to_json(result: StyleResult) -> Facts:
@@ -530,14 +530,14 @@ def _result_to_json(result: StyleResult) -> Facts:
     return facts | {"cause": plain(result.shortfall), "reason": None}
 
 
-def _taken(facts: Facts, name: str, lost: list[LostPart]) -> Any:
+def _read_fact(facts: Facts, name: str, bad: list[LostPart]) -> Any:
     check, default = _PLACE[name]
-    return take(facts, name, check, default, lost, LostPart(name))
+    return take(facts, name, check, default, bad, LostPart(name))
 
 
-def summary_of(facts: Facts, lost: list[LostPart]) -> Facts:
+def summary_of(facts: Facts, bad: list[LostPart]) -> Facts:
     """Read the entries for a list of places."""
-    return {each: _taken(facts, each, lost) for each in _LISTED}
+    return {each: _read_fact(facts, each, bad) for each in _SUMMARY_KEYS}
 
 
 def answers_of(facts: Facts) -> tuple[int, int, str]:
@@ -545,13 +545,13 @@ def answers_of(facts: Facts) -> tuple[int, int, str]:
 
     Skips whatever cannot be read: it is only for a list of places.
     """
-    found = facts.get("results")
-    rows = [row for row in found if isinstance(row, dict)] if isinstance(found, list) else []
+    results = facts.get("results")
+    rows = [row for row in results if isinstance(row, dict)] if isinstance(results, list) else []
 
     def merit(row: Facts) -> tuple[bool, bool, float]:
         match = row.get("match")
-        known = match if isinstance(match, float) and math.isfinite(match) else 0.0
-        return str(row.get("name")) not in RARE, bool(row.get("grade") == "yes"), known
+        match_value = match if isinstance(match, float) and math.isfinite(match) else 0.0
+        return str(row.get("name")) not in RARE, bool(row.get("grade") == "yes"), match_value
 
     there = [row for row in rows if row.get("attainable") is True]
     title = max(there, key=merit).get("title") if there else ""
@@ -560,28 +560,28 @@ def answers_of(facts: Facts) -> tuple[int, int, str]:
 
 def unreadable(place: Place) -> list[LostPart]:
     """Return the parts of a place that could not be read again; usually none."""
-    lost: list[LostPart] = []
-    _decoded(_known(place), lost, place.name, place.made_at)
-    return lost
+    bad: list[LostPart] = []
+    _decoded(_facts_of(place), bad, place.name, place.made_at)
+    return bad
 
 
-def place_of(facts: Facts, lost: list[LostPart], name: str, made_at: datetime) -> Place:
+def place_of(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) -> Place:
     """Parse a place; missing or invalid entries get defaults."""
-    place = _decoded(facts, lost, name, made_at)
+    place = _decoded(facts, bad, name, made_at)
     # Before anything changes it: what this version would make of the very same file.
-    return replace(place, source=Source(facts, _known(place)))
+    return replace(place, source=PlaceSource(facts, _facts_of(place)))
 
 
-def _decoded(facts: Facts, lost: list[LostPart], name: str, made_at: datetime) -> Place:
+def _decoded(facts: Facts, bad: list[LostPart], name: str, made_at: datetime) -> Place:
     values: Facts = {}
     for key in _PLACE:
-        values[key] = _taken(facts, key, lost)
+        values[key] = _read_fact(facts, key, bad)
         if key == "location":
-            values[key] = _part(Location(), values[key], _LOCATION, lost, key)
+            values[key] = _part(Location(), values[key], _LOCATION, bad, key)
         elif key == "capture" and values[key] is not None:
-            values[key] = _part(CaptureFacts(), _with_remarks(values[key]), _CAPTURE, lost, key)
+            values[key] = _part(CaptureFacts(), _with_remarks(values[key]), _CAPTURE, bad, key)
         elif key in _ANSWERS:
-            values[key] = _results(facts, key, values[key], lost)
+            values[key] = _results(facts, key, values[key], bad)
     values["name"] = values["name"] or name or UNNAMED
     values["made_at"] = values["made_at"] or made_at
     return Place(**values)
@@ -591,7 +591,7 @@ def _part(
     default: Location | CaptureFacts,
     facts: Facts,
     checks: dict[str, Check],
-    lost: list[LostPart],
+    bad_parts: list[LostPart],
     key: str,
 ) -> Location | CaptureFacts:
     """Take what is fit of an object; it is listed once, whatever was lost of it."""
@@ -600,23 +600,23 @@ def _part(
         name: take(facts, name, check, getattr(default, name), bad, LostPart(key))
         for name, check in checks.items()
     }
-    lost.extend(bad[:1])
+    bad_parts.extend(bad[:1])
     return replace(default, **values)
 
 
 def _results(
-    facts: Facts, key: str, found: Sequence[Any], lost: list[LostPart]
+    facts: Facts, key: str, rows: Sequence[Any], bad: list[LostPart]
 ) -> tuple[StyleResult, ...]:
-    good, kept = [], []
-    for entry in found:
+    good, rest = [], []
+    for entry in rows:
         try:
             good.append(result_of(entry))
-            kept.append(entry)
+            rest.append(entry)
         except Unfit:
             continue
-    if len(kept) < len(found):
-        lost.append(LostPart(key, len(found) - len(kept), len(found)))
-        facts[key] = kept
+    if len(rest) < len(rows):
+        bad.append(LostPart(key, len(rows) - len(rest), len(rows)))
+        facts[key] = rest
     return tuple(good)
 
 

@@ -63,8 +63,8 @@ def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
     session = summary.captures[-1] if summary.captures else None
     journal = None if session is None else journal_in(session)
     if session is not None and journal is not None:
-        begun = journal.frames or journal.exposed or journal.owes
-        if begun and journal.stage not in _OVER:
+        has_begun = journal.frames or journal.exposed or journal.owes
+        if has_begun and journal.stage not in _OVER:
             return replace(
                 empty,
                 session=session,
@@ -75,13 +75,13 @@ def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
     homes = (summary.folder, *reversed(summary.captures))
     folders = (_photographs(home / ORIGINALS) for home in homes)
     files = next((photos for photos in folders if photos), ())
-    left = replace(empty, files=files)
+    unfinished = replace(empty, files=files)
     # What is damaged and cannot be finished says itself what is wrong with it.
-    return left if left.can_finish or summary.state in ("whole", "unfinished") else None
+    return unfinished if unfinished.can_finish or summary.state in ("whole", "unfinished") else None
 
 
 def finish_files(
-    left: UnfinishedPlace, settings: Settings, token: Token, report: Report
+    unfinished: UnfinishedPlace, settings: Settings, token: Token, report: Report
 ) -> OpenPlace:
     """Merge the photos of an unfinished place.
 
@@ -89,15 +89,15 @@ def finish_files(
         CoreError: When they cannot be merged, or the disk refuses.
         Cancelled: When the token was cancelled.
     """
-    intake = Intake(left.name, files=left.files)
+    intake = Intake(unfinished.name, files=unfinished.files)
     measured = measure_intake(intake, settings, token, report)
     place = replace(
-        read_place(left.folder),
+        read_place(unfinished.folder),
         location=measured.location,
         capture=measured.facts,
         studios=settings.studios,
     )
-    return save_place(OpenPlace(left.folder, place, measured.light))
+    return save_place(OpenPlace(unfinished.folder, place, measured.light))
 
 
 def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:

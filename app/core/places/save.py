@@ -37,7 +37,7 @@ def folder_state(folder: Path) -> FolderState:
     return FolderState.THERE if os.access(folder, os.W_OK | os.X_OK) else FolderState.CLOSED
 
 
-def save_place(opened: OpenPlace, *, open_since: bool = False) -> OpenPlace:
+def save_place(open_place: OpenPlace, *, open_since: bool = False) -> OpenPlace:
     """Save light and record of a place with a folder.
 
     Args:
@@ -47,19 +47,21 @@ def save_place(opened: OpenPlace, *, open_since: bool = False) -> OpenPlace:
     Raises:
         PlaceError: When the disk refuses.
     """
-    folder, place, light = opened.folder, opened.place, opened.light
+    folder, place, light = open_place.folder, open_place.place, open_place.light
     assert folder is not None
     white = place.capture.white_cd_m2 if place.capture else None
     radiance, display = light.environment.radiance, light.display
     rough = place.capture is not None and place.capture.plan == "rough"
     shares = light.environment.shares
-    stored = store_environment(
+    stored_light = store_environment(
         folder, radiance, display, white_cd_m2=white, rough=rough, shares=shares
     )
     if open_since:
         current = read_place(folder)
         place = current if current.measured_at == place.measured_at else place
-    whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
+    whole = replace(
+        place, environment=stored_light.environment, fingerprint=stored_light.fingerprint
+    )
     write_place(folder, whole)
     drop_merged(folder)
     return OpenPlace(folder, whole, light)
@@ -90,19 +92,19 @@ def save_new_place(
         raise
 
 
-def save_again(opened: OpenPlace) -> OpenPlace:
+def save_again(open_place: OpenPlace) -> OpenPlace:
     """Recreate the folder of a place from memory.
 
     Raises:
         PlaceError: When the disk refuses.
     """
-    assert opened.folder is not None
-    with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=opened.folder):
-        make_folder(opened.folder, private=True)
-    return save_place(opened)
+    assert open_place.folder is not None
+    with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=open_place.folder):
+        make_folder(open_place.folder, private=True)
+    return save_place(open_place)
 
 
-def save_anywhere(opened: OpenPlace, places: Path) -> OpenPlace:
+def save_anywhere(open_place: OpenPlace, places: Path) -> OpenPlace:
     """Save a place wherever possible, before a forced exit.
 
     Its own folder is made again where it is gone; else it gets a new one in `places`.
@@ -110,11 +112,11 @@ def save_anywhere(opened: OpenPlace, places: Path) -> OpenPlace:
     Raises:
         CoreError, OSError: When the disk refuses.
     """
-    folder = opened.folder
+    folder = open_place.folder
     if folder is not None and folder_state(folder) is FolderState.GONE:
-        return save_again(opened)
-    files = opened.files or original_files(folder)
-    return save_new_place(places, opened.place, opened.light, files, Token())
+        return save_again(open_place)
+    files = open_place.files or original_files(folder)
+    return save_new_place(places, open_place.place, open_place.light, files, Token())
 
 
 def original_files(folder: Path | None) -> tuple[Path, ...]:

@@ -81,5 +81,5 @@ def solve_styles(
         else:
             painted = solve_painted(head.painted(), strokes, light, wish, objective, **where)
         answers |= {one.name: one for one in painted}
-    wanted = [one for one in built_in if names is None or one.name in names]
-    return (*wanted, *(answers[style.name] for style in own))
+    results = [one for one in built_in if names is None or one.name in names]
+    return (*results, *(answers[style.name] for style in own))

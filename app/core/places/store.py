@@ -38,7 +38,7 @@ from app.core.environment.environment import read_environment
 from app.core.places.files.originals import (
     LITTER,
     ORIGINALS,
-    STAGED,
+    STAGING,
     folder_stem,
     free_names,
     sweep,
@@ -129,11 +129,11 @@ def summarise(folder: Path) -> PlaceSummary | None:
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "missing" and not any(_is_trace(name) for name in names):
         return None
-    lost: list[LostPart] = []
-    said = summary_of(file.facts, lost)
-    name, made_at, environment = said["name"], said["made_at"], said["environment"]
+    bad: list[LostPart] = []
+    facts = summary_of(file.facts, bad)
+    name, made_at, environment = facts["name"], facts["made_at"], facts["environment"]
     light = environment if environment in names else newest_light(folder, names)
-    state, trouble = _judge(file, lost, bool(environment) and environment not in names)
+    state, trouble = _judge(file, bad, bool(environment) and environment not in names)
     spot = file.facts.get("spot")
     told_name, told_time = told_by_folder(folder.name)
     return PlaceSummary(
@@ -147,22 +147,20 @@ def summarise(folder: Path) -> PlaceSummary | None:
         captures=capture_folders(folder),
         spot=spot if isinstance(spot, str) else "",
         answers=answers_of(file.facts),
-        tags=clean_tags(said["tags"]),
-        notes=clean_notes(said["notes"]),
+        tags=clean_tags(facts["tags"]),
+        notes=clean_notes(facts["notes"]),
     )
 
 
-def _judge(
-    file: JsonFile, lost: Sequence[LostPart], lightless: bool
-) -> tuple[State, Remark | None]:
+def _judge(file: JsonFile, bad: Sequence[LostPart], lightless: bool) -> tuple[State, Remark | None]:
     """Find the most important thing to report of a place."""
     if file.state == "missing":
         return "unfinished", Unfinished()
     if file.state == "unreadable":
         return "damaged", PlaceUnreadable(file.why)
-    if file.state == "damaged" or lost:
+    if file.state == "damaged" or bad:
         why = file.why if file.state == "damaged" else ""
-        return "damaged", PartLost(why, tuple(lost), empty=not file.facts)
+        return "damaged", PartLost(why, tuple(bad), empty=not file.facts)
     if lightless:
         return "damaged", LightMissing()
     if version_of(file.facts) > VERSION:
@@ -228,8 +226,8 @@ def capture_folders(folder: Path) -> tuple[Path, ...]:
     except OSError:
         return ()
     folders = (folder, *(folder / name for name in names))
-    found = [each for each in folders if (each / JOURNAL).is_file()]
-    return tuple(sorted(found, key=lambda path: (_time_of(path / JOURNAL), path.name)))
+    captures = [each for each in folders if (each / JOURNAL).is_file()]
+    return tuple(sorted(captures, key=lambda path: (_time_of(path / JOURNAL), path.name)))
 
 
 def new_capture_folder(folder: Path) -> Path:
@@ -269,28 +267,28 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
     The new folder, a child of `root`, whose name any system takes.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
-    refused = tr("Cannot make a place in {root}: {reason}.")
+    sentence = tr("Cannot make a place in {root}: {reason}.")
     hint = tr("Choose another folder for places in Settings.")
-    with os_errors_as(PlaceError, refused, hint, root=root):
+    with os_errors_as(PlaceError, sentence, hint, root=root):
         make_folder(root, private=True)
         sweep(root)
-        staged = Path(tempfile.mkdtemp(prefix=STAGED, dir=root))
+        staging = Path(tempfile.mkdtemp(prefix=STAGING, dir=root))
         try:
-            staged.chmod(0o700)  # whatever the umask
-            write_place(staged, place)
+            staging.chmod(0o700)  # whatever the umask
+            write_place(staging, place)
             for folder_name in free_names(folder_stem(place.name, made_at)):
-                if _moved(staged, root / folder_name):
+                if _move(staging, root / folder_name):
                     return root / folder_name
         finally:
-            _drop(staged)
+            _drop(staging)
     raise AssertionError("free_names never ends")  # pragma: no cover
 
 
-def _moved(staged: Path, target: Path) -> bool:
+def _move(staging: Path, target: Path) -> bool:
     if os.path.lexists(target):
         return False
     try:
-        staged.rename(target)
+        staging.rename(target)
     except OSError:
         # Somebody made it in between; anything else is an error.
         if os.path.lexists(target):
@@ -299,10 +297,10 @@ def _moved(staged: Path, target: Path) -> bool:
     return True
 
 
-def _drop(staged: Path) -> None:
+def _drop(staging: Path) -> None:
     with contextlib.suppress(OSError):
-        (staged / PLACE).unlink(missing_ok=True)
-        staged.rmdir()
+        (staging / PLACE).unlink(missing_ok=True)
+        staging.rmdir()
 
 
 def write_place(folder: Path, place: Place) -> Path | None:
@@ -314,13 +312,13 @@ def write_place(folder: Path, place: Place) -> Path | None:
     was.
     """
     facts = to_json(place)
-    lost = unreadable(place)
-    if lost:
+    bad = unreadable(place)
+    if bad:
         raise PlaceError(
             tr(
                 "“{name}” was not kept: {parts} cannot be.",
                 name=place.name,
-                parts=", ".join(each.name for each in lost),
+                parts=", ".join(each.name for each in bad),
             )
         )
     sweep(folder)
@@ -364,12 +362,12 @@ def read_place(folder: Path) -> Place:
             tr("“{name}” cannot be read: {why}.", name=summary.name, why=file.why),
             tr("Look at {folder}.", folder=folder),
         )
-    lost: list[LostPart] = []
-    place = place_of(file.facts, lost, summary.name, summary.made_at)
+    bad: list[LostPart] = []
+    place = place_of(file.facts, bad, summary.name, summary.made_at)
     if place.source is not None:
         place = replace(place, source=replace(place.source, version=file.version))
-    remarks = _remarks(folder, file, lost)
-    if not place.environment and (file.state != "whole" or lost):
+    remarks = _remarks(folder, file, bad)
+    if not place.environment and (file.state != "whole" or bad):
         light = newest_light(folder)
         place = replace(place, environment=light)
         if light:
@@ -380,22 +378,22 @@ def read_place(folder: Path) -> Place:
     return replace(place, remarks=tuple(remarks))
 
 
-def _remarks(folder: Path, file: JsonFile, lost: Sequence[LostPart]) -> list[Remark]:
+def _remarks(folder: Path, file: JsonFile, bad_parts: Sequence[LostPart]) -> list[Remark]:
     remarks: list[Remark] = []
-    bad = file.state == "damaged" or bool(lost)
+    bad = file.state == "damaged" or bool(bad_parts)
     newer = version_of(file.facts) > VERSION
     if file.state == "missing":
         remarks.append(Unfinished())
     if bad:
-        remarks.append(PartLost(file.why, tuple(lost), empty=not file.facts))
+        remarks.append(PartLost(file.why, tuple(bad_parts), empty=not file.facts))
     if newer:
         remarks.append(FromNewer())
     if bad or newer:
-        kept = keep_bad(folder / PLACE, MOST_BYTES)
-        if kept is None:
+        copy = keep_bad(folder / PLACE, MOST_BYTES)
+        if copy is None:
             remarks.append(CopyFailed(PLACE))
         elif bad:
-            remarks.append(CopyKept(kept.name))
+            remarks.append(CopyKept(copy.name))
     return remarks
 
 

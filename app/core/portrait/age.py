@@ -115,18 +115,18 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
 def _by_sun(minutes: float, declination: float, elevation: float | None) -> Age:
     if minutes >= _LONG_MINUTES:
         return Age(minutes, "old", "sun")
-    moved = sun_moved_deg(minutes, declination)
-    part = max(moved / AGAIN_DEG, minutes / AGAIN_MINUTES)
+    shift_deg = sun_moved_deg(minutes, declination)
+    part = max(shift_deg / AGAIN_DEG, minutes / AGAIN_MINUTES)
     state: State = "old" if part >= 1.0 else "ageing" if part >= _SOON else "fresh"
-    return Age(minutes, state, "sun", moved, _largest_azimuth(moved, elevation))
+    return Age(minutes, state, "sun", shift_deg, _largest_azimuth(shift_deg, elevation))
 
 
-def _largest_azimuth(moved: float, elevation: float | None) -> float:
+def _largest_azimuth(shift_deg: float, elevation: float | None) -> float:
     """Return the largest change of azimuth that an arc of this length from there can make."""
     if elevation is None or not math.isfinite(elevation):
-        return moved
+        return shift_deg
     # The meridian that just touches a circle of radius r around a point at elevation e lies
     # asin(sin r / cos e) away from it; a circle around the zenith touches all of them.
-    reach = math.sin(math.radians(min(moved, 90.0)))
+    reach = math.sin(math.radians(min(shift_deg, 90.0)))
     level = math.cos(math.radians(elevation))
     return 180.0 if reach >= level else math.degrees(math.asin(reach / level))

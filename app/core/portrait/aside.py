@@ -62,13 +62,18 @@ def with_aside(
     Returns:
         Nodes, what skin is between them, and the cosines at which it was followed, (M,) float32.
     """
-    old, again, seen = front.nodes, arrays["again"], len(front.seen.index)
-    count, shown = len(old.normals), len(arrays["straight"]) - len(again)
+    old, again, visible_count = front.nodes, arrays["again"], len(front.visible.index)
+    count, other_count = len(old.normals), len(arrays["straight"]) - len(again)
     total = count + len(arrays["normals"])
-    order = np.r_[:seen, count : count + shown, seen:count, count + shown : total]
+    order = np.r_[
+        :visible_count,
+        count : count + other_count,
+        visible_count:count,
+        count + other_count : total,
+    ]
 
-    def both(one: Any, other: Any, wanted: Indices = order, axis: int = 0) -> Any:
-        return np.take(np.concatenate([one, other], axis), wanted, axis)
+    def both(one: Any, other: Any, rows: Indices = order, axis: int = 0) -> Any:
+        return np.take(np.concatenate([one, other], axis), rows, axis)
 
     eye = np.unpackbits(arrays["eye"], count=total - count).astype(bool)
     horizon = both(old.horizon, arrays["horizon"].transpose(1, 2, 0), axis=2)
@@ -85,13 +90,15 @@ def with_aside(
     parts += [begins[k] + np.arange(old.counts[k]) for k in (1, 2)]
     half, source = np.divmod(tone.source, sum(old.counts))
     source = np.concatenate(parts)[source] + half * begins[-1]
-    columns = np.r_[:seen, seen + len(again) : seen + len(again) + shown]
-    columns[again] = seen + np.arange(len(again))
+    columns = np.r_[
+        :visible_count, visible_count + len(again) : visible_count + len(again) + other_count
+    ]
+    columns[again] = visible_count + np.arange(len(again))
     share = both(tone.share, more.share, columns, 1)
     skin = PortraitSkin(both(source, more.source, columns, 1), share)
     if len(arrays["positions"]) != total or not skin.fits(nodes, len(columns)):
         raise ValueError("sizes")
-    return nodes, skin, both(front.seen.straight, arrays["straight"], columns)
+    return nodes, skin, both(front.visible.straight, arrays["straight"], columns)
 
 
 def seen_from(
@@ -120,7 +127,7 @@ def seen_from(
     view /= np.linalg.norm(view, axis=1, keepdims=True)
     four = np.argwhere(edge)[:, None] + np.array(SOME)
     pixels = np.concatenate([np.argwhere(inside) + 0.5, four.reshape(-1, 2)])
-    right, down = _placed(position, frame, math.radians(abs(yaw_deg)))
+    right, down = _project(position, frame, math.radians(abs(yaw_deg)))
     weights = _weights(down[three].T - pixels[:, 0], right[three].T - pixels[:, 1])
     weights *= np.asarray(triangles.any(axis=1))[arrays["triangle"], None]
     at, steps = tuple(pixels.astype(np.intp).T), np.float32(COLOUR_STEPS)
@@ -135,12 +142,12 @@ def seen_from(
     passes = np.where(eye[:, None], 1, _leaving(cosine, skin) / _leaving(straight[node], skin))
     # Seen by its edge a surface would mirror a lamp without end: neither such skin nor eyes do.
     dull = eye | (cosine < _LEAST)
-    seen = SeenNodes(index, normal, view, np.where(eye, 0, gain), way, dull, passes)
+    visible_nodes = SeenNodes(index, normal, view, np.where(eye, 0, gain), way, dull, passes)
     samples = inside, edge, three, weights, albedo, pores, glass, shine * np.float32(_TEARS), back
-    return PortraitHead(nodes, seen, *samples, yaw_deg=yaw_deg)
+    return PortraitHead(nodes, visible_nodes, *samples, yaw_deg=yaw_deg)
 
 
-def _placed(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[Any, Any]:
+def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[Any, Any]:
     """Column and row at which places are seen, pixels; `yaw` in radians."""
     x, y, z = (positions - np.asarray(frame["origin"])).T
     away = (x * math.sin(yaw) - z * math.cos(yaw)) * frame["step"]
@@ -185,10 +192,12 @@ def mirrored(
     for (x, y), count in zip(grid, np.outer(counts, counts).ravel(), strict=True):
         length = np.sqrt(1 + x**2 + y**2)
         facet = (normals + x * beside + y * above) / length
-        met = np.maximum((facet * view).sum(axis=1), 0)
-        out = 2 * met[:, None] * facet - view
+        facing = np.maximum((facet * view).sum(axis=1), 0)
+        out = 2 * facing[:, None] * facet - view
         up = np.maximum((out * normals).sum(axis=1), 0)
-        amount = met * fresnel(met) * shadowing(straight, roughness) * shadowing(up, roughness)
+        amount = (
+            facing * fresnel(facing) * shadowing(straight, roughness) * shadowing(up, roughness)
+        )
         amount *= (up > 0) * (cosine > 0) * _open(nodes, index, out) / straight
         amount *= np.float32(count * length / math.pi)
         total += amount[:, None] * np.insert(out, 0, 1, axis=1)

@@ -61,8 +61,8 @@ def background(
     row = ((0.5 - elevation / 180.0) * height - 0.5).astype(np.float32)
     column = ((azimuth / 360.0 + 0.5) % 1.0 * width - 0.5).astype(np.float32)
     columns = np.ascontiguousarray(np.broadcast_to(column, row.shape))
-    taken = cv2.remap(panorama, columns, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-    blurred = cv2.filter2D(taken, -1, _disc(round(blur / fine / 2, 2)))
+    strip = cv2.remap(panorama, columns, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    blurred = cv2.filter2D(strip, -1, _disc(round(blur / fine / 2, 2)))
     inside = blurred[_FINE:-_FINE, _FINE:-_FINE]
     return np.asarray(cv2.resize(inside, frame.size[::-1], interpolation=cv2.INTER_LINEAR))
 

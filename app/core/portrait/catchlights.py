@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
-from app.core.measure.finish.findings import Findings, Lamp
+from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.lights import Source
 from app.core.portrait.light import PortraitLight
 from app.core.portrait.picture import eye_shine
@@ -20,7 +20,7 @@ from app.core.portrait.portrait_head import PortraitHead
 _IRIS, _ROWS = 14, 640
 """Radius of the iris, pixels in a picture of so many rows."""
 _BRIGHTER: Final = 3.0
-_SEEN: Final = 0.1
+_LEAST_SHARE: Final = 0.1
 """A catchlight has at least this share of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
@@ -64,27 +64,29 @@ def catchlights(
         findings: Lamps of the place, by which catchlights are named.
     """
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))
-    least = _SEEN * mean * picture.shape[0] * picture.shape[1] / np.count_nonzero(head.coverage)
+    least = (
+        _LEAST_SHARE * mean * picture.shape[0] * picture.shape[1] / np.count_nonzero(head.coverage)
+    )
     shines = dict(zip(head.halves, eye_shine(head, light, turn_deg), strict=True))
-    found: list[Catchlight] = []
+    reflections: list[Catchlight] = []
     for eye, side, some in _eyes(head):
         glass, shine = head.glass[some], shines[side][some]
         row, column = np.divmod(head.pixels[glass], head.inside.shape[1])
-        ways, view = head.glass_way[some], head.seen.view[head.three[glass, 0]]
+        ways, view = head.glass_way[some], head.visible.view[head.three[glass, 0]]
         # The middle of the pupil faces the camera that the eye looks at, or where the nose points.
         faces = (ways + view)[:, 2] / np.linalg.norm(ways + view, axis=1)
         apex = int(np.argmax(faces if head.yaw_deg else (ways * view).sum(axis=1)))
         box = slice(row.min(), row.max() + 1), slice(column.min(), column.max() + 1)
         row, column = row - row.min(), column - column.min()
-        seen = luminance(picture[:, ::side][box]).astype(np.float64)
+        grey = luminance(picture[:, ::side][box]).astype(np.float64)
         mirror = np.zeros((int(row.max()) + 1, int(column.max()) + 1), bool)
         mirror[row, column] = True
         rows, columns = np.ogrid[: mirror.shape[0], : mirror.shape[1]]
         radius = _IRIS * picture.shape[0] / _ROWS
         round_ = (rows - row[apex]) ** 2 + (columns - column[apex]) ** 2 <= radius**2
         iris = mirror & round_
-        mirror[row, column] = luminance(shine) > _MIRRORED * seen[row, column]
-        for spot in _spots(seen, iris, mirror, least):
+        mirror[row, column] = luminance(shine) > _MIRRORED * grey[row, column]
+        for spot in _spots(grey, iris, mirror, least):
             down, across = (float(np.mean(axis)) for axis in np.nonzero(spot))
             members = spot[row, column]
             weight = luminance(shine)[members].astype(np.float64)
@@ -92,8 +94,8 @@ def catchlights(
             across = (across - column[apex]) * side
             clock = math.degrees(math.atan2(across, row[apex] - down)) / 30 % 12
             share = float(spot.sum()) / (math.pi * radius**2)
-            found.append(Catchlight(eye, clock, share, what, letter))
-    return tuple(found)
+            reflections.append(Catchlight(eye, clock, share, what, letter))
+    return tuple(reflections)
 
 
 def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
@@ -102,7 +104,7 @@ def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
     if not head.yaw_deg:
         return [(eye, side, first) for eye, side in zip(EYES, head.halves, strict=True)]
     (side,) = head.halves
-    far = head.seen.index[head.three[head.glass, 0]] >= len(head.nodes.normals)
+    far = head.visible.index[head.three[head.glass, 0]] >= len(head.nodes.normals)
     return [(eye, side, far == k) for k, eye in enumerate(EYES[::side]) if (far == k).any()]
 
 
@@ -110,8 +112,8 @@ def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bool
     """Areas of an eye, the brightest first."""
     least = max(_BRIGHTER * float(np.median(grey[iris])), least)
     bright = iris & mirror & (grey >= least)
-    joined = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    count, label = cv2.connectedComponents(joined)
+    joint = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    count, label = cv2.connectedComponents(joint)
     spots = [(label == number) & bright for number in range(1, count)]
     spots = [spot for spot in spots if spot.sum() >= _LEAST_PIXELS]
     return sorted(spots, key=lambda spot: -float(grey[spot].sum()))
@@ -128,7 +130,7 @@ def _source(
     """
     elevations = np.degrees(np.arcsin(np.clip(ways[:, 1], -1, 1)))
     azimuths = np.degrees(np.arctan2(-ways[:, 0], ways[:, 2])) + turn_deg
-    sums: dict[Lamp, float] = {}
+    sums: dict[LampFinding, float] = {}
     for azimuth, elevation, light in zip(azimuths, elevations, weight, strict=True):
         lamp = findings.at(float(azimuth), float(elevation), _NEAR_DEG)
         if lamp is not None:

@@ -140,13 +140,13 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
     row, column = row + 0.5, column + 0.5 - transport.size / 2.0
     half, eyes = _eyes(transport, row, column)
     radius = max(_RADIUS * half, 1.5)
-    found = []
+    areas = []
     for sign in (1.0, -1.0):
         near = np.hypot(row - eyes - _UNDER * half, column - sign * _ASIDE * half) <= radius
-        found.append(np.flatnonzero(near & transport.face))
-    if not all(area.size for area in found):
+        areas.append(np.flatnonzero(near & transport.face))
+    if not all(area.size for area in areas):
         raise ValueError("there is no face where its cheeks should be")
-    return found[0], found[1]
+    return areas[0], areas[1]
 
 
 def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
@@ -354,9 +354,9 @@ def _judge(
 
 @lru_cache(maxsize=4)
 def _directions(shape: tuple[int, int]) -> Float32:
-    found = directions(shape)
-    found.flags.writeable = False
-    return found
+    result = directions(shape)
+    result.flags.writeable = False
+    return result
 
 
 @lru_cache(maxsize=4)

@@ -29,7 +29,7 @@ from app.core.portrait.portrait_file import PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
 from app.core.portrait.portraits import (
     Framing,
-    Lit,
+    LightSource,
     exposures,
     framing,
     large_portrait,
@@ -61,8 +61,10 @@ FULL_SIZE: Final = 64
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
 _DARKEST: Final = 0.02  # of the brightest: what is darker is not made much brighter
-_TURNED: Final = 6  # views that a head keeps, of 30 MB each with its portrait
-_LIT: Final = 4  # heads in other lamps that a head keeps, with what the search needs of each
+_MOST_VIEWS: Final = 6  # views that a head keeps, of 30 MB each with its portrait
+_MOST_STUDIOS: Final = (
+    4  # heads in other lamps that a head keeps, with what the search needs of each
+)
 _PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
 
 
@@ -105,18 +107,18 @@ class Head:
         """Return the head with targets under other lamps; the first call takes half a second."""
         if studios == self.studios:
             return self
-        return (self.published or self)._lit(frozenset(studios.items()))
+        return (self.published or self)._in_studios(frozenset(studios.items()))
 
     @cached_property
-    def _lit(self) -> Callable[[frozenset[tuple[str, Studio]]], Head]:
-        @lru_cache(maxsize=_LIT)
-        def lit(choices: frozenset[tuple[str, Studio]]) -> Head:
+    def _in_studios(self) -> Callable[[frozenset[tuple[str, Studio]]], Head]:
+        @lru_cache(maxsize=_MOST_STUDIOS)
+        def in_studios(choices: frozenset[tuple[str, Studio]]) -> Head:
             pack = self._packs(choices)
             # The next question needs them; this is not the thread of the window.
             _ = pack.tables
             return replace(self, pack=pack, studios=dict(choices), published=self)
 
-        return lit
+        return in_studios
 
     @cached_property
     def views(self) -> list[ViewTables]:
@@ -140,20 +142,26 @@ class Head:
 
     @cached_property
     def _turned(self) -> Callable[[float], Head]:
-        @lru_cache(maxsize=_TURNED)
+        @lru_cache(maxsize=_MOST_VIEWS)
         def turned(yaw_deg: float) -> Head:
             views, pack = self.aside, self.pack
             yaw = views.nearest(yaw_deg)
             if not yaw:
                 return self
             view = views.at(yaw, pack.styles)
-            seen, targets = view.transport, targets_in(pack, view)
+            view_transport, targets = view.transport, targets_in(pack, view)
             # In the skin's colour: in deep shadow a view's own is lost in its noise.
-            tint = render(seen, np.ones((*seen.environment_shape, 3))).mean(axis=0)
-            lit = [to_image(seen, one[:, np.newaxis] * tint / tint.max()) for one in targets]
-            coverage = to_image(seen, seen.coverage).astype(np.float16)
-            there = replace(pack, targets=np.stack(lit).astype(np.float16), coverage=coverage)
-            return replace(self, pack=there, transport=seen, yaw_deg=yaw, front=self)
+            tint = render(view_transport, np.ones((*view_transport.environment_shape, 3))).mean(
+                axis=0
+            )
+            studio_pictures = [
+                to_image(view_transport, one[:, np.newaxis] * tint / tint.max()) for one in targets
+            ]
+            coverage = to_image(view_transport, view_transport.coverage).astype(np.float16)
+            there = replace(
+                pack, targets=np.stack(studio_pictures).astype(np.float16), coverage=coverage
+            )
+            return replace(self, pack=there, transport=view_transport, yaw_deg=yaw, front=self)
 
         return turned
 
@@ -171,7 +179,7 @@ class Head:
         """Return the lamps chosen for a style; `StylePack.studio` has those in use."""
         return self.studios.get(style, self.studios.get("", AS_PUBLISHED))
 
-    def portrait(self, linear: FloatImage, size: Size, light: Lit = None) -> Bytes:
+    def portrait(self, linear: FloatImage, size: Size, light: LightSource = None) -> Bytes:
         """Develop a linear picture of the head, (N, N, 3), to sRGB of a size.
 
         It is exposed by the light that it is in; even light by default. A large one in the light of
@@ -183,12 +191,12 @@ class Head:
         self,
         linear: Pictures,
         size: Size,
-        lights: Sequence[Lit],
+        lights: Sequence[LightSource],
         *,
         close: bool = False,
         quick: bool = False,
         draft: bool = False,
-        exposed: Gains = (),
+        gains: Gains = (),
     ) -> list[Bytes]:
         """Develop several pictures.
 
@@ -196,21 +204,21 @@ class Head:
             close: The head alone, without neck and shoulders.
             quick: Of the transport, whatever the size.
             draft: With half as many pixels across: for what moves.
-            exposed: See `exposures`, which is the default.
+            gains: See `exposures`, which is the default.
         """
-        exposed = exposed or self.exposures(linear, lights)
+        gains = gains or self.exposures(linear, lights)
         if not quick and self.full_at(size):
-            return self._full(linear, size, lights, close, draft, exposed)
+            return self._full(linear, size, lights, close, draft, gains)
         above = ROOM if self.may_be_full_at(size) else None
         frame = framing(self.transport.size, size, close, above=above)
-        shown = portraits(np.asarray(linear), self._coverage, frame, exposed)
+        pictures = portraits(np.asarray(linear), self._coverage, frame, gains)
         if self.in_place:
-            for picture, light, gain in zip(shown, lights, exposed, strict=True):
+            for picture, light, gain in zip(pictures, lights, gains, strict=True):
                 if isinstance(light, Facing):
                     self._put_behind(picture, light, frame, gain)
-        return list(shown)
+        return list(pictures)
 
-    def exposures(self, linear: Pictures, lights: Sequence[Lit]) -> tuple[float, ...]:
+    def exposures(self, linear: Pictures, lights: Sequence[LightSource]) -> tuple[float, ...]:
         """By what pictures of the transport are exposed; at full size by the same."""
         gains = skin_gains(self.transport, lights)
         return exposures(np.asarray(linear), self._coverage, gains)
@@ -224,13 +232,13 @@ class Head:
         place = light.light.environment.radiance
         return background(place, light.turn_deg + self.yaw_deg, frame, self.transport.header)
 
-    def _put_behind(self, shown: Bytes, light: Facing, frame: Framing, gain: float) -> None:
+    def _put_behind(self, picture: Bytes, light: Facing, frame: Framing, gain: float) -> None:
         """Put the place behind a quick picture, in place of the grey."""
         behind = self._behind(light, frame)
         cover = np.clip(frame.of(self._coverage[np.newaxis])[0].T, 0, 1)
-        lit = large_portrait(behind, np.zeros_like(behind), gain)
-        mixed = shown + (1 - cover)[..., np.newaxis] * (lit.astype(np.float32) - WELL[0])
-        shown[...] = np.clip(mixed + np.float32(0.5), 0, 255)
+        backdrop = large_portrait(behind, np.zeros_like(behind), gain)
+        mixed = picture + (1 - cover)[..., np.newaxis] * (backdrop.astype(np.float32) - WELL[0])
+        picture[...] = np.clip(mixed + np.float32(0.5), 0, 255)
 
     @property
     def may_be_full(self) -> bool:
@@ -248,25 +256,25 @@ class Head:
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
         """What portraits at full size are drawn from; None for a head that has none."""
-        header, seen = self.transport.header, (self.hair, self.yaw_deg)
-        found = load_portrait(header.head, header.skin, *seen) if self.may_be_full else None
-        if found is not None:
+        header, key = self.transport.header, (self.hair, self.yaw_deg)
+        portrait = load_portrait(header.head, header.skin, *key) if self.may_be_full else None
+        if portrait is not None:
             # Half a second, once; never in the thread of the window.
-            _ = found[0].nodes.soft
-        return found
+            _ = portrait[0].nodes.soft
+        return portrait
 
     def catchlights(self, light: Facing, findings: Findings) -> tuple[Catchlight, ...] | None:
         """Find what the eyes mirror; None for a head without a portrait at full size."""
         if self.full is None:
             return None
-        lit, picture = _of_place(light.light), _drawn(*self.full, light)
-        return catchlights(self.full[0], lit, picture, light.turn_deg, findings)
+        fine_light, picture = _of_place(light.light), _draw(*self.full, light)
+        return catchlights(self.full[0], fine_light, picture, light.turn_deg, findings)
 
     def _full(
         self,
         linear: Pictures,
         size: Size,
-        lights: Sequence[Lit],
+        lights: Sequence[LightSource],
         close: bool,
         draft: bool,
         gains: Gains,
@@ -281,28 +289,28 @@ class Head:
         for light in lights:
             if isinstance(light, Facing):
                 turns.setdefault(light.light, []).append(light.turn_deg)
-        drawn = {
+        renders = {
             place: portrait_pictures(head, skin, _of_place(place), some)
             for place, some in turns.items()
         }
         studio = self._in_studio(lights)
         frame = framing(head.shape[0], size, close, ROOM)
         away = _away(head, frame)
-        shown: list[Bytes] = []
+        pictures: list[Bytes] = []
         for picture, light, gain in zip(linear, lights, gains, strict=True):
             behind = None
             if isinstance(light, Facing):
                 behind = self._behind(light, frame) if self.in_place else None
-                picture = _drawn(head, skin, light) if alone else next(drawn[light.light])
+                picture = _draw(head, skin, light) if alone else next(renders[light.light])
             elif isinstance(light, Style) and light in studio:
-                lit, gain = studio[light]
-                picture = portrait_picture(head, skin, lamps_light(lit.lamps), 0.0)
+                lit_style, gain = studio[light]
+                picture = portrait_picture(head, skin, lamps_light(lit_style.lamps), 0.0)
             else:
                 more = {"close": close, "quick": True}
-                shown += self.portraits([picture], size, [light], exposed=[gain], **more)
+                pictures += self.portraits([picture], size, [light], gains=[gain], **more)
                 continue
-            shown.append(large_portrait(frame.cut(picture), away, gain, behind))
-        return shown
+            pictures.append(large_portrait(frame.cut(picture), away, gain, behind))
+        return pictures
 
     def portrait_with(self, here: Facing, parts: Sequence[FloatImage], size: Size) -> Bytes:
         """Show the head in a place and under a lamp.
@@ -311,35 +319,35 @@ class Head:
         shadows, eyes and hair are those of the lamp's light were it far away, (H, W, 3), the third.
         """
         place, lamp, far = parts
-        exposed = self.exposures([place + lamp], [here])
+        gains = self.exposures([place + lamp], [here])
         if not self.full_at(size):
-            return self.portraits([place + lamp], size, [here], exposed=exposed)[0]
+            return self.portraits([place + lamp], size, [here], gains=gains)[0]
         assert self.full is not None
         (head, skin), transport = self.full, self.transport
         head = head.halved if max(size) <= SMALL_SIZE else head
         frame = framing(head.shape[0], size, False, ROOM)
-        known = picture_at(transport, here.light, here.turn_deg)
+        quick = picture_at(transport, here.light, here.turn_deg)
         near = portrait_picture(head, skin, portrait_light(far), 0.0)
-        linear = _brought_to(_drawn(head, skin, here), known, place)
+        linear = _brought_to(_draw(head, skin, here), quick, place)
         linear += _brought_to(near, to_image(transport, render(transport, far)), lamp)
         behind = self._behind(here, frame) if self.in_place else None
-        return large_portrait(frame.cut(linear), _away(head, frame), exposed[0], behind)
+        return large_portrait(frame.cut(linear), _away(head, frame), gains[0], behind)
 
-    def _in_studio(self, lights: Sequence[Lit]) -> dict[Style, tuple[Style, float]]:
+    def _in_studio(self, lights: Sequence[LightSource]) -> dict[Style, tuple[Style, float]]:
         """Styles with the lamps that the pack has them under, and how their light is exposed."""
-        known = [one for one in lights if isinstance(one, Style) and one.lamps]
+        studio_styles = [one for one in lights if isinstance(one, Style) and one.lamps]
         own = self.pack.styles
-        lit = [
+        styles = [
             replace(one, lamps=studio_lamps(one, self.pack.studio(one.name))) if one in own else one
-            for one in known
+            for one in studio_styles
         ]
-        found = zip(lit, light_exposures(self.transport, lit), strict=True)
-        return dict(zip(known, found, strict=True))
+        exposures = zip(styles, light_exposures(self.transport, styles), strict=True)
+        return dict(zip(studio_styles, exposures, strict=True))
 
 
-def _brought_to(full: Float32, known: FloatImage, wanted: FloatImage) -> Float32:
+def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32:
     """Change a portrait as its small picture would have to be, to be what is wanted."""
-    before, after = colour.luminance(known), colour.luminance(wanted)
+    before, after = colour.luminance(quick), colour.luminance(target)
     usual = float(after.sum()) / max(float(before.sum()), 1e-30)
     least = max(_DARKEST * float(before.max()), 1e-30)
     ratio = (after + usual * least) / (before + least)
@@ -357,7 +365,7 @@ def _away(head: PortraitHead, frame: Framing) -> Float32:
 
 
 @lru_cache(maxsize=1)
-def _drawn(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
+def _draw(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
     """Picture of a place at full size: the same one is shown and read, or gets a lamp."""
     return portrait_picture(head, skin, _of_place(light.light), light.turn_deg)
 
@@ -407,7 +415,7 @@ def with_lamps(
 ) -> dict[str, Studio]:
     """Change the lamps for a style and its mirror image, or for all others by ""."""
     names = sorted({style, mirror_name(style)})
-    changed = {name: one for name, one in studios.items() if name not in names}
+    new_studios = {name: one for name, one in studios.items() if name not in names}
     if studio is not None and (style or studio != AS_PUBLISHED):
-        changed |= dict.fromkeys(names, studio)
-    return changed
+        new_studios |= dict.fromkeys(names, studio)
+    return new_studios

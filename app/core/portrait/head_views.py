@@ -196,14 +196,14 @@ def _to_cosines(values: Float32, pixels: NDArray[np.int32], size: int) -> NDArra
     corner[:, square] = pixels // size // _BLOCK * _BLOCK, pixels % size // _BLOCK * _BLOCK
     down, right = (each.reshape(-1, 1) for each in np.mgrid[:_BLOCK, :_BLOCK])
     nearest = own[label[corner[0] + down, corner[1] + right]]
-    found = np.moveaxis(np.tensordot(_COSINES, values[..., nearest, :], (1, -3)), 0, -3)
-    return np.asarray(np.copysign(np.floor(np.abs(found) + _ROUNDED_UP), found), np.int16)
+    result = np.moveaxis(np.tensordot(_COSINES, values[..., nearest, :], (1, -3)), 0, -3)
+    return np.asarray(np.copysign(np.floor(np.abs(result) + _ROUNDED_UP), result), np.int16)
 
 
-def _from_cosines(found: NDArray[np.int16], pixels: NDArray[np.int32], size: int) -> Float32:
+def _from_cosines(values: NDArray[np.int16], pixels: NDArray[np.int32], size: int) -> Float32:
     """Undo `_to_cosines`."""
     square, place = _squares_of(pixels, size)
-    whole = np.tensordot(_COSINES, found.astype(np.float32), (0, -3))
+    whole = np.tensordot(_COSINES, values.astype(np.float32), (0, -3))
     return np.ascontiguousarray(np.moveaxis(whole, 0, -3)[..., place, square, :])
 
 
@@ -262,7 +262,7 @@ def save_views(
         "yaws": list(parts),
         "transport_sha256": front.digest,
     }
-    return write_sealed(path, arrays, header, packing=zipfile.ZIP_LZMA, store=_stored)
+    return write_sealed(path, arrays, header, packing=zipfile.ZIP_LZMA, store=_store)
 
 
 def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
@@ -276,7 +276,7 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
             head.
     """
     facts, arrays = read_sealed(
-        path, tr("file of views"), _AGAIN, VIEWS_VERSION, most=_MOST_BYTES, restore=_restored
+        path, tr("file of views"), _AGAIN, VIEWS_VERSION, most=_MOST_BYTES, restore=_restore
     )
     if facts.get("transport_sha256") != digest:
         raise TransportError(tr("{name} belongs to another head.", name=path.name), _AGAIN)
@@ -334,33 +334,33 @@ def _fits(views: HeadViews, yaw_deg: float, parts: Mapping[str, NDArray[Any]]) -
     )
 
 
-_STEPPED: Final = ("targets", "positions", "pixels", "functions")
+_STEP_KEYS: Final = ("targets", "positions", "pixels", "functions")
 _IN_TWO_BYTES: Final = ("grey", "tints", "positions", "functions")
 
 
-def _stored(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def _store(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Differences from neighbour to neighbour, bytes of a kind side by side."""
-    stored = dict(arrays)
+    contents = dict(arrays)
     for name, values in arrays.items():
-        if name.startswith(_STEPPED):
+        if name.startswith(_STEP_KEYS):
             axis = 0 if name.startswith("positions") else -1
             values = np.diff(values, axis=axis, prepend=values.dtype.type(0))
         if values.dtype == np.int16:  # small numbers of either sign, in two bytes
-            turned = ((values << 1) ^ (values >> 15)).view(np.uint16)
-            values = np.stack([turned & 255, turned >> 8]).astype(np.uint8)
-        stored[name] = values
-    return stored
+            folded = ((values << 1) ^ (values >> 15)).view(np.uint16)
+            values = np.stack([folded & 255, folded >> 8]).astype(np.uint8)
+        contents[name] = values
+    return contents
 
 
-def _restored(_facts: dict[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Undo `_stored`."""
-    arrays = dict(stored)
-    for name, values in stored.items():
+def _restore(_facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Undo `_store`."""
+    arrays = dict(contents)
+    for name, values in contents.items():
         if name.startswith(_IN_TWO_BYTES):
             low, high = values.astype(np.uint16)
-            turned = low | high << 8
-            values = ((turned >> 1) ^ (0 - (turned & 1))).view(np.int16)
-        if name.startswith(_STEPPED):
+            bits = low | high << 8
+            values = ((bits >> 1) ^ (0 - (bits & 1))).view(np.int16)
+        if name.startswith(_STEP_KEYS):
             axis = 0 if name.startswith("positions") else -1
             values = np.cumsum(values, axis=axis, dtype=values.dtype)
         arrays[name] = values

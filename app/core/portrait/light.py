@@ -90,12 +90,12 @@ def portrait_light(panorama: Floats) -> PortraitLight:
     """
     whole = np.asarray(panorama, np.float32)
     fine = _resized(whole, _FINE)
-    found = _lamps(fine, whole)
-    rest, sheen = (_without(fine, found[:count]) for count in (SHARP, GLINTS))
-    return _prepared(rest, sheen, fine, [lamp for lamp, _ in found])
+    lamps = _lamps(fine, whole)
+    rest, sheen = (_without(fine, lamps[:count]) for count in (SHARP, GLINTS))
+    return _prepare(rest, sheen, fine, [lamp for lamp, _ in lamps])
 
 
-def _prepared(rest: Float32, sheen: Float32, fine: Float32, lamps: list[Lamp]) -> PortraitLight:
+def _prepare(rest: Float32, sheen: Float32, fine: Float32, lamps: list[Lamp]) -> PortraitLight:
     skin = np.concatenate([blurred(sheen, one) for one in _BLURS], axis=2)
     eye = blurred(fine, _CORNEA, tails=True)
     return PortraitLight(_summed_rows(rest), tuple(lamps), wrapped(skin, 1), wrapped(eye, 1))
@@ -110,20 +110,20 @@ def _without(fine: Float32, lamps: Iterable[tuple[Lamp, Bools]]) -> Float32:
 
 def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
     """Prepare distant studio lamps for portraits; large ones become soft light."""
-    found, rest = [], np.zeros((*_FINE, 3), np.float32)
+    kept_lamps, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
         radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
         # A style's azimuth runs toward the sitter's left, a panorama's the other way.
         at = math.radians(-lamp.azimuth_deg), math.radians(lamp.elevation_deg)
         one = Lamp(*at, radius, np.full(3, lamp.power, np.float32))
         if radius <= _WIDEST:
-            found.append(one)
+            kept_lamps.append(one)
         else:
             _lay(rest, one)
     panorama = rest.copy()
-    for one in found:
+    for one in kept_lamps:
         _lay(panorama, one)
-    return _prepared(rest, rest, panorama, found)
+    return _prepare(rest, rest, panorama, kept_lamps)
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:
@@ -196,7 +196,7 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
     From the brightest down, so that the sun is found in its own glow.
     """
     solid = _solid_angles(*fine.shape[:2])
-    found: list[tuple[Lamp, Bools]] = []
+    lamps: list[tuple[Lamp, Bools]] = []
     grey = luminance(fine).astype(np.float64)
     total = float((grey * solid).sum())
     least = _BRIGHT * total / (4 * np.pi)
@@ -214,10 +214,10 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
             where = wider == around if sizes[around] <= _LARGEST else spot
             share = float((grey[where] * solid[where]).sum()) / total
             if share >= _SHARE and solid[where].sum() <= _LARGEST:
-                found.append((_lamp(whole, where), where))
+                lamps.append((_lamp(whole, where), where))
                 grey[where] = 0
-    found.sort(key=lambda one: -float(one[0].flux.sum()))
-    return found
+    lamps.sort(key=lambda one: -float(one[0].flux.sum()))
+    return lamps
 
 
 def _lamp(whole: Float32, where: Bools) -> Lamp:
@@ -253,16 +253,16 @@ def _lamp(whole: Float32, where: Bools) -> Lamp:
 def _summed_rows(rest: Float32) -> Float32:
     rows, columns = rest.shape[:2]
     edges = np.linspace(0, rows, ROWS + 1)
-    taken = np.clip(
+    overlap = np.clip(
         np.minimum(edges[1:, None], np.arange(1, rows + 1))
         - np.maximum(edges[:-1, None], np.arange(rows)),
         0,
         1,
     )
-    taken = taken * _solid_angles(rows, columns)[:, 0]
-    mean = np.einsum("gr,rck->gck", taken / taken.sum(axis=1, keepdims=True), rest)
-    summed = np.cumsum(mean, axis=1) / columns
-    return np.asarray(np.concatenate([np.zeros_like(summed[:, :1]), summed], axis=1), np.float32)
+    overlap = overlap * _solid_angles(rows, columns)[:, 0]
+    mean = np.einsum("gr,rck->gck", overlap / overlap.sum(axis=1, keepdims=True), rest)
+    sums = np.cumsum(mean, axis=1) / columns
+    return np.asarray(np.concatenate([np.zeros_like(sums[:, :1]), sums], axis=1), np.float32)
 
 
 def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:

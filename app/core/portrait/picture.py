@@ -67,37 +67,37 @@ def portrait_pictures(
     soft = head.nodes.soft @ both
     for number, turn in enumerate(turns_deg):
         columns = slice(6 * number, 6 * number + 6)
-        found = np.ascontiguousarray(soft[:, columns])
-        yield _drawn(head, skin, light, turn, found, both[:, columns])
+        soft_columns = np.ascontiguousarray(soft[:, columns])
+        yield _draw(head, skin, light, turn, soft_columns, both[:, columns])
 
 
-def _drawn(
+def _draw(
     head: PortraitHead,
     skin: PortraitSkin,
     light: PortraitLight,
     turn_deg: float,
-    found: Float32,
+    soft: Float32,
     both: Float32,
 ) -> Float32:
     """Picture at one turn, from soft light that enters the nodes, (N, 6), and that of the cells."""
     sheen, lights = _mirrored(head, light, turn_deg), [both]
     places, ways = _places(head, light, turn_deg)
     if places:
-        opened = np.stack([head.nodes.open_to(*place) for place in places])
+        openness = np.stack([head.nodes.open_to(*place) for place in places])
         fluxes, glints = _fluxes(light), slice(_SIDES * GLINTS)
-        found += _let_in(head.nodes, ways, opened) @ fluxes
+        soft += _let_in(head.nodes, ways, openness) @ fluxes
         lights.append(_cells_around(places, ways) @ fluxes)
-        mirrored, shown = opened[glints], 3 * len(head.halves)
+        mirrored, count = openness[glints], 3 * len(head.halves)
         if head.yaw_deg:
             # A node of the other half sees a lamp as its mirror image sees the mirrored one.
             glints = slice(0, _SIDES * GLINTS, _SIDES)
             mirrored = np.concatenate([mirrored[::2], mirrored[1::2]], axis=1)
-        sheen += _glints(head.seen, ways[glints], mirrored) @ fluxes[glints, :shown]
-    skin_light = _toward(head, scattered(head.nodes, skin, found))
+        sheen += _glints(head.visible, ways[glints], mirrored) @ fluxes[glints, :count]
+    skin_light = _toward(head, scattered(head.nodes, skin, soft))
     samples = _shaded(head.wide, skin_light, sheen)
     for side, shine in enumerate(eye_shine(head, light, turn_deg)):
         samples[head.glass, 3 * side : 3 * side + 3] += shine
-    picture = _placed(head, samples)
+    picture = _to_picture(head, samples)
     if head.hair is not None:
         _comb(head, head.hair, lights, picture)
     return picture
@@ -139,7 +139,7 @@ def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float
         out += part
 
 
-def _placed(head: PortraitHead, samples: Float32) -> Float32:
+def _to_picture(head: PortraitHead, samples: Float32) -> Float32:
     """Put samples of all halves, (S, n), into the picture."""
     wide, (rows, columns) = head.wide, head.shape
     out = np.zeros((rows * columns, 3), np.float32)
@@ -203,18 +203,18 @@ def _fluxes(light: PortraitLight) -> Float32:
     return np.asarray(both.reshape(-1, 6))
 
 
-def _let_in(nodes: SkinNodes, ways: Float32, opened: Float32) -> Float32:
+def _let_in(nodes: SkinNodes, ways: Float32, openness: Float32) -> Float32:
     """What enters nodes, (N, n), from lamps of flux 1 of which each sees a share, (n, N)."""
     mu = ways @ nodes.normals.T
-    return np.asarray((nodes.entering(np.maximum(mu, 0, out=mu)) * opened).T)
+    return np.asarray((nodes.entering(np.maximum(mu, 0, out=mu)) * openness).T)
 
 
-def scattered(nodes: SkinNodes, skin: PortraitSkin, found: Float32) -> Float32:
+def scattered(nodes: SkinNodes, skin: PortraitSkin, values: Float32) -> Float32:
     """Light that comes out of each seen node toward the camera, (M, 6) float32."""
-    sources = [found]
+    sources = [values]
     for order, starts, size in nodes.patch_shares:
-        gathered = np.take(found, order, axis=0, mode="clip")
-        sources.append(np.add.reduceat(gathered, starts, axis=0) * size)
+        per_node = np.take(values, order, axis=0, mode="clip")
+        sources.append(np.add.reduceat(per_node, starts, axis=0) * size)
     left = np.concatenate(sources)
     both = np.concatenate([left, np.concatenate([left[:, 3:], left[:, :3]], axis=1)])
     out = np.zeros(skin.shares.shape[1:], np.float32)
@@ -235,41 +235,41 @@ def _toward(head: PortraitHead, light: Float32) -> Float32:
     if not head.yaw_deg:
         return light
     both = np.concatenate([light[:, :3], light[:, 3:]])
-    return np.take(both, head.lit[1], axis=0) * head.seen.passes
+    return np.take(both, head.lit_nodes[1], axis=0) * head.visible.passes
 
 
 def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
     """What the surface mirrors into the camera at each seen node but of lamps, (M, n) float32."""
-    seen = head.seen
-    out = np.empty((len(seen.index), len(head.halves), 3), np.float32)
+    visible = head.visible
+    out = np.empty((len(visible.index), len(head.halves), 3), np.float32)
     # Lobes as wide as ROUGHNESS cos^p, between the two that the light is blurred by.
-    above = np.clip(2 * np.maximum(seen.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
-    for side, azimuth in enumerate(_around(head, seen.way, turn_deg)):
-        both = _looked_up(light.sheen, azimuth, seen.way[:, 1])
-        out[:, side] = (both[:, :3] + above * (both[:, 3:] - both[:, :3])) * seen.gain[:, None]
+    above = np.clip(2 * np.maximum(visible.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
+    for side, azimuth in enumerate(_around(head, visible.way, turn_deg)):
+        both = _looked_up(light.sheen, azimuth, visible.way[:, 1])
+        out[:, side] = (both[:, :3] + above * (both[:, 3:] - both[:, :3])) * visible.gain[:, None]
     return out.reshape(len(out), -1)
 
 
-def _glints(nodes: SeenNodes, ways: Float32, opened: Float32) -> Float32:
+def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
     """What skin mirrors, (M, n), of lamps of flux 1 of which all nodes see a share, (n, N).
 
     Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
     with Beckmann's facets (25) and their shadowing (27).
     """
-    into, seen = ways @ nodes.normals.T, ways @ nodes.view.T
+    into, toward_lens = ways @ nodes.normals.T, ways @ nodes.view.T
     # Half-way between lamp and camera; its length is that of the sum of two unit vectors.
-    length = np.sqrt(np.maximum(2 + 2 * seen, 1e-6))
+    length = np.sqrt(np.maximum(2 + 2 * toward_lens, 1e-6))
     facet = (nodes.straight + into) / length
     # Facets that stand at more than 45 degrees are too few to count.
-    lit = (into > 0) & (facet > _STEEPEST) & ~nodes.eye
-    straight = np.maximum(np.broadcast_to(nodes.straight, lit.shape)[lit], 1e-3)
-    facet = np.minimum(facet[lit], 1) ** 2
+    mask = (into > 0) & (facet > _STEEPEST) & ~nodes.eye
+    straight = np.maximum(np.broadcast_to(nodes.straight, mask.shape)[mask], 1e-3)
+    facet = np.minimum(facet[mask], 1) ** 2
     squared = np.float32(ROUGHNESS**2)
     density = np.exp((1 - 1 / facet) / squared) / (np.pi * squared * facet**2)
-    mirrored = fresnel((1 + seen[lit]) / length[lit])
-    out = np.zeros(lit.shape, np.float32)
-    out[lit] = mirrored * density * shadowing(straight) * shadowing(into[lit]) / (4 * straight)
-    return np.asarray((out * opened[:, nodes.index]).T)
+    mirrored = fresnel((1 + toward_lens[mask]) / length[mask])
+    out = np.zeros(mask.shape, np.float32)
+    out[mask] = mirrored * density * shadowing(straight) * shadowing(into[mask]) / (4 * straight)
+    return np.asarray((out * openness[:, nodes.index]).T)
 
 
 def fresnel(cosine: Float32) -> Float32:
@@ -300,5 +300,5 @@ def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:
     y = (0.5 - np.arcsin(np.clip(up, -1, 1)) / np.pi) * rows - 0.5
     count = -(-len(x) // _LINE) * _LINE
     maps = [np.resize(m.astype(np.float32), count).reshape(-1, _LINE) for m in (x, y)]
-    found = cv2.remap(source, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(found.reshape(-1, source.shape[2])[: len(x)])
+    result = cv2.remap(source, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(result.reshape(-1, source.shape[2])[: len(x)])

@@ -62,10 +62,10 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
 def _filled(radiance: FloatImage) -> FloatImage:
     """Give texels with a zero the mean of the lit ones around them."""
     dark = radiance.min(axis=2) <= 0.0
-    lit = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
+    weight = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
     around = (7, 7)
-    total = cv2.boxFilter(radiance * lit, -1, around, normalize=False)
-    count = cv2.boxFilter(lit, -1, around, normalize=False)
+    total = cv2.boxFilter(radiance * weight, -1, around, normalize=False)
+    count = cv2.boxFilter(weight, -1, around, normalize=False)
     mean = total / np.maximum(count, 1.0)
     return np.asarray(np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32))
 

@@ -67,7 +67,7 @@ def load_portrait(
     Raises:
         TransportError: If a file is damaged, made by a newer version, or something else.
     """
-    return _turned(head, skin, hair, yaw_deg) if yaw_deg else _straight(head, skin, hair)
+    return _seen_aside(head, skin, hair, yaw_deg) if yaw_deg else _straight(head, skin, hair)
 
 
 @lru_cache(maxsize=2)
@@ -82,7 +82,7 @@ def _straight(head: str, skin: str, hair: str) -> tuple[PortraitHead, PortraitSk
 
 
 @lru_cache(maxsize=3)
-def _turned(
+def _seen_aside(
     head: str, skin: str, hair: str, yaw_deg: float
 ) -> tuple[PortraitHead, PortraitSkin] | None:
     path, front = _file(head, "aside"), _straight(head, skin, hair)
@@ -92,9 +92,9 @@ def _turned(
         (nodes, tone, straight), frames, arrays = _aside(head, skin, hair)
         end = f"_{abs(yaw_deg):g}"
         own = {name.removesuffix(end): one for name, one in arrays.items() if name.endswith(end)}
-        turned = seen_from(nodes, straight, arrays | own, frames[end], yaw_deg, skin)
+        aside = seen_from(nodes, straight, arrays | own, frames[end], yaw_deg, skin)
         bald = front[0].hair is None
-        return turned.plain() if bald else replace(turned, hair=_hair(arrays | own, turned)), tone
+        return aside.plain() if bald else replace(aside, hair=_hair(arrays | own, aside)), tone
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
 
@@ -133,7 +133,7 @@ def _load_head(path: Path) -> PortraitHead:
         values |= {name: arrays[name] / np.float32(128) for name in COARSE_ARRAYS}
         values["glass"] = arrays["glass"].astype(np.intp)
         nodes = SkinNodes(**{name: values.pop(name) for name in NODE_ARRAYS})
-        head = PortraitHead(nodes, _seen(nodes, values), **values)
+        head = PortraitHead(nodes, _visible_nodes(nodes, values), **values)
         if not _fits(head):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
@@ -141,7 +141,7 @@ def _load_head(path: Path) -> PortraitHead:
     return head
 
 
-def _seen(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
+def _visible_nodes(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
     """The first of all nodes; takes what it needs out of `values`."""
     view, gain, way = (values.pop(name) for name in SEEN_ARRAYS)
     count, even = len(view), np.ones((len(view), 3), np.float32)
@@ -150,13 +150,13 @@ def _seen(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
 
 
 def _fits(head: PortraitHead) -> bool:
-    nodes, seen, glass = head.nodes, head.seen, len(head.glass)
-    count, shown, samples = len(nodes.normals), len(seen.index), len(head.three)
-    threes = [(nodes.normals, count), (seen.view, shown), (seen.way, shown)]
+    nodes, visible, glass = head.nodes, head.visible, len(head.glass)
+    count, visible_count, samples = len(nodes.normals), len(visible.index), len(head.three)
+    threes = [(nodes.normals, count), (visible.view, visible_count), (visible.way, visible_count)]
     threes += [(head.weights, samples), (head.albedo, samples), (head.glass_way, glass)]
-    ones = [(seen.gain, shown), (head.detail, samples), (head.glass_gain, glass)]
+    ones = [(visible.gain, visible_count), (head.detail, samples), (head.glass_gain, glass)]
     return (
-        0 < shown <= count <= _MOST_NODES
+        0 < visible_count <= count <= _MOST_NODES
         and all(values.shape == (number, 3) for values, number in threes)
         and all(values.shape == (number,) for values, number in ones)
         and nodes.horizon.shape == (*SKY, count)
@@ -166,7 +166,7 @@ def _fits(head: PortraitHead) -> bool:
         and head.edge.shape == head.inside.shape
         and max(head.inside.shape) <= _MOST_SIDE
         and samples == int(head.inside.sum()) + 4 * int(head.edge.sum())
-        and int(head.three.max()) < shown
+        and int(head.three.max()) < visible_count
         and 0 <= int(head.glass.min(initial=0)) <= int(head.glass.max(initial=0)) < samples
     )
 
@@ -175,7 +175,7 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
     _, arrays = _read(path)
     try:
         skin = _skin(arrays)
-        if not skin.fits(head.nodes, len(head.seen.index)):
+        if not skin.fits(head.nodes, len(head.visible.index)):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
@@ -194,7 +194,7 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
         hair = _hair(arrays, head)
         if not (
             hair.shade.shape == head.nodes.horizon.shape
-            and hair.gain.shape == head.seen.gain.shape
+            and hair.gain.shape == head.visible.gain.shape
             and hair.glass_gain.shape == head.glass_gain.shape
         ):
             raise ValueError("sizes")

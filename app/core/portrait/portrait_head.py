@@ -67,9 +67,9 @@ class Hair:
         cover = mean(self.cover)[:, 0]
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
-    def within(self, kept: Bools) -> Hair:
+    def within(self, mask: Bools) -> Hair:
         """Give what is in some pixels of the left half."""
-        some = kept.flat[self.pixel]
+        some = mask.flat[self.pixel]
         parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
         return replace(self, **parts)
 
@@ -101,13 +101,13 @@ class SkinNodes:
         out = np.empty((len(self.normals), len(row)), np.float32)
         spread = np.float32(SPREAD * SKY[0] / ROWS)
         for cell in range(len(row)):
-            inside = self.seen(float(azimuth[cell]), float(elevation[cell]))
+            inside = self.visibility(float(azimuth[cell]), float(elevation[cell]))
             mu = np.maximum(self.normals @ cell_ways()[cell], 0)
             out[:, cell] = np.clip(0.5 + inside / spread, 0, 1) * self.entering(mu)
         out *= solid.astype(np.float32)
         return out
 
-    def seen(self, azimuth: float, elevation: float) -> Float32:
+    def visibility(self, azimuth: float, elevation: float) -> Float32:
         """(N,) float32: `horizon` in any direction, radians."""
         column = (azimuth / (2 * np.pi) + 0.5) % 1.0 * SKY[1] - 0.5
         row = min(max((0.5 - elevation / np.pi) * SKY[0] - 0.5, 0.0), SKY[0] - 1.0)
@@ -132,7 +132,7 @@ class SkinNodes:
             azimuth: Radians, from where the sitter faces.
         """
         wide = np.float32(max(2 * lamp.radius / (np.pi / SKY[0]) * SPREAD, 1.0))
-        return np.asarray(np.clip(0.5 + self.seen(azimuth, lamp.elevation) / wide, 0, 1))
+        return np.asarray(np.clip(0.5 + self.visibility(azimuth, lamp.elevation) / wide, 0, 1))
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -221,7 +221,7 @@ class PortraitHead:
     """
 
     nodes: SkinNodes = field(repr=False)
-    seen: SeenNodes = field(repr=False)
+    visible: SeenNodes = field(repr=False)
     inside: Bools = field(repr=False)
     edge: Bools = field(repr=False)
     three: Indices = field(repr=False)
@@ -240,19 +240,21 @@ class PortraitHead:
         return (1, -1) if not self.yaw_deg else (1,) if self.yaw_deg > 0 else (-1,)
 
     @cached_property
-    def lit(self) -> tuple[Indices, Indices]:
+    def lit_nodes(self) -> tuple[Indices, Indices]:
         """Nodes of one half whose skin is seen, (L,), and where in 2 L each seen node is, (M,)."""
-        half, node = np.divmod(self.seen.index, len(self.nodes.normals))
-        lit, row = np.unique(node, return_inverse=True)
-        return lit, row + half * len(lit)
+        half, node = np.divmod(self.visible.index, len(self.nodes.normals))
+        node_ids, row = np.unique(node, return_inverse=True)
+        return node_ids, row + half * len(node_ids)
 
     def dressed(self, hair: Hair) -> PortraitHead:
         """Give the head with hair."""
         nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
-        seen = replace(self.seen, gain=np.where(self.seen.eye, np.float32(0), hair.gain))
+        visible = replace(self.visible, gain=np.where(self.visible.eye, np.float32(0), hair.gain))
         # What is in the nodes now is not kept twice; a part of an array would keep all of it.
-        worn = replace(hair, shade=hair.shade[:0].copy())
-        return replace(self, hair=worn, nodes=nodes, seen=seen, glass_gain=hair.glass_gain)
+        dressed_hair = replace(hair, shade=hair.shade[:0].copy())
+        return replace(
+            self, hair=dressed_hair, nodes=nodes, visible=visible, glass_gain=hair.glass_gain
+        )
 
     def plain(self) -> PortraitHead:
         """Give the head bald, of one colour, without pores."""
@@ -276,11 +278,11 @@ class PortraitHead:
     def close(self) -> PortraitHead:
         """`halved` without neck and shoulders, which stay black: for many small pictures."""
         head, (rows, half) = self.halved, self.halved.inside.shape
-        kept = np.zeros((rows, half), bool)
+        mask = np.zeros((rows, half), bool)
         beside = round((1 - CLOSE_COLUMNS) * half / (3 - len(self.halves)))
-        kept[: round(CLOSE_ROWS * rows), beside : half - beside if self.yaw_deg else half] = True
-        hair = None if head.hair is None else head.hair.within(kept)
-        return replace(head._of(head.inside & kept, head.edge & kept, head._first), hair=hair)
+        mask[: round(CLOSE_ROWS * rows), beside : half - beside if self.yaw_deg else half] = True
+        hair = None if head.hair is None else head.hair.within(mask)
+        return replace(head._of(head.inside & mask, head.edge & mask, head._first), hair=hair)
 
     @cached_property
     def _first(self) -> Indices:
@@ -294,23 +296,23 @@ class PortraitHead:
     def _of(self, inside: Bools, edge: Bools, first: Indices) -> PortraitHead:
         """Some of its pixels alone, and of the nodes those that they need; `first` as `_first`."""
         four = first[edge][:, None] + np.arange(4)
-        taken = np.concatenate([first[inside], four.ravel()])
+        samples = np.concatenate([first[inside], four.ravel()])
         place = np.full(len(self.three), -1)
-        place[taken] = np.arange(len(taken))
-        kept = place[self.glass] >= 0
-        used, three = np.unique(self.three[taken], return_inverse=True)
+        place[samples] = np.arange(len(samples))
+        rows = place[self.glass] >= 0
+        ids, three = np.unique(self.three[samples], return_inverse=True)
         return replace(
             self,
-            seen=self.seen.only(used),
+            visible=self.visible.only(ids),
             inside=inside,
             edge=edge,
             three=three.reshape(-1, 3),
-            weights=self.weights[taken],
-            albedo=self.albedo[taken],
-            detail=self.detail[taken],
-            glass=place[self.glass][kept],
-            glass_gain=self.glass_gain[kept],
-            glass_way=self.glass_way[kept],
+            weights=self.weights[samples],
+            albedo=self.albedo[samples],
+            detail=self.detail[samples],
+            glass=place[self.glass][rows],
+            glass_gain=self.glass_gain[rows],
+            glass_way=self.glass_way[rows],
         )
 
     @cached_property
@@ -353,11 +355,11 @@ class PortraitHead:
     @cached_property
     def _bald(self) -> Float32:
         """(rows, half) float32: share of each pixel that shows the head or would without hair."""
-        covered: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
+        coverage: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
         left = np.zeros(self.inside.shape, np.float32)
         single = int(self.inside.sum())
-        left[self.inside] = covered[:single]
-        left[self.edge] = covered[single:].reshape(-1, 4).mean(axis=1)
+        left[self.inside] = coverage[:single]
+        left[self.edge] = coverage[single:].reshape(-1, 4).mean(axis=1)
         return left
 
     @cached_property
@@ -403,17 +405,17 @@ class PortraitSkin:
         """(K, M, 6) float32: `share` for both halves."""
         return np.concatenate([self.share, self.share], axis=2)
 
-    def fits(self, nodes: SkinNodes, shown: int) -> bool:
+    def fits(self, nodes: SkinNodes, visible_count: int) -> bool:
         """Whether it says what so many nodes send to the camera of the light that enters all."""
         return (
             self.share.shape == (*self.source.shape, 3)
-            and self.source.shape[1] == shown
+            and self.source.shape[1] == visible_count
             and int(self.source.max()) < 2 * sum(nodes.counts)
         )
 
     def only(self, head: PortraitHead) -> PortraitSkin:
         """Give what the nodes need that a picture of a head shows."""
-        if len(head.lit[0]) == self.source.shape[1]:
+        if len(head.lit_nodes[0]) == self.source.shape[1]:
             return self
         return _part(self, head)
 
@@ -421,5 +423,5 @@ class PortraitSkin:
 @lru_cache(maxsize=4)
 def _part(skin: PortraitSkin, head: PortraitHead) -> PortraitSkin:
     # By `take`: an index would leave them in an order in memory that is slow to go through.
-    source = np.take(skin.source, head.lit[0], axis=1)
-    return PortraitSkin(source, np.take(skin.share, head.lit[0], axis=1))
+    source = np.take(skin.source, head.lit_nodes[0], axis=1)
+    return PortraitSkin(source, np.take(skin.share, head.lit_nodes[0], axis=1))

@@ -96,8 +96,8 @@ class Framing:
 
     def of(self, planes: Float32) -> Float32:
         """Frame (c, N, N) as (c, w, h): rows and columns are exchanged."""
-        turned = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
-        return self.columns.along_rows(turned)
+        rows_first = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
+        return self.columns.along_rows(rows_first)
 
     def cut(self, picture: Float32) -> Float32:
         """Frame (N, N) or (N, N, 3) as (h, w) or (h, w, 3), to half a pixel; black around it."""
@@ -137,24 +137,24 @@ def framing(
     else:
         aspect = width / height
         part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
-        shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
+        height_rows = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
         if hair:
             # The shoulders reach down to the edge.
-            step = min(shown + hair, 100.0 + hair) * side / 100.0 / height
+            step = min(height_rows + hair, 100.0 + hair) * side / 100.0 / height
         else:
-            step = shown * side / 100.0 / height
-            top = -_MARGIN * shown * side / 100.0
+            step = height_rows * side / 100.0 / height
+            top = -_MARGIN * height_rows * side / 100.0
     left = 0.5 * (picture - width * step)
     rows, columns = _taps(picture, height, top, step), _taps(picture, width, left, step)
     return Framing(rows, columns, picture, room, top, left, step)
 
 
-Lit: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
+LightSource: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
 """(H, W, 3) or (H, W) light as a head sees it, any exposure, or what works it out where it is
 needed; a style's own lamps; even light."""
 
 
-def skin_gains(transport: Transport, lights: Sequence[Lit]) -> list[float]:
+def skin_gains(transport: Transport, lights: Sequence[LightSource]) -> list[float]:
     """Return the exposure factor of a skin tone in each light, relative to medium skin.
 
     Pictures are exposed by the light, as with a grey card: as a face of medium skin would be in the
@@ -165,10 +165,10 @@ def skin_gains(transport: Transport, lights: Sequence[Lit]) -> list[float]:
     """
     if transport.header.skin not in _OTHER_SKINS or not lights:
         return [1.0] * len(lights)
-    given = [_given(one) for one in lights]
-    if any(light.shape[:2] != transport.environment_shape for light in given):
+    values = [_light_values(one) for one in lights]
+    if any(light.shape[:2] != transport.environment_shape for light in values):
         return [1.0] * len(lights)
-    own, reference = _exposures(transport, given), _exposures(_medium(), given)
+    own, reference = _exposures(transport, values), _exposures(_medium(), values)
     return [one / other for one, other in zip(reference, own, strict=True)]
 
 
@@ -184,14 +184,14 @@ def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
     ).astype(np.float32)
     size = columns.shape[0] * columns.shape[1]
     rows = (transport.texel_basis @ columns.reshape(size, -1)).reshape(-1, 3, len(lights))
-    seen = sum(
+    brightness = sum(
         weight * (transport.pixel_basis[channel] @ np.ascontiguousarray(rows[:, channel]))
         for channel, weight in enumerate(transport.header.luminance_weights)
     )
-    return [colour.face_exposure(column) for column in np.asarray(seen)[transport.face].T]
+    return [colour.face_exposure(column) for column in np.asarray(brightness)[transport.face].T]
 
 
-def _given(light: Lit) -> Floats:
+def _light_values(light: LightSource) -> Floats:
     if light is None or isinstance(light, Style):
         return _studio(light)
     return light() if callable(light) else light
@@ -221,7 +221,7 @@ def exposures(
 
 
 def portraits(
-    values: Floats, coverage: FloatImage, wanted: Framing, exposed: Sequence[float] = ()
+    values: Floats, coverage: FloatImage, frame: Framing, gain_list: Sequence[float] = ()
 ) -> Bytes:
     """Develop pictures of the head on neutral grey.
 
@@ -229,48 +229,48 @@ def portraits(
         values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
             share only.
         coverage: (N, N) float32. Share of each pixel covered by the head.
-        exposed: Of each, see `exposures`; by its own light by default.
+        gain_list: Of each, see `exposures`; by its own light by default.
 
     Returns:
         Bytes, (n, h, w, 3). sRGB.
     """
     linear = np.asarray(values, np.float32)
-    height, width = wanted.size
+    height, width = frame.size
     well = np.float32(WELL[0] / 255.0)
     behind = (1.0 - np.clip(coverage, 0.0, 1.0))[..., np.newaxis] * colour.srgb_decode(well)
     result = np.empty((len(linear), height, width, 3), np.uint8)
-    gains = exposed or exposures(linear, coverage)
-    for picture, shown, gain in zip(linear, result, gains, strict=True):
+    gains = gain_list or exposures(linear, coverage)
+    for picture, target, gain in zip(linear, result, gains, strict=True):
         light = _compressed(np.clip(picture * np.float32(gain), 0.0, _MOST_LIGHT))
         # Outside of the picture there is only the well, so it is taken away before and comes back.
-        framed = wanted.of((_encoded(light + behind) - well).transpose(2, 0, 1))
+        framed = frame.of((_encoded(light + behind) - well).transpose(2, 0, 1))
         framed += well
         np.clip(framed, 0.0, 1.0, out=framed)
-        shown[...] = (framed * np.float32(255.0) + np.float32(0.5)).astype(np.uint8).T
+        target[...] = (framed * np.float32(255.0) + np.float32(0.5)).astype(np.uint8).T
     return result
 
 
 def large_portrait(
-    picture: Float32, away: FloatImage, exposed: float, behind: Float32 | None = None
+    picture: Float32, away: FloatImage, gain: float, behind: Float32 | None = None
 ) -> Bytes:
     """Develop a framed linear picture, (h, w, 3), in a few milliseconds.
 
     `away`: share of each value, (h, w, 3), that the head leaves free. `behind`: (h, w, 3) float32,
     light behind the head, exposed with it; None: neutral grey.
     """
-    shown = np.empty(picture.shape, np.uint8)
+    display = np.empty(picture.shape, np.uint8)
     # In bands that stay in the processor's cache.
     step = max(_BAND_PIXELS // picture.shape[1], 1)
     for first in range(0, len(picture), step):
         band = slice(first, first + step)
         light = picture[band] if behind is None else picture[band] + away[band] * behind[band]
-        light = light * np.float32(exposed)
+        light = light * np.float32(gain)
         light = _compressed(np.clip(light, 0.0, _MOST_LIGHT, out=light))
         if behind is None:
             light += away[band] * colour.srgb_decode(np.float32(WELL[0] / 255.0))
         light *= np.float32(_TONES)
-        shown[band] = colour.look_up(light.astype(np.uint16), _byte_curve())
-    return shown
+        display[band] = colour.look_up(light.astype(np.uint16), _byte_curve())
+    return display
 
 
 def _compressed(light: Float32) -> Float32:
@@ -281,17 +281,17 @@ def _compressed(light: Float32) -> Float32:
     start = np.float32(colour.SHOULDER_START)
     place = cv2.log(np.maximum(largest, start)) - np.log(start)
     steps = (place * np.float32(_SHOULDER_STEPS)).astype(np.uint16)
-    factor, added = (cv2.merge([colour.look_up(steps, part)] * 3) for part in _shoulder())
+    factor, haze = (cv2.merge([colour.look_up(steps, part)] * 3) for part in _shoulder())
     light *= factor
-    light += added
+    light += haze
     return light
 
 
-def light_exposures(transport: Transport, lights: Sequence[Lit]) -> tuple[float, ...]:
+def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tuple[float, ...]:
     """What `exposures` and `skin_gains` together come to for a head in some lights."""
     other = transport.header.skin in _OTHER_SKINS
-    given = [_given(one) for one in lights]
-    return tuple(_exposures(_medium() if other else transport, given)) if given else ()
+    values = [_light_values(one) for one in lights]
+    return tuple(_exposures(_medium() if other else transport, values)) if values else ()
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
@@ -301,16 +301,16 @@ def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
     return light_exposures(transport, [None])[0] / max(mean, 1e-30)
 
 
-def greyed(shown: Bytes) -> Bytes:
+def greyed(picture: Bytes) -> Bytes:
     """Grey a portrait that is out of reach.
 
     Args:
-        shown: Bytes, (h, w, 3). sRGB on the well's grey.
+        picture: Bytes, (h, w, 3). sRGB on the well's grey.
 
     Returns:
         Bytes, (h, w, 3). sRGB; the well's grey stays as it is.
     """
-    return colour.to_bytes(pictures.greyed(shown.astype(np.float32) / np.float32(255.0)))
+    return colour.to_bytes(pictures.greyed(picture.astype(np.float32) / np.float32(255.0)))
 
 
 def value_at(curve: Float64, turn_deg: float) -> float:
@@ -340,9 +340,9 @@ def _shoulder() -> tuple[Float32, Float32]:
     """What `app.core.base.colour.develop` multiplies by and adds, by the largest channel."""
     last = int(math.log(_MOST_LIGHT / colour.SHOULDER_START) * _SHOULDER_STEPS) + 1
     largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
-    added = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
-    factor = np.asarray((added[:, 0] - added[:, 1]) / largest, np.float32)
-    return _full(factor), _full(added[:, 1])
+    haze = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
+    factor = np.asarray((haze[:, 0] - haze[:, 1]) / largest, np.float32)
+    return _full(factor), _full(haze[:, 1])
 
 
 @lru_cache(maxsize=1)
@@ -355,24 +355,24 @@ def _full(table: NDArray[Any]) -> NDArray[Any]:
     return np.pad(table, (0, (1 << 16) - len(table)), "edge")
 
 
-def _taps(count: int, shown: int, start: float, step: float) -> Taps:
-    """Weigh `count` pixels for `shown` ones, each `step` wide from `start` on."""
-    first, weight = (_averaged if step >= 1 else _smooth)(shown, start, step)
+def _taps(count: int, pixels: int, start: float, step: float) -> Taps:
+    """Weigh `count` pixels for `pixels` ones, each `step` wide from `start` on."""
+    first, weight = (_averaged if step >= 1 else _smooth)(pixels, start, step)
     index = first + np.arange(len(weight))[:, np.newaxis]
     weight[(index < 0) | (index >= count)] = 0.0
     return Taps(np.clip(index, 0, count - 1), np.asarray(weight, np.float32))
 
 
-def _averaged(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
+def _averaged(pixels: int, start: float, step: float) -> tuple[Indices, Float64]:
     """Share of each pixel in the area of each one shown, as a sensor would average."""
-    low = start + step * np.arange(shown)
+    low = start + step * np.arange(pixels)
     first = np.floor(low).astype(np.intp)
     place = first + np.arange(math.ceil(step) + 1)[:, np.newaxis]
     overlap = np.minimum(low + step, place + 1.0) - np.maximum(low, place)
     return first, np.maximum(overlap, 0.0) / step
 
 
-def _smooth(shown: int, start: float, step: float) -> tuple[Indices, Float64]:
-    middle = start + step * (np.arange(shown) + 0.5) - 0.5
+def _smooth(pixels: int, start: float, step: float) -> tuple[Indices, Float64]:
+    middle = start + step * (np.arange(pixels) + 0.5) - 0.5
     first = np.floor(middle).astype(np.intp) - 1
     return first, pictures.mitchell(np.abs(middle - first - np.arange(4)[:, np.newaxis]))

@@ -29,7 +29,7 @@ from app.core.second_light.captured import PlacedLamp
 from app.core.second_light.contrast import (
     Contrast,
     FaceBasis,
-    Hidden,
+    HiddenTexels,
     find_contrast,
     find_hidden,
     less_mean,
@@ -78,10 +78,10 @@ def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
     for start in range(0, count, _PIXELS):
         part = slice(start, start + _PIXELS)
         for channel in range(3):
-            found = transport.pixel_basis[channel, part] @ texels
+            basis = transport.pixel_basis[channel, part] @ texels
             # The low rank may dip a little below black.
-            found[found < _BLACK] = 0.0
-            columns[part, :, channel] = found
+            basis[basis < _BLACK] = 0.0
+            columns[part, :, channel] = basis
     return NearField(transport, shape.positions, columns.reshape(-1, 4))
 
 
@@ -110,21 +110,21 @@ def near_luminances(
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
     columns = _weighed(near.columns, weights.astype(np.float32))
     twins = _twins(transport) if transport.header.symmetric else None
-    found = np.empty((COUNT, len(near.positions)), np.float32)
-    done = np.zeros(COUNT, bool)
+    result = np.empty((COUNT, len(near.positions)), np.float32)
+    ready = np.zeros(COUNT, bool)
     for number in range(COUNT):
-        if done[number]:
+        if ready[number]:
             continue
         if token is not None:
             token.check()
         report(number / COUNT, Progress(Task.TRYING_LAMP))
-        found[number] = _picture(near, columns, lamp, *placement(number))[:, 0]
-        done[number] = True
+        result[number] = _picture(near, columns, lamp, *placement(number))[:, 0]
+        ready[number] = True
         if twins is not None:
             other = MIRRORED[number]
-            found[other], done[other] = found[number][twins], True
+            result[other], ready[other] = result[number][twins], True
     report(1.0, Progress(Task.TRYING_LAMP))
-    return found
+    return result
 
 
 def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
@@ -133,23 +133,23 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
     `shape`: rows and columns (H, W) of the environment, W = 64.
     Returns (576, H, W) float32: share of each texel, 0 to 1, at turn 0.
     """
-    found = np.empty((COUNT, *shape), np.float32)
+    shares = np.empty((COUNT, *shape), np.float32)
     width = shape[1]
     for row, altitude in enumerate(ALTITUDES_DEG):
         ahead = _hides(lamp, float(altitude), shape)
         for column in range(width):
             # Azimuths toward the sitter's left are panorama azimuths to the left.
-            found[row * width + column] = np.roll(ahead, -column, axis=1)
-    return found
+            shares[row * width + column] = np.roll(ahead, -column, axis=1)
+    return shares
 
 
 def _weighed(columns: Float16, weights: Float32) -> Float32:
     """(P * H * W, 1) sums over the channels, bit by bit: all together they would be 120 MB."""
-    found = np.empty((len(columns), 1), np.float32)
+    result = np.empty((len(columns), 1), np.float32)
     for start in range(0, len(columns), _ROWS):
         part = slice(start, start + _ROWS)
-        found[part, 0] = columns[part, :3].astype(np.float32) @ weights
-    return found
+        result[part, 0] = columns[part, :3].astype(np.float32) @ weights
+    return result
 
 
 def _picture(
@@ -187,8 +187,8 @@ def _pieces(
 
 
 def _count(size_m: float, away_m: float) -> int:
-    seen = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
-    return min(max(math.ceil(seen / _PIECE_DEG), _PIECES[0]), _PIECES[1])
+    diameter_deg = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
+    return min(max(math.ceil(diameter_deg / _PIECE_DEG), _PIECES[0]), _PIECES[1])
 
 
 def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Float64]:
@@ -258,8 +258,8 @@ def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Fl
 
 def _along(size_m: float, away_m: float) -> int:
     """Dots along one side."""
-    seen = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
-    return math.ceil(min(max(seen / _DOT_DEG, _DOTS[0]), _DOTS[1]))
+    diameter_deg = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
+    return math.ceil(min(max(diameter_deg / _DOT_DEG, _DOTS[0]), _DOTS[1]))
 
 
 def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
@@ -294,7 +294,7 @@ class AddedLight:
     # one
     glow: Float64 = field(repr=False)
     absolute: bool  # whether all that is in cd/m2; otherwise in a unit of the capture's own
-    hidden: Hidden = field(repr=False)
+    hidden: HiddenTexels = field(repr=False)
     contrast: Contrast = field(repr=False)
 
     def over(self, light: Floats, number: int, power: float = 1.0) -> Float64:
@@ -330,8 +330,8 @@ def from_numbers(
     alpha = coverage(lamp, SHAPE)
     hidden = find_hidden(alpha)
     report(0.7, Progress(Task.SORTING_SHADOWS))
-    lit, beside = _in_basis(face, pictures)
-    contrast = find_contrast(face, hidden, lit, beside)
+    coefficients, beside = _in_basis(face, pictures)
+    contrast = find_contrast(face, hidden, coefficients, beside)
     report(1.0, Progress(Task.DONE))
     return AddedLight(
         name=lamp.kind,
@@ -349,7 +349,7 @@ def from_numbers(
 
 def from_captured(
     transport: Transport,
-    placed: PlacedLamp,
+    lamp: PlacedLamp,
     token: Token | None = None,
     report: Report = silent,
     *,
@@ -359,39 +359,39 @@ def from_captured(
 
     Raises CoreError if the head or the lamp is of another size, or the lamp is none.
     """
-    _check(placed)
-    report(0.3, Progress(Task.SORTING_SHADOWS, placed.title))
-    hidden = find_hidden(placed.alpha)
-    parts = two_parts(placed.light, face.mixing).reshape(COUNT, -1)
+    _check(lamp)
+    report(0.3, Progress(Task.SORTING_SHADOWS, lamp.title))
+    hidden = find_hidden(lamp.alpha)
+    parts = two_parts(lamp.light, face.mixing).reshape(COUNT, -1)
     contrast = find_contrast(face, hidden, face.rows @ parts.T, np.zeros(COUNT))
-    report(0.8, Progress(Task.HOLDING_LAMP, placed.title))
-    pictures = _luminances(transport, placed.light, token)
+    report(0.8, Progress(Task.HOLDING_LAMP, lamp.title))
+    pictures = _luminances(transport, lamp.light, token)
     report(1.0, Progress(Task.DONE))
     return AddedLight(
-        name=placed.name,
-        title=placed.title,
-        distance_m=placed.distance_m,
-        alpha=placed.alpha,
-        light=placed.light,
+        name=lamp.name,
+        title=lamp.title,
+        distance_m=lamp.distance_m,
+        alpha=lamp.alpha,
+        light=lamp.light,
         pictures=pictures,
         glow=np.zeros(3),
-        absolute=placed.absolute,
+        absolute=lamp.absolute,
         hidden=hidden,
         contrast=contrast,
     )
 
 
-def _check(placed: PlacedLamp) -> None:
-    right = placed.light.shape == (COUNT, *SHAPE, 3) and placed.alpha.shape == (COUNT, *SHAPE)
-    if not right or not np.isfinite(placed.light).all() or placed.light.min() < 0:
+def _check(lamp: PlacedLamp) -> None:
+    right = lamp.light.shape == (COUNT, *SHAPE, 3) and lamp.alpha.shape == (COUNT, *SHAPE)
+    if not right or not np.isfinite(lamp.light).all() or lamp.light.min() < 0:
         raise CoreError(
-            tr("{title} is damaged and cannot be searched with.", title=placed.title),
+            tr("{title} is damaged and cannot be searched with.", title=lamp.title),
             tr("Capture it again."),
         )
     # False of what is not a number, too.
-    if not ((placed.alpha >= 0) & (placed.alpha <= 1)).all():
+    if not ((lamp.alpha >= 0) & (lamp.alpha <= 1)).all():
         raise CoreError(
-            tr("The mask of {title} is damaged.", title=placed.title), tr("Make it again.")
+            tr("The mask of {title} is damaged.", title=lamp.title), tr("Make it again.")
         )
 
 
@@ -399,9 +399,9 @@ def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
     """(K, 576) coordinates of pictures (576, P), and (576,) squared norms beside the basis."""
     centred = less_mean(pictures, face.root)
     basis = face.pixels.astype(np.float64)
-    found: Float64 = (centred @ basis).T
-    beside = np.square(centred).sum(axis=1) - np.square(found).sum(axis=0)
-    return found, np.maximum(beside, 0.0)
+    coefficients: Float64 = (centred @ basis).T
+    beside = np.square(centred).sum(axis=1) - np.square(coefficients).sum(axis=0)
+    return coefficients, np.maximum(beside, 0.0)
 
 
 def _luminances(transport: Transport, light: Float32, token: Token | None) -> Float32:
@@ -415,6 +415,6 @@ def _luminances(transport: Transport, light: Float32, token: Token | None) -> Fl
         part = slice(start, start + _BATCH)
         flat = light[part].reshape(-1, texels.shape[0], 3)
         for channel, weight in enumerate(weights):
-            seen = (flat[:, :, channel] @ texels) * np.float32(weight)
-            pictures[part] += seen @ transport.pixel_basis[channel].T
+            luminances = (flat[:, :, channel] @ texels) * np.float32(weight)
+            pictures[part] += luminances @ transport.pixel_basis[channel].T
     return pictures

@@ -19,7 +19,7 @@ from app.core.portrait.head_views import HeadView, HeadViews
 from app.core.second_light.added import AddedLight, near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import placement
-from app.core.second_light.search import Placed
+from app.core.second_light.search import LampPlacement
 from app.core.solver.face import region_in_view
 from app.core.solver.lens_search import (
     LIGHTINGS,
@@ -41,64 +41,69 @@ from app.core.styles.style_pack import StylePack
 def seen_aside(
     pack: StylePack,
     views: HeadViews,
-    found: Sequence[Placed],
+    placements: Sequence[LampPlacement],
     radiance: Floats,
-    added: AddedLight,
+    lamp_light: AddedLight,
     lamp: NumbersLamp | None,
     wish: LensWish,
-) -> tuple[Placed, ...]:
+) -> tuple[LampPlacement, ...]:
     """Choose the lens that meets the wish and sees the best match; half a second for each view.
 
     Args:
-        found: Of `place_all`, the nose to the lens.
+        placements: Of `place_all`, the nose to the lens.
         radiance: As `place_all` takes it.
         lamp: Where it is one from numbers, which is near.
         wish: Its background counts from where the turns found do.
     """
-    under = [_under(one, radiance, added) for one in found]
-    keys = [_key(pack, one, light) for one, light in zip(found, under, strict=True)]
+    under = [_under(one, radiance, lamp_light) for one in placements]
+    keys = [_key(pack, one, light) for one, light in zip(placements, under, strict=True)]
     number = wish.yaw if isinstance(wish.yaw, float) else None
-    asked = views.yaws if number is None else (views.nearest(number),)
-    best: list[Placed | None] = [None] * len(found)
-    for yaw in sorted(asked, key=lambda yaw: (abs(yaw), yaw)):
-        seen = _View(pack, views, yaw, lamp) if yaw else None
-        for place, one in enumerate(found):
-            lit = LIGHTINGS[int(lighting_of(yaw, np.array(keys[place])))]
-            if not wish.met_by(one.turn_deg + yaw) or wish.yaw not in ("auto", lit, number):
+    yaws = views.yaws if number is None else (views.nearest(number),)
+    best: list[LampPlacement | None] = [None] * len(placements)
+    for yaw in sorted(yaws, key=lambda yaw: (abs(yaw), yaw)):
+        view = _AsideView(pack, views, yaw, lamp) if yaw else None
+        for place, one in enumerate(placements):
+            lighting = LIGHTINGS[int(lighting_of(yaw, np.array(keys[place])))]
+            if not wish.met_by(one.turn_deg + yaw) or wish.yaw not in ("auto", lighting, number):
                 continue
-            if seen is not None and not seen.counts[pack.index(one.name)]:
+            if view is not None and not view.counts[pack.index(one.name)]:
                 continue
-            match = one.match if seen is None else seen.match(one, under[place])
+            match = one.match if view is None else view.match(one, under[place])
             before = best[place]
             if before is None or match > before.match:
-                best[place] = _moved(one, yaw, lit, match)
-    return tuple(moved or _out_of_reach(one, wish) for one, moved in zip(found, best, strict=True))
+                best[place] = _with_yaw(one, yaw, lighting, match)
+    return tuple(
+        placement or _out_of_reach(one, wish)
+        for one, placement in zip(placements, best, strict=True)
+    )
 
 
-def _moved(one: Placed, yaw_deg: float, lit: Lighting, match: float) -> Placed:
+def _with_yaw(
+    one: LampPlacement, yaw_deg: float, lighting: Lighting, match: float
+) -> LampPlacement:
     return replace(
         one,
         turn_deg=wrap(one.turn_deg + yaw_deg),
         turn_refined_deg=wrap(one.turn_refined_deg + yaw_deg),
         match=match,
         yaw_deg=yaw_deg,
-        lighting=lit,
+        lighting=lighting,
     )
 
 
-def _out_of_reach(one: Placed, wish: LensWish) -> Placed:
+def _out_of_reach(one: LampPlacement, wish: LensWish) -> LampPlacement:
     grade = one.grade and GRADES[NO]
     return replace(one, attainable=False, shortfall=LensShortfall(obstacle_of(wish)), grade=grade)
 
 
-def _under(one: Placed, radiance: Floats, added: AddedLight) -> Float64:
+def _under(one: LampPlacement, radiance: Floats, lamp_light: AddedLight) -> Float64:
     """The place as the face sees it: with a captured lamp, or without what a near lamp hides."""
-    turned = np.roll(radiance, -one.turn_index, axis=1)
-    power = one.power if added.light is not None else 0.0
-    return added.over(turned, one.placement, power)
+    rotated = np.roll(radiance, -one.turn_index, axis=1)
+    power = one.power if lamp_light.light is not None else 0.0
+    return lamp_light.over(rotated, one.placement, power)
 
 
-def _key(pack: StylePack, one: Placed, light: Float64) -> float:
+def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
     """Azimuth of what lights the face most, from the nose toward the sitter's left."""
     style = pack.styles[pack.index(one.name)]
     if style.side != "none" and one.attainable:
@@ -107,7 +112,7 @@ def _key(pack: StylePack, one: Placed, light: Float64) -> float:
     return one.lamp_azimuth_deg if main is None else -main
 
 
-class _View:
+class _AsideView:
     """A head from aside, ready for a lamp near it."""
 
     def __init__(
@@ -121,15 +126,15 @@ class _View:
         self._targets: Float32 = targets_in(pack, view)
         self._near = None if lamp is None else prepare_near(view.transport, view.shape)
 
-    def match(self, one: Placed, under: Float64) -> float:
+    def match(self, one: LampPlacement, under: Float64) -> float:
         """Match of the picture of place and lamp, of 100."""
         picture = render(self._transport, under)
         if self._near is not None and self._lamp is not None:
             alone = near_picture(self._near, self._lamp, *placement(one.placement))
             picture = picture + np.float32(one.power) * alone
-        region, seen = self._region, luminance(picture).astype(np.float64)
+        region, grey = self._region, luminance(picture).astype(np.float64)
         weights = region_weights(self._targets[self._pack.index(one.name)], region)
-        away = seen - (seen @ region) / region.sum()
+        away = grey - (grey @ region) / region.sum()
         face = region > 0
         norm = np.sqrt((weights[face] ** 2 / region[face]).sum() * (region @ away**2))
-        return float(100.0 * (weights @ seen) / max(norm, 1e-30))
+        return float(100.0 * (weights @ grey) / max(norm, 1e-30))

@@ -151,8 +151,8 @@ def make_lamp(
         lamp = both[..., :3] * (both[..., 3:] > 0)
         edge = reduce_radiance(lamp, LARGEST)
         both = reduce_radiance(both, LARGEST)
-        covered = both[..., 3] > 0
-        both[covered, :3] = edge[covered]
+        coverage = both[..., 3] > 0
+        both[coverage, :3] = edge[coverage]
     light, mask = np.ascontiguousarray(both[..., :3]), np.clip(both[..., 3], 0.0, 1.0)
     if not (light[mask > 0] > 0).any():
         raise CoreError(
@@ -196,7 +196,7 @@ def grey_lamp(lamp: CapturedLamp) -> CapturedLamp:
     return replace(lamp, radiance=np.repeat(grey[..., None], 3, axis=2))
 
 
-def placed(
+def place_lamp(
     lamp: CapturedLamp,
     shape: tuple[int, int] = SHAPE,
     *,
@@ -218,13 +218,13 @@ def placed(
         (token or Token()).check()
         report(row / len(ALTITUDES_DEG), Progress(Task.TURNING_LAMP))
         raised = rotation(0.0, float(altitude)) @ ahead_of_face
-        ahead, hidden = _turned(fine, mask, raised, shape)
+        ahead, hidden = _rotate(fine, mask, raised, shape)
         for column in range(columns):
             # Toward the sitter's left is to the left in the panorama.
             light[row * columns + column] = np.roll(ahead, -column, axis=1)
             alpha[row * columns + column] = np.roll(hidden, -column, axis=1)
-    known = lamp.white_cd_m2 is not None
-    return PlacedLamp(lamp.name, lamp.title, light, alpha, lamp.distance_m, known)
+    has_white = lamp.white_cd_m2 is not None
+    return PlacedLamp(lamp.name, lamp.title, light, alpha, lamp.distance_m, has_white)
 
 
 def placed_at(
@@ -236,7 +236,7 @@ def placed_at(
     and `alpha`: (H, W) float32, as one of `PlacedLamp.alpha`.
     """
     light, alpha, ahead = _fine(lamp)
-    return _turned(light, alpha, rotation(-azimuth_deg, altitude_deg) @ ahead, shape)
+    return _rotate(light, alpha, rotation(-azimuth_deg, altitude_deg) @ ahead, shape)
 
 
 def _fine(lamp: CapturedLamp) -> tuple[Float32, Float32, Float64]:
@@ -250,22 +250,24 @@ def _fine(lamp: CapturedLamp) -> tuple[Float32, Float32, Float64]:
     alpha = lamp.alpha
     times = -(-_FINE_ROWS // lamp.shape[0])
     if times > 1:
-        wanted = lamp.shape[0] * times, lamp.shape[1] * times
-        light, alpha = enlarge(light, wanted), enlarge(alpha, wanted)
+        fine_shape = lamp.shape[0] * times, lamp.shape[1] * times
+        light, alpha = enlarge(light, fine_shape), enlarge(alpha, fine_shape)
     return light, alpha, centring(light)
 
 
-def _turned(
+def _rotate(
     light: Float32, alpha: Float32, matrix: Float64, shape: tuple[int, int]
 ) -> tuple[Float32, Float32]:
-    turned = rotate_light(light, matrix)
-    held, got = energy(light), energy(turned)
+    rotated = rotate_light(light, matrix)
+    energy_before, got = energy(light), energy(rotated)
     # Of a lamp over a pole some 0.1 % is lost.
-    turned *= np.divide(held, got, out=np.ones_like(got), where=got > 0).astype(np.float32)
+    rotated *= np.divide(energy_before, got, out=np.ones_like(got), where=got > 0).astype(
+        np.float32
+    )
     # Plain interpolation for the mask: an area that is covered stays covered, with 1.
     hidden = np.asarray(remap_frame(alpha, matrix), np.float32)
-    covered = reduce_radiance(hidden[..., None], shape)[..., 0]
-    return reduce_radiance(turned, shape), np.clip(covered, 0.0, 1.0)
+    hidden_share = reduce_radiance(hidden[..., None], shape)[..., 0]
+    return reduce_radiance(rotated, shape), np.clip(hidden_share, 0.0, 1.0)
 
 
 Point: TypeAlias = tuple[float, float]
@@ -274,7 +276,7 @@ Point: TypeAlias = tuple[float, float]
 _APART: Final = 0.5  # of the radius: dabs of a stroke lie no farther from each other
 
 
-def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bool) -> Float32:
+def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, is_lamp: bool) -> Float32:
     """Set or clear what a round brush covers from point to point, the shorter way around.
 
     `alpha`: (H, 2 H) float32, share of each texel that the lamp covers, 0 to 1; not changed.
@@ -299,18 +301,18 @@ def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bo
         away = np.degrees(np.arccos(np.clip(near, -1.0, 1.0)))
         share = np.clip((radius - away) / step + 0.5, 0.0, 1.0).astype(np.float32)
         part = new[first:last]
-        new[first:last] = np.maximum(part, share) if lit else np.minimum(part, 1.0 - share)
+        new[first:last] = np.maximum(part, share) if is_lamp else np.minimum(part, 1.0 - share)
     return new
 
 
 def _along(points: tuple[Point, ...], step: float) -> list[Point]:
     """Points of a stroke, none farther than `step` from the next, deg."""
-    found = [points[0]]
+    path = [points[0]]
     for (a, e), (b, f) in pairwise(points):
         across = (b - a + 180.0) % 360.0 - 180.0
         count = max(math.ceil(math.hypot(across, f - e) / step), 1)
-        found += [(a + across * k / count, e + (f - e) * k / count) for k in range(1, count + 1)]
-    return found
+        path += [(a + across * k / count, e + (f - e) * k / count) for k in range(1, count + 1)]
+    return path
 
 
 _GRID: Final = (256, 512)
@@ -355,27 +357,29 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     light = np.asarray(radiance @ np.array(LUMINANCE_WEIGHTS, np.float32), np.float32)
     middle, core = _core(light)
     forward = rotation(*middle).T
-    seen = np.asarray(remap_frame(light, forward), np.float32)
+    view = np.asarray(remap_frame(light, forward), np.float32)
     size = (light.shape[1], light.shape[0])
     whole = cv2.resize(core.astype(np.float32), size, interpolation=cv2.INTER_NEAREST)
     sure = np.asarray(remap_frame(np.asarray(whole, np.float32), forward)) > 0.5
-    mask, contrast, rejected = _outline(seen, sure)
-    alpha = _as_captured(light, _at_half(seen, mask), forward.T)
-    lost = 0.0 if clipped is None else float((clipped * alpha).sum() / max(alpha.sum(), 1e-9))
-    return LampMask(alpha, contrast, rejected, lost)
+    mask, contrast, rejected = _outline(view, sure)
+    alpha = _as_captured(light, _at_half(view, mask), forward.T)
+    clip_share = 0.0 if clipped is None else float((clipped * alpha).sum() / max(alpha.sum(), 1e-9))
+    return LampMask(alpha, contrast, rejected, clip_share)
 
 
 def edit_mask(
-    lamp: CapturedLamp, box: tuple[float, float, float, float], *, lit: bool
+    lamp: CapturedLamp, box: tuple[float, float, float, float], *, is_lamp: bool
 ) -> CapturedLamp:
     """Set or clear a box of a lamp's mask: azimuth from and to, elevation from and to, deg.
 
     Raises CoreError when no light would be left.
     """
     region = box_mask(*box, lamp.shape) > 0.5
-    alpha = np.where(region, np.float32(lit), lamp.alpha).astype(np.float32)
-    known = {"white_cd_m2": lamp.white_cd_m2, "distance_m": lamp.distance_m}
-    return make_lamp(lamp.name, lamp.radiance, alpha, title=lamp.title, camera=lamp.camera, **known)
+    alpha = np.where(region, np.float32(is_lamp), lamp.alpha).astype(np.float32)
+    values = {"white_cd_m2": lamp.white_cd_m2, "distance_m": lamp.distance_m}
+    return make_lamp(
+        lamp.name, lamp.radiance, alpha, title=lamp.title, camera=lamp.camera, **values
+    )
 
 
 def _core(light: Float32) -> tuple[Point, Bools]:
@@ -395,8 +399,8 @@ def _core(light: Float32) -> tuple[Point, Bools]:
     excess = np.maximum(grid - room, 0.0) * weight
     best, mask = 0.0, np.zeros(grid.shape, np.bool_)
     for level in np.geomspace(low, high, max(2 * round(np.log2(high / low)), 1), endpoint=False):
-        held, body = _most(grid >= level, excess, weight)
-        score = held * _standing_out(grid, body, weight) ** 3 if held > 0.0 else 0.0
+        total, body = _most(grid >= level, excess, weight)
+        score = total * _standing_out(grid, body, weight) ** 3 if total > 0.0 else 0.0
         # Upward, so that of nearly equal ones the highest counts: less hangs on to it.
         if score > 0.9 * best:
             best, mask = max(score, best), body
@@ -415,8 +419,8 @@ def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools
     areas, sums = (np.bincount(labels.ravel(), np.tile(v, 2).ravel()) for v in (weight, excess))
     sums[0] = 0.0
     sums[areas > 2.0 * _LARGEST * 4.0 * np.pi] = 0.0
-    chosen = labels == int(np.argmax(sums))
-    body: Bools = chosen[:, :columns] | chosen[:, columns:]
+    largest = labels == int(np.argmax(sums))
+    body: Bools = largest[:, :columns] | largest[:, columns:]
     return float(excess[body].sum()) if sums.max() > 0.0 else 0.0, body
 
 
@@ -429,42 +433,42 @@ def _standing_out(grid: Float32, body: Bools, weight: Float64) -> float:
     return min(own / max(around, own / _DARK), _DARK)
 
 
-def _outline(seen: Float32, core: Bools) -> tuple[Bools, float, int]:
+def _outline(view: Float32, core: Bools) -> tuple[Bools, float, int]:
     """Find the lamp's texels, its core being known, both around the middle of the panorama.
 
     With them its contrast to the room, and how many other spots are as bright.
     """
-    weight = _areas(seen)
-    room = _median(seen, weight)
-    top = _own_level(seen[core], weight[core])
+    weight = _areas(view)
+    room = _median(view, weight)
+    top = _own_level(view[core], weight[core])
     steps = [k for k in range(_STEPS) if top * 2.0 ** (-k / 4) > 1.5 * room]
-    masks = [_body(seen >= top * 2.0 ** (-k / 4), core) for k in steps]
-    power = np.minimum(seen, top).astype(np.float64) ** 2 * weight
+    masks = [_body(view >= top * 2.0 ** (-k / 4), core) for k in steps]
+    power = np.minimum(view, top).astype(np.float64) ** 2 * weight
     best = _best_level(
         [float(weight[mask].sum()) for mask in masks], [float(power[mask].sum()) for mask in masks]
     )
     step, mask = steps[best], masks[best]
-    outside = _median(seen, np.where(mask, 0.0, weight))
-    inside = _median(seen, np.where(mask, weight, 0.0))
-    others = (seen > top * 2.0 ** (-step / 4)) & ~mask
+    outside = _median(view, np.where(mask, 0.0, weight))
+    inside = _median(view, np.where(mask, weight, 0.0))
+    others = (view > top * 2.0 ** (-step / 4)) & ~mask
     return mask, inside / max(outside, 1e-6 * inside), _spots(others)
 
 
 def _own_level(values: Float32, weight: Float64) -> float:
     """Find the lamp's own level: more than half of its squared light lies below it."""
     order = np.argsort(values)
-    reached = np.cumsum((values.astype(np.float64) ** 2 * weight)[order])
-    if not (reached.size and reached[-1] > 0.0):
+    energy = np.cumsum((values.astype(np.float64) ** 2 * weight)[order])
+    if not (energy.size and energy[-1] > 0.0):
         raise _nothing()
-    return float(values[order[int(np.searchsorted(reached, 0.6 * reached[-1]))]])
+    return float(values[order[int(np.searchsorted(energy, 0.6 * energy[-1]))]])
 
 
 def _body(bright: Bools, core: Bools) -> Bools:
     """Mark what hangs together with most of the core, small gaps bridged."""
     radius = max(round(_BRIDGE_DEG * bright.shape[0] / 180.0), 1)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
-    joined = cv2.dilate(bright.astype(np.uint8), kernel)
-    labels = cv2.connectedComponents(joined, connectivity=8)[1]
+    joint = cv2.dilate(bright.astype(np.uint8), kernel)
+    labels = cv2.connectedComponents(joint, connectivity=8)[1]
     counts = np.bincount(labels[core & bright], minlength=1)
     counts[0] = 0
     return np.asarray((labels == int(np.argmax(counts))) & bright & bool(counts.any()))
@@ -496,27 +500,27 @@ def _best_level(areas: list[float], powers: list[float]) -> int:
     return next(k for k in middles if powers[k] >= _HOLDS * powers[middles[-1]])
 
 
-def _at_half(seen: Float32, mask: Bools) -> Float32:
+def _at_half(view: Float32, mask: Bools) -> Float32:
     """Put the edge where the light has half its step.
 
     Returns (H, W, 4) float32: alpha, soft over one texel; whether it was found from the lamp's
     light and the room's on both sides of the edge, 0 or 1; and these two.
     """
-    radius = max(round(_RING_DEG * seen.shape[0] / 180.0), 2)
+    radius = max(round(_RING_DEG * view.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)
     three = np.ones((3, 3), np.uint8)
-    found = np.zeros((*seen.shape, 4), np.float32)
-    found[..., 0] = mask
+    edge = np.zeros((*view.shape, 4), np.float32)
+    edge[..., 0] = mask
     for _ in range(2):
-        hard = (found[..., 0] >= 0.5).astype(np.uint8)
+        hard = (edge[..., 0] >= 0.5).astype(np.uint8)
         core, clear = cv2.erode(hard, three), 1 - cv2.dilate(hard, three)
         ring = cv2.dilate(hard, three, iterations=2) - cv2.erode(hard, three, iterations=2)
-        inside, any_in = _around(seen, core, size)
-        outside, any_out = _around(seen, clear, size)
-        told = (ring > 0) & any_in & any_out & (inside - outside > 0.2 * inside)
-        alpha = np.where(told, _share(seen, inside, outside, told), hard)
-        found = np.stack([alpha, told, inside, outside], axis=2).astype(np.float32)
-    return found
+        inside, any_in = _around(view, core, size)
+        outside, any_out = _around(view, clear, size)
+        sharp = (ring > 0) & any_in & any_out & (inside - outside > 0.2 * inside)
+        alpha = np.where(sharp, _share(view, inside, outside, sharp), hard)
+        edge = np.stack([alpha, sharp, inside, outside], axis=2).astype(np.float32)
+    return edge
 
 
 def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> Float32:
@@ -532,19 +536,19 @@ def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
     The levels on both sides of an edge change slowly and can be turned; where they are known, a
     texel of the capture itself says how much of it is lamp.
     """
-    alpha, told, inside, outside = np.moveaxis(remap_frame(edge, back), 2, 0)
-    known = (told > 0.99) & (inside > outside)
-    found = np.where(known, _share(light, inside, outside, known), alpha)
-    return np.asarray(np.clip(found, 0.0, 1.0), np.float32)
+    alpha, sharp, inside, outside = np.moveaxis(remap_frame(edge, back), 2, 0)
+    reliable = (sharp > 0.99) & (inside > outside)
+    share = np.where(reliable, _share(light, inside, outside, reliable), alpha)
+    return np.asarray(np.clip(share, 0.0, 1.0), np.float32)
 
 
-def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bools]:
+def _around(view: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bools]:
     """Mean of a picture over a region around each texel, and where there is any of it."""
     weight = cv2.blur(where.astype(np.float32), size)
-    total = cv2.blur(seen * where, size)
-    known = weight > 1e-4
-    mean = np.divide(total, weight, out=np.zeros_like(seen), where=known)
-    return np.asarray(mean, np.float32), np.asarray(known, np.bool_)
+    total = cv2.blur(view * where, size)
+    reliable = weight > 1e-4
+    mean = np.divide(total, weight, out=np.zeros_like(view), where=reliable)
+    return np.asarray(mean, np.float32), np.asarray(reliable, np.bool_)
 
 
 def _spots(mask: Bools) -> int:
@@ -567,8 +571,10 @@ def _median(values: Float32, weight: Float64) -> float:
     if not weights.sum() > 0.0:
         flat, weights = values.ravel(), weight.ravel()
     order = np.argsort(flat)
-    reached = np.cumsum(weights[order])
-    return float(flat[order[min(int(np.searchsorted(reached, 0.5 * reached[-1])), flat.size - 1)]])
+    weight_sum = np.cumsum(weights[order])
+    return float(
+        flat[order[min(int(np.searchsorted(weight_sum, 0.5 * weight_sum[-1])), flat.size - 1)]]
+    )
 
 
 def _nothing() -> CoreError:

@@ -50,7 +50,7 @@ _ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).rav
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hidden:
+class HiddenTexels:
     """Texels that a lamp hides, per altitude; M of them, both parts of light."""
 
     # tuple of (64, M) int64, position in the place's light of what stands behind the lamp, per
@@ -62,7 +62,7 @@ class Hidden:
     shares: tuple[Float64, ...] = field(repr=False)
 
 
-def find_hidden(alpha: Floats) -> Hidden:
+def find_hidden(alpha: Floats) -> HiddenTexels:
     """Find what a lamp hides.
 
     `alpha`: (576, 32, 64) float, share of each texel that the lamp hides, in the head's frame, per
@@ -83,10 +83,10 @@ def find_hidden(alpha: Floats) -> Hidden:
         own.append(_both(row[:, None] * SHAPE[1] + (column[:, None] - _STEPS) % TURNS, 0))
         share = still[:, row, column].T.astype(np.float64)
         shares.append(np.concatenate([share, share]))
-    return Hidden(tuple(views), tuple(own), tuple(shares))
+    return HiddenTexels(tuple(views), tuple(own), tuple(shares))
 
 
-def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
+def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
     """Take what is linear in light to where a lamp hides it.
 
     `linear`: (F, 4096) float, times two-part light it sums to F values.
@@ -99,7 +99,9 @@ def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_
         yield table
 
 
-def correlate(hidden: Hidden, tables: Sequence[NDArray[_Float]], light: Float64) -> NDArray[_Float]:
+def correlate(
+    hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64
+) -> NDArray[_Float]:
     """Sum up the hidden part at all turns and placements.
 
     `tables`: sequence of (F, M, 64) float, from `hidden_tables`.
@@ -107,34 +109,34 @@ def correlate(hidden: Hidden, tables: Sequence[NDArray[_Float]], light: Float64)
     Returns (F, 64, 576) of the tables' type: per turn and placement.
     """
     flat = light.reshape(-1).astype(tables[0].dtype)
-    found = np.empty_like(tables[0], shape=(len(tables[0]), len(tables), TURNS, TURNS))
+    result = np.empty_like(tables[0], shape=(len(tables[0]), len(tables), TURNS, TURNS))
     for altitude, (views, table) in enumerate(zip(hidden.views, tables, strict=True)):
-        np.matmul(flat[views], table, out=found[:, altitude])
-    return by_turn(found)
+        np.matmul(flat[views], table, out=result[:, altitude])
+    return by_turn(result)
 
 
-def by_turn(found: NDArray[_Float]) -> NDArray[_Float]:
+def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
     """Sort values that are known by turn minus azimuth.
 
-    `found`: (F, 9, 64, 64) float, per altitude, turn minus azimuth, and azimuth.
+    `values`: (F, 9, 64, 64) float, per altitude, turn minus azimuth, and azimuth.
     Returns (F, 64, 576) of its type: per turn and placement.
     """
-    count = len(found)
-    sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS), found.dtype)
+    count = len(values)
+    sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS), values.dtype)
     for altitude in range(len(ALTITUDES_DEG)):
-        flat = found[:, altitude].reshape(count, -1)
+        flat = values[:, altitude].reshape(count, -1)
         sorted_[:, :, altitude] = flat[:, _ORDER].reshape(count, TURNS, TURNS)
     return sorted_.reshape(count, TURNS, COUNT)
 
 
 def correlate_at(
-    hidden: Hidden, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
+    hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
 ) -> Float64:
     """Sum up the hidden part at one turn. Returns (F, 576) float64."""
     flat = light.reshape(-1)
-    turned = (turn - _STEPS) % TURNS
+    index = (turn - _STEPS) % TURNS
     rows = [
-        np.einsum("km,fmk->fk", flat[views[turned]], table)
+        np.einsum("km,fmk->fk", flat[views[index]], table)
         for views, table in zip(hidden.views, tables, strict=True)
     ]
     return np.concatenate(rows, axis=1)
@@ -224,9 +226,9 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
         # The sun may stand in any texel: each counts by the shape of its picture.
         size = np.linalg.norm(first, axis=0)
         even = first / np.maximum(size, _LEAST * size.max())
-        values, turned = np.linalg.eigh(even @ even.T)
-        pictures.append(basis @ turned)
-        rows.append(turned.T @ np.concatenate([first, second], axis=1))
+        values, axes = np.linalg.eigh(even @ even.T)
+        pictures.append(basis @ axes)
+        rows.append(axes.T @ np.concatenate([first, second], axis=1))
         merits.append(values)
     order = np.argsort(-np.concatenate(merits), kind="stable")
     return FaceBasis(
@@ -237,7 +239,9 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
     )
 
 
-def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float64) -> Contrast:
+def find_contrast(
+    face: FaceBasis, hidden: HiddenTexels, lamp: Float64, beside: Float64
+) -> Contrast:
     """Put a lamp into a face's basis.
 
     `lamp`: (K, 576) float64, coordinates of the lamp's pictures.
@@ -259,19 +263,19 @@ def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float6
     )
 
 
-def _shadows(face: FaceBasis, hidden: Hidden, lamp: Float64) -> tuple[Float64, ...]:
+def _shadows(face: FaceBasis, hidden: HiddenTexels, lamp: Float64) -> tuple[Float64, ...]:
     """Per altitude, (1, M, 64): what each hidden texel counts along the lamp's own picture."""
-    found = [np.zeros((1, *own.shape)) for own in hidden.own]
+    sums = [np.zeros((1, *own.shape)) for own in hidden.own]
     for start in range(0, len(face.rows), _BATCH):
         part = slice(start, start + _BATCH)
         tables = hidden_tables(hidden, face.rows[part])
-        pictures = lamp[part].reshape(-1, len(found), TURNS)
+        pictures = lamp[part].reshape(-1, len(sums), TURNS)
         for altitude, table in enumerate(tables):
-            found[altitude][0] += np.einsum("dmk,dk->mk", table, pictures[:, altitude])
-    return tuple(found)
+            sums[altitude][0] += np.einsum("dmk,dk->mk", table, pictures[:, altitude])
+    return tuple(sums)
 
 
-def _shades(hidden: Hidden) -> Float32:
+def _shades(hidden: HiddenTexels) -> Float32:
     """(2048, 576) share of each texel that the lamp hides."""
     texels = SHAPE[0] * SHAPE[1]
     shades = np.zeros((texels, len(hidden.own), TURNS), np.float32)
@@ -299,7 +303,7 @@ class Norms:
 
 
 def norms(
-    contrast: Contrast, hidden: Hidden, light: Floats, scale: float, turn: int | None = None
+    contrast: Contrast, hidden: HiddenTexels, light: Floats, scale: float, turn: int | None = None
 ) -> Norms:
     """Find the contrast of the face at all turns and placements.
 
@@ -315,36 +319,36 @@ def norms(
     else:
         both -= correlate_at(hidden, contrast.shadows, parts, turn)
     main = contrast.hidden[0].shape[1]
-    left = _left(contrast, hidden, place[:main].astype(np.float32), parts, turn)
-    left += _further(contrast, place[main:], parts, turn)
-    return Norms(left, both * (2.0 / scale), own / scale**2)
+    remainder = _remainder(contrast, hidden, place[:main].astype(np.float32), parts, turn)
+    remainder += _further(contrast, place[main:], parts, turn)
+    return Norms(remainder, both * (2.0 / scale), own / scale**2)
 
 
-def _left(
-    contrast: Contrast, hidden: Hidden, place: Float32, parts: Float64, turn: int | None
+def _remainder(
+    contrast: Contrast, hidden: HiddenTexels, place: Float32, parts: Float64, turn: int | None
 ) -> Float64:
     """(64 or 1, 576) squared norm of what the lamp leaves of the place's pictures."""
     flat = parts.reshape(-1).astype(np.float32)
     # From the lamp, light depends on turn minus azimuth alone: that is the first axis here.
-    turned = np.ascontiguousarray(place[:, _SUMS].transpose(1, 0, 2)) if turn is None else place
-    found = []
+    rolled = np.ascontiguousarray(place[:, _SUMS].transpose(1, 0, 2)) if turn is None else place
+    results = []
     for views, table in zip(hidden.views, contrast.hidden, strict=True):
         if turn is not None:
-            seen = flat[views[(turn - _STEPS) % TURNS]]
-            rest = turned - np.einsum("km,mdk->dk", seen, table)
-            found.append(np.square(rest).sum(axis=0))
+            view = flat[views[(turn - _STEPS) % TURNS]]
+            rest = rolled - np.einsum("km,mdk->dk", view, table)
+            results.append(np.square(rest).sum(axis=0))
             continue
         squared = np.zeros((TURNS, TURNS), np.float32)
         for start in range(0, table.shape[1], _BATCH):
             part = slice(start, start + _BATCH)
             columns = table[:, part]
             size = columns.shape[1]
-            lost = flat[views] @ columns.reshape(len(table), size * TURNS)
-            lost = lost.reshape(TURNS, size, TURNS)
-            np.subtract(turned[:, part], lost, out=lost)
-            squared += np.einsum("tdk,tdk->tk", lost, lost)
-        found.append(squared)
-    stacked: Float64 = np.stack(found).astype(np.float64)
+            loss = flat[views] @ columns.reshape(len(table), size * TURNS)
+            loss = loss.reshape(TURNS, size, TURNS)
+            np.subtract(rolled[:, part], loss, out=loss)
+            squared += np.einsum("tdk,tdk->tk", loss, loss)
+        results.append(squared)
+    stacked: Float64 = np.stack(results).astype(np.float64)
     return by_turn(stacked[None])[0] if turn is None else stacked.reshape(1, -1)
 
 
@@ -365,14 +369,14 @@ def _further(contrast: Contrast, place: Float64, parts: Float64, turn: int | Non
     shares = contrast.shades[where].astype(np.float64)
     along = np.einsum("tbr,rt->tb", single, place)
     between = single @ single.transpose(0, 2, 1)
-    lost = ((between @ shares - 2.0 * along[:, :, None]) * shares).sum(axis=1)
-    found: Float64 = np.square(place).sum(axis=0)[:, None] + lost
-    return np.maximum(found, 0.0)
+    loss = ((between @ shares - 2.0 * along[:, :, None]) * shares).sum(axis=1)
+    result: Float64 = np.square(place).sum(axis=0)[:, None] + loss
+    return np.maximum(result, 0.0)
 
 
 def norm_at(
     contrast: Contrast,
-    hidden: Hidden,
+    hidden: HiddenTexels,
     light: Floats,
     scale: float,
     turn: int,
@@ -409,8 +413,8 @@ def _kinds(transport: Transport) -> list[Bools]:
     """Rows of T that are even and that are odd; all of them, for a head without symmetry."""
     rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
-    turned = flipped / (np.einsum("rhw,rhw->r", rows, rows) + 1e-30)
-    pure = bool((np.abs(np.abs(turned) - 1.0) < _PURE).all())
+    ratio = flipped / (np.einsum("rhw,rhw->r", rows, rows) + 1e-30)
+    pure = bool((np.abs(np.abs(ratio) - 1.0) < _PURE).all())
     if not (pure and transport.header.symmetric):
         return [np.ones(len(rows), bool)]
-    return [turned > 0, turned < 0]
+    return [ratio > 0, ratio < 0]

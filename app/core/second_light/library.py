@@ -53,9 +53,9 @@ from app.core.second_light.scale import stated_white, with_lux
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
 from app.core.storage.library import (
-    Damaged,
+    DamagedItem,
     Library,
-    Trashed,
+    TrashedItem,
     files_in,
     title_key,
     unreadable_folder,
@@ -66,7 +66,7 @@ _FINEST: Final = 4 * LARGEST[1]  # columns; a lamp is kept in a quarter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Capture:
+class LampCapture:
     """A lamp from files.
 
     Attributes:
@@ -79,7 +79,7 @@ class Capture:
     mask: LampMask | None = None
 
 
-def read_lamp_file(path: Path | str) -> Capture:
+def read_lamp_file(path: Path | str) -> LampCapture:
     """Read a lamp from a panorama of it in a dark room.
 
     `path`: OpenEXR or Radiance. A channel A is the mask (the light premultiplied); without one the
@@ -97,7 +97,7 @@ def read_lamp_file(path: Path | str) -> Capture:
     if alpha is None:
         mask = find_mask(radiance)
         alpha = mask.alpha
-    return Capture(make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(warnings), mask)
+    return LampCapture(make_lamp(name, radiance, alpha, white_cd_m2=white), tuple(warnings), mask)
 
 
 def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
@@ -137,7 +137,7 @@ def capture_lamp(
     distance_m: float | None = None,
     token: Token | None = None,
     report: Report = silent,
-) -> Capture:
+) -> LampCapture:
     """Merge a bracket of a lamp in a dark room, and find the lamp in it.
 
     `paths`: exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
@@ -171,7 +171,7 @@ def capture_lamp(
         distance_m=distance_m,
         camera=cameras.pop() if len(cameras) == 1 else "",
     )
-    return Capture(lamp, tuple(probe.warnings), mask)
+    return LampCapture(lamp, tuple(probe.warnings), mask)
 
 
 MAX_TITLE: Final = 80
@@ -189,8 +189,8 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
     """Write a lamp's files; the text comes last and makes it count."""
     both = np.dstack([lamp.radiance, lamp.alpha]).astype(np.float32)
     target = capture_named(folder, lamp.name, checksum(lamp))
-    refused = tr("The lamp was not saved in {folder}: {reason}.")
-    with os_errors_as(CoreError, refused, _AGAIN, folder=folder):
+    sentence = tr("The lamp was not saved in {folder}: {reason}.")
+    with os_errors_as(CoreError, sentence, _AGAIN, folder=folder):
         make_folder(folder)
         try:
             write_exr(target, both, lamp.white_cd_m2)
@@ -252,9 +252,9 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
             tr("The lamp {name} cannot be read: {why}.", name=name, why=file.why),
             tr("Check {folder}.", folder=folder),
         )
-    found: Facts = dict(file.facts)
-    lost: list[LampPart] = []
-    version = found.get("format", _FORMAT)
+    file_facts: Facts = dict(file.facts)
+    bad: list[LampPart] = []
+    version = file_facts.get("format", _FORMAT)
     if isinstance(version, int) and version > _FORMAT:
         raise CoreError(
             tr("The lamp {name} was saved by a newer Turnlight.", name=name),
@@ -263,7 +263,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
     bare = name.replace("-", " ").capitalize()
 
     def part(key: str, check: Callable[[Any], Any], default: Any, lost_part: LampPart) -> Any:
-        return take(found, key, check, default, lost, lost_part)
+        return take(file_facts, key, check, default, bad, lost_part)
 
     facts: Facts = {
         "title": part("title", text(MAX_TITLE), bare, LampPart.NAME) or bare,
@@ -275,9 +275,9 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, LampDamage | None]:
         "camera": part("camera", text(80), "", LampPart.CAMERA),
         "sha256": part("sha256", text(64, _SHA), "", LampPart.CHECKSUM),
     }
-    if file.state == "whole" and not lost:
+    if file.state == "whole" and not bad:
         return facts, None
-    return facts, LampDamage(tuple(lost), file.error)
+    return facts, LampDamage(tuple(bad), file.error)
 
 
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
@@ -287,8 +287,8 @@ def capture_path(folder: Path, name: str, facts: Facts) -> Path:
         path = capture_named(folder, name, sha)
         if path.is_file():
             return path
-    elif found := captures(folder, name):
-        return max(found, key=lambda each: each.stat().st_mtime)
+    elif paths := captures(folder, name):
+        return max(paths, key=lambda each: each.stat().st_mtime)
     raise CoreError(
         tr("The capture of “{title}” is missing.", title=facts["title"]),
         tr("Check {folder}, or capture it again.", folder=folder),
@@ -308,12 +308,12 @@ def captures(folder: Path, name: str) -> list[Path]:
 
 def names(folder: Path) -> list[str]:
     """List the names of the lamps: of texts, and of captures whose text is gone."""
-    found = {file.stem for file in files_in(folder, ".json") if _NAME.fullmatch(file.stem)}
+    stems = {file.stem for file in files_in(folder, ".json") if _NAME.fullmatch(file.stem)}
     for file in files_in(folder, ".exr"):
         stem = re.fullmatch(r"(.+)-[0-9a-f]{12}", file.stem)
         if stem and _NAME.fullmatch(stem[1]):
-            found.add(stem[1])
-    return sorted(found)
+            stems.add(stem[1])
+    return sorted(stems)
 
 
 def checksum(lamp: CapturedLamp) -> str:
@@ -328,7 +328,7 @@ def picture_of(lamp: CapturedLamp) -> Bytes:
     dark.
     """
     ahead = centring(lamp.light)
-    seen = np.asarray(remap_frame(lamp.radiance, ahead), np.float32)
+    view = np.asarray(remap_frame(lamp.radiance, ahead), np.float32)
     mask = np.asarray(remap_frame(lamp.alpha, ahead), np.float32)
     height, width = mask.shape
     rows, columns = np.nonzero(mask[:, width // 4 : -(width // 4)] > 0.5)
@@ -337,13 +337,13 @@ def picture_of(lamp: CapturedLamp) -> Bytes:
         off = max(np.abs(rows - height / 2).max(), np.abs(columns - width / 4).max())
         half = int(np.clip(1.5 * off, height // 24, height // 2))
     middle = np.s_[height // 2 - half : height // 2 + half, width // 2 - half : width // 2 + half]
-    lit = seen[mask > 0.5]
-    top = float(np.percentile(lit, 95.0)) if lit.size else float(seen.max())
+    lamp_pixels = view[mask > 0.5]
+    top = float(np.percentile(lamp_pixels, 95.0)) if lamp_pixels.size else float(view.max())
     how = cv2.INTER_AREA if 2 * half > _PICTURE else cv2.INTER_LINEAR
-    shown = cv2.resize(
-        seen[middle] * np.float32(0.9 / top), (_PICTURE, _PICTURE), interpolation=how
+    picture = cv2.resize(
+        view[middle] * np.float32(0.9 / top), (_PICTURE, _PICTURE), interpolation=how
     )
-    return to_bytes(srgb_encode(np.clip(shown, 0.0, 1.0)))
+    return to_bytes(srgb_encode(np.clip(picture, 0.0, 1.0)))
 
 
 _MOST_LAMPS: Final = 500
@@ -383,27 +383,27 @@ def lamps_folder() -> Path:
     return user_data() / "lamps"
 
 
-def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[Damaged, ...]]:
+def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedItem, ...]]:
     """List the lamps of a folder without reading their light."""
     entries: list[LampEntry] = []
-    damaged: list[Damaged] = []
+    damaged: list[DamagedItem] = []
     try:
-        found = names(folder)
+        lamp_names = names(folder)
     except OSError as error:
         return (), (unreadable_folder(folder, error),)
-    for name in found[:_MOST_LAMPS]:
+    for name in lamp_names[:_MOST_LAMPS]:
         try:
             entries.append(_entry(folder, name, *facts_of(folder, name)))
         except CoreError as error:
-            damaged.append(Damaged(folder / f"{name}.json", error))
+            damaged.append(DamagedItem(folder / f"{name}.json", error))
     return tuple(sorted(entries, key=lambda each: title_key(each.title))), tuple(damaged)
 
 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
     """Read a lamp; raises CoreError when there is none of that name, or it is damaged."""
-    found = _find(folder, name)
-    facts, _ = facts_of(folder, found)
-    lamp = read_lamp_file(capture_path(folder, found, facts)).lamp
+    stem = _find(folder, name)
+    facts, _ = facts_of(folder, stem)
+    lamp = read_lamp_file(capture_path(folder, stem, facts)).lamp
     if facts.get("sha256", "") not in ("", checksum(lamp)):
         raise CoreError(
             tr(
@@ -415,7 +415,7 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
     white = lamp.white_cd_m2 if facts["white_cd_m2"] is None else facts["white_cd_m2"]
     return replace(
         lamp,
-        name=found,
+        name=stem,
         title=facts["title"],
         white_cd_m2=white,
         distance_m=facts["distance_m"],
@@ -434,10 +434,10 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     ):
         make_folder(folder)
     with writing(folder):
-        name, wanted = _LIBRARY.names_for(folder, _LIBRARY.clean_title(title or lamp.title))
-        named = replace(lamp, name=name, title=wanted)
-        write_lamp(folder, named)
-    return named
+        name, lamp_title = _LIBRARY.names_for(folder, _LIBRARY.clean_title(title or lamp.title))
+        new_lamp = replace(lamp, name=name, title=lamp_title)
+        write_lamp(folder, new_lamp)
+    return new_lamp
 
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
@@ -457,9 +457,9 @@ def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
     Raises CoreError if another lamp is called so, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
-    renamed = replace(lamp, title=_LIBRARY.renamed(folder, lamp.name, title))
-    write_text(folder, renamed)
-    return renamed
+    new_lamp = replace(lamp, title=_LIBRARY.new_title(folder, lamp.name, title))
+    write_text(folder, new_lamp)
+    return new_lamp
 
 
 def restate_lamp(
@@ -494,16 +494,16 @@ def check_distance(distance_m: float) -> float:
     return distance_m
 
 
-def delete_lamp(folder: Path, name: str) -> Trashed:
+def delete_lamp(folder: Path, name: str) -> TrashedItem:
     """Move a lamp to the trash."""
-    found = _find(folder, name)
-    facts, _ = facts_of(folder, found)
-    files = [folder / f"{found}.json", *captures(folder, found), folder / f"{found}.png"]
+    stem = _find(folder, name)
+    facts, _ = facts_of(folder, stem)
+    files = [folder / f"{stem}.json", *captures(folder, stem), folder / f"{stem}.png"]
     there = [file for file in files if file.exists()]
-    return _LIBRARY.put_away(folder, found, facts["title"], there)
+    return _LIBRARY.put_away(folder, stem, facts["title"], there)
 
 
-def restore_lamp(folder: Path, trashed: Trashed) -> CapturedLamp:
+def restore_lamp(folder: Path, trashed: TrashedItem) -> CapturedLamp:
     """Restore a lamp from the trash.
 
     Under its old name and title, unless others bear them by now.
@@ -529,14 +529,14 @@ def _entry(folder: Path, name: str, facts: Facts, damage: LampDamage | None) -> 
     )
 
 
-def _find(folder: Path, wanted: str) -> str:
+def _find(folder: Path, name: str) -> str:
     there = names(folder)
-    if wanted in there:
-        return wanted
+    if name in there:
+        return name
     titles = _LIBRARY.titles(folder)
-    if title_key(wanted) in titles:
-        return titles[title_key(wanted)]
+    if title_key(name) in titles:
+        return titles[title_key(name)]
     raise CoreError(
-        tr("There is no lamp {wanted!r} in the library.", wanted=wanted),
+        tr("There is no lamp {wanted!r} in the library.", wanted=name),
         tr("There are: {known}.", known=", ".join(there)) if there else tr("There are: none yet."),
     )

@@ -79,8 +79,8 @@ def compare(
         >>> compare(120.0, lamp).possible
         True
     """
-    place_known = _known(place_white_cd_m2)
-    if not _known(lamp.white_cd_m2):
+    place_known = _has_scale(place_white_cd_m2)
+    if not _has_scale(lamp.white_cd_m2):
         return Comparison(Unknown.LAMP if place_known else Unknown.BOTH, lamp.title)
     if not place_known:
         return Comparison(Unknown.PLACE, lamp.title)
@@ -101,15 +101,15 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
             tr("Type what the meter reads."),
         )
     unit = replace(lamp, white_cd_m2=1.0)
-    given = unit.lux
-    if not given:
+    face_lux = unit.lux
+    if not face_lux:
         raise CoreError(
             tr("{title} gives no light.", title=lamp.title), tr("Mark where the lamp is.")
         )
-    return replace(lamp, white_cd_m2=lux / given)
+    return replace(lamp, white_cd_m2=lux / face_lux)
 
 
-def _known(white: float | None) -> bool:
+def _has_scale(white: float | None) -> bool:
     return white is not None and math.isfinite(white) and white > 0.0
 
 

@@ -19,9 +19,9 @@ from app.core.second_light.added import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import (
-    Found,
+    BestSpot,
     LampTables,
-    Place,
+    SearchPlace,
     lamp_tables,
     see_place,
     seek,
@@ -31,7 +31,14 @@ from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.shortfall import Cause, LightShortfall, Shortfall
 from app.core.solver.signature import Grade
-from app.core.solver.solve import Lighting, Picture, StyleResult, judge, picture_of, solve_all
+from app.core.solver.solve import (
+    Lighting,
+    PictureMeasure,
+    StyleResult,
+    judge,
+    picture_of,
+    solve_all,
+)
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, light_shortfall
 from app.core.styles.style_pack import StylePack
@@ -45,7 +52,7 @@ _WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class LampPlacement:
     """The answer of a place and a lamp for a style."""
 
     name: str
@@ -94,22 +101,22 @@ def place_all(
     pack: StylePack,
     transport: Transport,
     radiance: Floats,
-    added: AddedLight,
+    lamp_light: AddedLight,
     objective: Objective = "picture",
     *,
     styles: Sequence[str] | None = None,
-    allowed: Bools | None = None,
+    is_open: Bools | None = None,
     greedy: bool = False,
     powers: Sequence[float] = (1.0,),
     limits: Limits = LIMITS,
     front_deg: float = 0.0,
     tables: LampTables | None = None,
-) -> tuple[Placed, ...]:
+) -> tuple[LampPlacement, ...]:
     """Find the best turn and lamp placement for every style (eq. 7).
 
     `radiance`: (32, 64, 3) float, environment at turn 0, linear Rec. 709, in the unit of the lamp:
     cd/m2.
-    `allowed`: (576,) bool, placements that can be reached; all by default.
+    `is_open`: (576,) bool, placements that can be reached; all by default.
     `powers`: what the lamp may be dimmed to, as shares of its full power, see `dimming`; the
     picture objective takes the one that matches best, of equals the first. The paper's always gains
     by more light, so it takes the first.
@@ -121,8 +128,8 @@ def place_all(
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:
         light = np.repeat(light[..., None], 3, axis=2)
-    chosen = None if styles is None else {pack.index(name) for name in styles}
-    rows = [row for row in range(len(pack.styles)) if chosen is None or row in chosen]
+    indices = None if styles is None else {pack.index(name) for name in styles}
+    rows = [row for row in range(len(pack.styles)) if indices is None or row in indices]
     before = solve_all(
         pack,
         radiance,
@@ -131,26 +138,26 @@ def place_all(
         styles=[pack.styles[row].name for row in rows],
         front_deg=front_deg,
     )
-    tables = lamp_tables(pack, transport, added) if tables is None else tables
+    tables = lamp_tables(pack, transport, lamp_light) if tables is None else tables
     place = see_place(tables, light, scale)
     if greedy:
         turns = [result.turn_index for result in before]
-        found = [
-            seek(tables, place, [row], objective, limits, allowed, powers, turn=turn)[0]
+        spots = [
+            seek(tables, place, [row], objective, limits, is_open, powers, turn=turn)[0]
             for row, turn in zip(rows, turns, strict=True)
         ]
     else:
-        found = list(seek(tables, place, rows, objective, limits, allowed, powers))
-    count = COUNT if allowed is None else int(np.count_nonzero(allowed))
+        spots = list(seek(tables, place, rows, objective, limits, is_open, powers))
+    count = COUNT if is_open is None else int(np.count_nonzero(is_open))
     evaluated = TURNS + count if greedy else TURNS * count
-    ask = _Asked(tables, place, limits, objective, max(powers), evaluated, front_deg, greedy)
-    return tuple(_answer(ask, one, result) for one, result in zip(found, before, strict=True))
+    ask = _Query(tables, place, limits, objective, max(powers), evaluated, front_deg, greedy)
+    return tuple(_answer(ask, one, result) for one, result in zip(spots, before, strict=True))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
+class _Query:
     tables: LampTables
-    place: Place
+    place: SearchPlace
     limits: Limits
     objective: Objective
     most: float
@@ -159,27 +166,27 @@ class _Asked:
     greedy: bool
 
 
-def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
+def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
     tables, place, limits = ask.tables, ask.place, ask.limits
-    spot, style = found.spot, tables.pack.styles[found.row]
-    quality, picture = _measure(tables, place, found)
+    spot, style = best.spot, tables.pack.styles[best.row]
+    quality, picture = _measure(tables, place, best)
     if ask.objective == "paper":
         # As it was searched, to the last bit: what the lamp hides of the sun is rounded alike.
-        quality = float(found.values[spot.number])
-    match, strength = float(picture.match[found.row]), float(picture.strength[found.row])
-    verdict = judge(tables.pack, found.row, picture, limits)
+        quality = float(best.values[spot.number])
+    match, strength = float(picture.match[best.row]), float(picture.strength[best.row])
+    verdict = judge(tables.pack, best.row, picture, limits)
     shortfall = verdict.shortfall
     if not verdict.attainable:
-        weak = _light_shortfall(tables, place, found, match, strength, limits, ask.most)
+        weak = _light_shortfall(tables, place, best, match, strength, limits, ask.most)
         shortfall = weak or shortfall
     turn, (azimuth, altitude) = turn_of_index(spot.turn), placement(spot.number)
-    fine = found.moves
+    fine = best.moves
     refined = wrap(turn + fine[0] * _STEP_DEG - ask.front_deg)
     if ask.greedy:
         # The turn was found, and refined, before there was a lamp.
         refined = before.turn_refined_deg
-    shown = found.values * (1.0 if ask.objective == "picture" else place.scale)
-    return Placed(
+    values = best.values * (1.0 if ask.objective == "picture" else place.scale)
+    return LampPlacement(
         name=style.name,
         title=style.title,
         side=style.side,
@@ -199,31 +206,39 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
         shortfall=shortfall,
         looks_more_like=verdict.looks_more_like,
         before=before,
-        map=shown.reshape(-1, TURNS).astype(np.float32),
+        map=values.reshape(-1, TURNS).astype(np.float32),
         evaluated=ask.evaluated,
-        power=found.power,
+        power=best.power,
     )
 
 
-def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, Picture]:
+def _measure(
+    tables: LampTables, place: SearchPlace, best: BestSpot
+) -> tuple[float, PictureMeasure]:
     """Quality of one combination, and its picture, with all coordinates of its contrast."""
-    pack, added, count = tables.pack, tables.added, tables.count
-    spot, power = found.spot, found.power
+    pack, lamp_light, count = tables.pack, tables.lamp_light, tables.count
+    spot, power = best.spot, best.power
     values = values_at(tables, place, spot, power)
     mean, areas = max(float(values[count]), 1e-30), values[tables.areas]
     product = values[tables.face(0) :]
     norm = norm_at(
-        added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
+        lamp_light.contrast,
+        lamp_light.hidden,
+        place.light,
+        place.scale,
+        spot.turn,
+        spot.number,
+        power,
     )
     match = 100.0 * product / (pack.weight_norm * norm) if norm > 0 else np.zeros(count)
     strength = 100.0 * product / (pack.studio_ratio * mean)
-    return float(values[found.row]), picture_of(pack, areas, match, strength)
+    return float(values[best.row]), picture_of(pack, areas, match, strength)
 
 
 def _light_shortfall(
     tables: LampTables,
-    place: Place,
-    found: Found,
+    place: SearchPlace,
+    best: BestSpot,
     match: float,
     strength: float,
     limits: Limits,
@@ -233,14 +248,14 @@ def _light_shortfall(
 
     None where what the style's signature lacks is to the point.
     """
-    spot, mean = found.spot, tables.count
-    strongest = most * float(tables.lit[mean].max()) / place.scale
+    spot, mean = best.spot, tables.count
+    strongest = most * float(tables.lamp_products[mean].max()) / place.scale
     if strongest < _WEAK * float(place.curves[mean, spot.turn]):
         weak = strength < limits.strength and match >= limits.match
-        return limits.missed(Cause.WEAK_LAMP, match, strength, weak=weak)
-    if tables.pack.styles[found.row].signature.relations:
+        return limits.miss(Cause.WEAK_LAMP, match, strength, weak=weak)
+    if tables.pack.styles[best.row].signature.relations:
         return None
-    turned = np.roll(place.light, -spot.turn, axis=1) * place.scale
-    light = luminance_of(tables.added.over(turned, spot.number, found.power))
-    style = tables.pack.styles[found.row]
+    rolled = np.roll(place.light, -spot.turn, axis=1) * place.scale
+    light = luminance_of(tables.lamp_light.over(rolled, spot.number, best.power))
+    style = tables.pack.styles[best.row]
     return light_shortfall(style, match, strength, limits, LightMap(light), 0.0)

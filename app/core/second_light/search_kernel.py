@@ -32,7 +32,7 @@ from app.core.solver.peaks import TIE, Gate, find_peak
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.signature import Signatures, stops_of
 from app.core.solver.transport import Transport
-from app.core.solver.turn_choice import LIMITS, Limits, Measured, Objective, choose
+from app.core.solver.turn_choice import LIMITS, Limits, Objective, StyleMeasures, choose
 from app.core.solver.weights import target_weights
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
@@ -47,24 +47,24 @@ class LampTables:
     """
 
     pack: StylePack = field(repr=False)
-    added: AddedLight = field(repr=False)
+    lamp_light: AddedLight = field(repr=False)
     # (L, 4096), times two-part light they sum to the values
     linear: Float64 = field(repr=False)
     # (L, 576), values under the lamp alone
-    lit: Float64 = field(repr=False)
+    lamp_products: Float64 = field(repr=False)
 
     # What the lamp hides of each row, see `hidden_tables`. The tables of a large lamp are large:
     # each half is made when its objective first asks. C may be what is left of a hidden sun.
     @cached_property
     def hidden_whole(self) -> tuple[Float64, ...]:
         """Of the targets over the whole head, each (S, M, 64)."""
-        return tuple(hidden_tables(self.added.hidden, self.linear[: self.count]))
+        return tuple(hidden_tables(self.lamp_light.hidden, self.linear[: self.count]))
 
     @cached_property
     def hidden_face(self) -> tuple[Float32, ...]:
         """Of all that is taken over the face, each (L - S, M, 64)."""
         rows = self.linear[self.count :].astype(np.float32)
-        return tuple(hidden_tables(self.added.hidden, rows))
+        return tuple(hidden_tables(self.lamp_light.hidden, rows))
 
     @property
     def count(self) -> int:
@@ -82,7 +82,7 @@ class LampTables:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class SearchPlace:
     """A place's light as the search of a second light takes it."""
 
     # (32, 64, 3) float, linear Rec. 709 radiance at turn 0, divided by `scale`
@@ -94,36 +94,40 @@ class Place:
     curves: Float64 = field(repr=False)
 
 
-def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> LampTables:
+def lamp_tables(pack: StylePack, transport: Transport, lamp_light: AddedLight) -> LampTables:
     """Hold a lamp against the styles of a head.
 
     Raises TransportError if they do not belong together.
     """
     linear = _full(pack)
-    if added.light is not None:
-        parts = two_parts(added.light, pack.mixing).reshape(len(added.light), -1)
-        lit = linear @ parts.T
+    if lamp_light.light is not None:
+        parts = two_parts(lamp_light.light, pack.mixing).reshape(len(lamp_light.light), -1)
+        products = linear @ parts.T
     else:
         weights = _pixel_weights(pack, transport)
-        blocks = np.array_split(added.pictures, 9)
-        lit = np.concatenate([weights @ block.T.astype(np.float64) for block in blocks], 1)
-    return LampTables(pack, added, linear, lit)
+        blocks = np.array_split(lamp_light.pictures, 9)
+        products = np.concatenate([weights @ block.T.astype(np.float64) for block in blocks], 1)
+    return LampTables(pack, lamp_light, linear, products)
 
 
-def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
+def see_place(
+    tables: LampTables, light: Floats, scale: float, *, targets: bool = False
+) -> SearchPlace:
     """Look at a place. `light`: (32, 64, 3) float, linear Rec. 709 radiance at turn 0."""
     pack = tables.pack
-    seen = pack.seen(light)
+    light_values = pack.project(light)
     if targets:
-        values = quality_curves(pack.tables, seen)
+        values = quality_curves(pack.tables, light_values)
     else:
-        found = curves(pack.tables, seen)
-        values = np.concatenate([found.quality, found.mean[None], found.others])
-    return Place(light, scale, two_parts(light, pack.mixing), values)
+        place_curves = curves(pack.tables, light_values)
+        values = np.concatenate(
+            [place_curves.quality, place_curves.mean[None], place_curves.others]
+        )
+    return SearchPlace(light, scale, two_parts(light, pack.mixing), values)
 
 
 def left_everywhere(
-    tables: LampTables, place: Place, rows: Sequence[int], turn: int | None = None
+    tables: LampTables, place: SearchPlace, rows: Sequence[int], turn: int | None = None
 ) -> Floats:
     """Evaluate what the place gives behind the lamp: eq. 7 without the lamp's own light.
 
@@ -132,41 +136,41 @@ def left_everywhere(
     `place.light`; float64 where a target over the whole head is among them. With `lamp_alone` it
     sums to eq. 7.
     """
-    wanted = np.asarray(rows, np.intp)
-    is_whole = wanted < tables.count
+    indices = np.asarray(rows, np.intp)
+    is_whole = indices < tables.count
     kind = np.float64 if is_whole.any() else np.float32
-    found = np.empty((len(wanted), TURNS if turn is None else 1, COUNT), kind)
+    result = np.empty((len(indices), TURNS if turn is None else 1, COUNT), kind)
     for part in (np.flatnonzero(is_whole), np.flatnonzero(~is_whole)):
         # A few at a time, so that what they need stays small.
         for start in range(0, len(part), _BATCH):
             some = part[start : start + _BATCH]
-            found[some] = _lost(tables, place, wanted[some], turn)
-    curves = place.curves[wanted] if turn is None else place.curves[wanted, turn][:, None]
-    return np.subtract(curves[:, :, None], found, out=found, casting="same_kind")
+            result[some] = _loss(tables, place, indices[some], turn)
+    curves = place.curves[indices] if turn is None else place.curves[indices, turn][:, None]
+    return np.subtract(curves[:, :, None], result, out=result, casting="same_kind")
 
 
-def _lost(tables: LampTables, place: Place, rows: Indices, turn: int | None) -> Floats:
+def _loss(tables: LampTables, place: SearchPlace, rows: Indices, turn: int | None) -> Floats:
     """What the lamp hides, of rows that are all targets over the head, or none."""
-    hidden, whole = tables.added.hidden, bool(rows[0] < tables.count)
+    hidden, whole = tables.lamp_light.hidden, bool(rows[0] < tables.count)
     every: tuple[Floats, ...] = tables.hidden_whole if whole else tables.hidden_face
-    chosen = tuple(table[rows - (0 if whole else tables.count)] for table in every)
+    parts = tuple(table[rows - (0 if whole else tables.count)] for table in every)
     if turn is None:
-        return correlate(hidden, chosen, place.parts)
-    return correlate_at(hidden, chosen, place.parts, turn)[:, None]
+        return correlate(hidden, parts, place.parts)
+    return correlate_at(hidden, parts, place.parts, turn)[:, None]
 
 
-def values_at(tables: LampTables, place: Place, spot: Spot, power: float) -> Float64:
+def values_at(tables: LampTables, place: SearchPlace, spot: LampSpot, power: float) -> Float64:
     """Evaluate all rows at one combination, (L,) float64, in the unit of `place.light`."""
-    hidden, (altitude, azimuth) = tables.added.hidden, divmod(spot.number, TURNS)
+    hidden, (altitude, azimuth) = tables.lamp_light.hidden, divmod(spot.number, TURNS)
     parts = np.roll(place.parts, -spot.turn, axis=2).reshape(-1)
     own, share = hidden.own[altitude][:, azimuth], hidden.shares[altitude][:, azimuth]
     parts[own] -= share * parts[own]
-    return tables.linear @ parts + tables.lit[:, spot.number] * (power / place.scale)
+    return tables.linear @ parts + tables.lamp_products[:, spot.number] * (power / place.scale)
 
 
-def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64:
+def lamp_alone(tables: LampTables, place: SearchPlace, rows: Sequence[int]) -> Float64:
     """Return what the lamp's own light gives at full power, (len(rows), 576) float64."""
-    return np.asarray(tables.lit[list(rows)] / place.scale)
+    return np.asarray(tables.lamp_products[list(rows)] / place.scale)
 
 
 def _full(pack: StylePack) -> Float64:
@@ -202,14 +206,14 @@ _MIDDLE: Final = len(ALTITUDES_DEG) // 2
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class LampSpot:
     """A turn and a placement of the lamp."""
 
     turn: int
     number: int
 
 
-def best_spot(objective: Float64, allowed: Bools | None = None) -> Spot:
+def best_spot(objective: Float64, eligible: Bools | None = None) -> LampSpot:
     """Choose the largest value.
 
     Among those within a millionth of it: the smaller turn, then clockwise; then the smaller
@@ -217,12 +221,14 @@ def best_spot(objective: Float64, allowed: Bools | None = None) -> Spot:
 
     `objective`: (64, 576) or (1, 576) float64, per turn and placement.
     """
-    values = objective.ravel() if allowed is None else np.where(allowed, objective, -np.inf).ravel()
+    values = (
+        objective.ravel() if eligible is None else np.where(eligible, objective, -np.inf).ravel()
+    )
     top = int(np.argmax(values))
     ties = np.flatnonzero(values >= values[top] - TIE * abs(values[top]))
     if len(ties) > 1:
         top = int(min(ties.tolist(), key=_rank))
-    return Spot(*divmod(top, COUNT))
+    return LampSpot(*divmod(top, COUNT))
 
 
 def _rank(place: int) -> tuple[int, ...]:
@@ -240,7 +246,7 @@ def _rank(place: int) -> tuple[int, ...]:
 
 
 def refine(
-    objective: Float64, spot: Spot, allowed: Bools, gate: Float64 | None = None
+    objective: Float64, spot: LampSpot, eligible: Bools, gate: Float64 | None = None
 ) -> tuple[float, float, float]:
     """Look between the grid's places for the maximum, by a parabola through the neighbours.
 
@@ -251,7 +257,7 @@ def refine(
     each.
     """
     cube = _around(objective, spot)
-    free = _free(_around(allowed, spot))
+    free = _free(_around(eligible, spot))
     free[0] &= len(objective) > 1
     free[1] &= 0 < spot.number // TURNS < len(ALTITUDES_DEG) - 1
     slope, bend = _parabola(cube)
@@ -272,7 +278,7 @@ def refine(
     return turn, azimuth, altitude
 
 
-def _around(values: NDArray[_Kind], spot: Spot) -> NDArray[_Kind]:
+def _around(values: NDArray[_Kind], spot: LampSpot) -> NDArray[_Kind]:
     """(3, 3, 3) values around a spot: turn, altitude, azimuth; the ends repeat in altitude."""
     altitude, azimuth = divmod(spot.number, TURNS)
     steps = np.arange(-1, 2)
@@ -281,9 +287,9 @@ def _around(values: NDArray[_Kind], spot: Spot) -> NDArray[_Kind]:
     return grid[np.ix_((spot.turn + steps) % len(grid), rows, (azimuth + steps) % TURNS)]
 
 
-def _free(allowed: Bools) -> Bools:
+def _free(eligible: Bools) -> Bools:
     """(3,) whether both neighbours along a way may be chosen."""
-    lines = (allowed[:, 1, 1], allowed[1, :, 1], allowed[1, 1, :])
+    lines = (eligible[:, 1, 1], eligible[1, :, 1], eligible[1, 1, :])
     return np.array([bool(line.all()) for line in lines])
 
 
@@ -313,11 +319,11 @@ def _inside(gate: Float64, moves: Float64) -> Float64:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class BestSpot:
     """The best combination for one style."""
 
     row: int
-    spot: Spot
+    spot: LampSpot
     # from there to the maximum between the grid's places: turn, azimuth, altitude, in steps
     moves: tuple[float, float, float]
     # (576,), the objective at that turn: match of 100, or quality in the unit of the place's light
@@ -327,48 +333,48 @@ class Found:
 
 def seek(
     tables: LampTables,
-    place: Place,
+    place: SearchPlace,
     rows: Sequence[int],
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    allowed: Bools | None = None,
+    is_open: Bools | None = None,
     powers: Sequence[float] = (1.0,),
     *,
     turn: int | None = None,
-) -> tuple[Found, ...]:
+) -> tuple[BestSpot, ...]:
     """Evaluate all combinations for some styles and choose.
 
-    `allowed`: (576,) bool, placements that can be reached.
+    `is_open`: (576,) bool, placements that can be reached.
     Raises CoreError if no placement is allowed.
     """
-    if allowed is not None and not allowed.any():
+    if is_open is not None and not is_open.any():
         raise CoreError(tr("The lamp cannot be held anywhere within reach."), tr("Hold it nearer."))
     turns = TURNS if turn is None else 1
-    open_ = np.broadcast_to(True if allowed is None else allowed, (turns, COUNT))
+    open_ = np.broadcast_to(True if is_open is None else is_open, (turns, COUNT))
     if objective == "paper":
         quality = left_everywhere(tables, place, rows, turn)
         quality += powers[0] * lamp_alone(tables, place, rows)[:, None]
         answers = [
-            _found(row, values, open_, powers[0], everywhere=allowed is None)
+            _best_spot(row, values, open_, powers[0], everywhere=is_open is None)
             for row, values in zip(rows, quality, strict=True)
         ]
-        return _counted(answers, turn)
+        return _count_answers(answers, turn)
     parts = _Parts.of(tables, place, rows, turn)
-    best: dict[int, tuple[tuple[int, float], Found]] = {}
+    best: dict[int, tuple[tuple[int, float], BestSpot]] = {}
     for power in powers:
         sight = parts.at(power)
         for row in rows:
-            merit, found = _choose(sight, row, limits, open_)
+            merit, spot = _choose(sight, row, limits, open_)
             if row not in best or merit > best[row][0]:
-                best[row] = merit, found
-    return _counted([best[row][1] for row in rows], turn)
+                best[row] = merit, spot
+    return _count_answers([best[row][1] for row in rows], turn)
 
 
-def _counted(answers: list[Found], turn: int | None) -> tuple[Found, ...]:
+def _count_answers(answers: list[BestSpot], turn: int | None) -> tuple[BestSpot, ...]:
     """Where only one turn was looked at, it is the first: give it its number."""
     if turn is None:
         return tuple(answers)
-    return tuple(replace(one, spot=Spot(turn, one.spot.number)) for one in answers)
+    return tuple(replace(one, spot=LampSpot(turn, one.spot.number)) for one in answers)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -377,24 +383,26 @@ class _Parts:
 
     tables: LampTables
     where: dict[int, int]
-    left: Floats
+    remainder: Floats
     alone: Float64
     contrast: Norms
 
     @classmethod
-    def of(cls, tables: LampTables, place: Place, rows: Sequence[int], turn: int | None) -> _Parts:
+    def of(
+        cls, tables: LampTables, place: SearchPlace, rows: Sequence[int], turn: int | None
+    ) -> _Parts:
         """Evaluate styles over the face, its mean and its areas."""
-        added = tables.added
+        lamp_light = tables.lamp_light
         # Without a signature a style may be chosen by its quality, see `choose`.
         plain = [row for row in rows if not tables.pack.styles[row].signature.relations]
         faces = [tables.face(row) for row in rows]
-        wanted = [*plain, *faces, tables.count, *tables.areas]
+        columns = [*plain, *faces, tables.count, *tables.areas]
         return cls(
             tables=tables,
-            where={row: position for position, row in enumerate(wanted)},
-            left=left_everywhere(tables, place, wanted, turn),
-            alone=lamp_alone(tables, place, wanted),
-            contrast=norms(added.contrast, added.hidden, place.light, place.scale, turn),
+            where={row: position for position, row in enumerate(columns)},
+            remainder=left_everywhere(tables, place, columns, turn),
+            alone=lamp_alone(tables, place, columns),
+            contrast=norms(lamp_light.contrast, lamp_light.hidden, place.light, place.scale, turn),
         )
 
     def at(self, power: float) -> _Sight:
@@ -419,7 +427,7 @@ class _Sight:
     def value(self, row: int) -> Float64:
         """(64 or 1, 576) value of a row of `LampTables.lit`."""
         position = self.parts.where[row]
-        return np.asarray(self.parts.left[position] + self.power * self.parts.alone[position])
+        return np.asarray(self.parts.remainder[position] + self.power * self.parts.alone[position])
 
     @property
     def areas(self) -> Float64:
@@ -434,7 +442,7 @@ class _Sight:
 
 def _choose(
     sight: _Sight, row: int, limits: Limits, open_: Bools
-) -> tuple[tuple[int, float], Found]:
+) -> tuple[tuple[int, float], BestSpot]:
     """Choose among all combinations as among turns (`app.core.solver.turn_choice`).
 
     How far that got: the grade, and the match.
@@ -450,24 +458,26 @@ def _choose(
     quality = product if signature.styles[0].relations else sight.value(row)
     at = quality.ravel(), match.ravel(), strength.ravel()
     # `refine` works on match itself.
-    measured = Measured(*at, yes[0], nearly[0], np.ones(match.size))
+    measured = StyleMeasures(*at, yes[0], nearly[0], np.ones(match.size))
     choice = choose(measured, "picture", limits, open_.ravel())
     gate = None if choice.guard is None else choice.gate.reshape(match.shape)
-    curve, allowed = choice.curve.reshape(match.shape), choice.allowed.reshape(match.shape)
-    best = best_spot(curve, allowed)
+    curve, eligible = choice.curve.reshape(match.shape), choice.eligible.reshape(match.shape)
+    best = best_spot(curve, eligible)
     merit = int(choice.grade), float(match[best.turn, best.number])
     if len(curve) == 1:
-        found = _found(row, curve, allowed, sight.power, gate=gate)
+        candidate = _best_spot(row, curve, eligible, sight.power, gate=gate)
     else:
-        spot, aside = _offered(curve, best, float(choice.price), gate)
+        spot, aside = _offer(curve, best, float(choice.price), gate)
         one_turn = None if gate is None else gate[[spot.turn]]
-        still = Spot(0, spot.number)
-        moves = refine(curve[[spot.turn]], still, allowed[[spot.turn]], one_turn)
-        found = Found(row, spot, (aside, *moves[1:]), curve[spot.turn], sight.power)
-    return merit, replace(found, values=match[found.spot.turn].copy())
+        still = LampSpot(0, spot.number)
+        moves = refine(curve[[spot.turn]], still, eligible[[spot.turn]], one_turn)
+        candidate = BestSpot(row, spot, (aside, *moves[1:]), curve[spot.turn], sight.power)
+    return merit, replace(candidate, values=match[candidate.spot.turn].copy())
 
 
-def _offered(curve: Float64, best: Spot, price: float, gate: Float64 | None) -> tuple[Spot, float]:
+def _offer(
+    curve: Float64, best: LampSpot, price: float, gate: Float64 | None
+) -> tuple[LampSpot, float]:
     """The turn offered with the lamp held where it is best, by the rule without a lamp.
 
     Returns:
@@ -476,18 +486,18 @@ def _offered(curve: Float64, best: Spot, price: float, gate: Float64 | None) -> 
     guard = None if gate is None else Gate(gate[:, best.number], 0.0)
     peak = find_peak(curve[:, best.number], best.turn, guard, price=price)
     aside = wrap(peak.refined_deg - peak.turn_deg) * TURNS / 360.0
-    return Spot(peak.index, best.number), aside
+    return LampSpot(peak.index, best.number), aside
 
 
-def _found(
+def _best_spot(
     row: int,
     values: Float64,
-    allowed: Bools,
+    eligible: Bools,
     power: float,
     *,
     gate: Float64 | None = None,
     everywhere: bool = False,
-) -> Found:
-    spot = best_spot(values, None if everywhere else allowed)
-    moves = refine(values, spot, allowed, gate)
-    return Found(row, spot, moves, values[spot.turn].copy(), power)
+) -> BestSpot:
+    spot = best_spot(values, None if everywhere else eligible)
+    moves = refine(values, spot, eligible, gate)
+    return BestSpot(row, spot, moves, values[spot.turn].copy(), power)

@@ -82,7 +82,7 @@ _AROUND_DEG: Final = (15.0, 40.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Face:
+class FaceRegion:
     """The judged region of a head's picture and the areas in it.
 
     Attributes:
@@ -96,7 +96,7 @@ class Face:
     areas: Float64 = field(repr=False)
 
 
-def find_face(transport: Transport, shape: HeadShape) -> Face:
+def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
     """Find the face region and areas of a head by its mesh.
 
     Raises:
@@ -127,11 +127,11 @@ def find_face(transport: Transport, shape: HeadShape) -> Face:
         order = [AREAS.index(mirror_area(name)) for name in AREAS]
         region = 0.5 * (region + region[there])
         areas = 0.5 * (areas + areas[order][:, there])
-    return Face(region, areas)
+    return FaceRegion(region, areas)
 
 
 def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Float64:
-    """Return the weight, (P,), of each pixel of a head turned aside; see `Face.region`.
+    """Return the weight, (P,), of each pixel of a head turned aside; see `FaceRegion.region`.
 
     Args:
         places: Where the view's pixels look.
@@ -180,11 +180,11 @@ def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Floa
         for name, each in ovals.items()
         for side, sign in (("left", 1.0), ("right", -1.0))
     }
-    found = {}
+    result = {}
     for name, each in {**sided, **_MIDDLE}.items():
         parts = [_oval(across, down, oval, whole) for oval in each]
-        found[name] = np.sum([p / max(p.sum(), 1e-30) for p in parts], axis=0) / len(parts)
-    return found
+        result[name] = np.sum([p / max(p.sum(), 1e-30) for p in parts], axis=0) / len(parts)
+    return result
 
 
 def _no_face() -> TransportError:

@@ -93,14 +93,14 @@ def load_shape(path: Path) -> HeadShape:
             shape.
     """
     names = [name for name, _ in _KINDS]
-    header, known = read_sealed(
+    header, arrays = read_sealed(
         path, tr("head's shape"), _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
     )
     if "head" not in header:
         raise TransportError(tr("{name} is not a head's shape.", name=path.name), _AGAIN)
-    if not _fits(known):
+    if not _fits(arrays):
         raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN)
-    return HeadShape(head=str(header["head"]), **known)
+    return HeadShape(head=str(header["head"]), **arrays)
 
 
 def load_shape_of(transport: Transport, name: str) -> HeadShape:

@@ -38,7 +38,7 @@ from app.core.solver.signature import GRADES, NO, YES
 from app.core.solver.solve import (
     Gain,
     Lighting,
-    Searched,
+    PlaceSearch,
     StyleResult,
     Verdict,
     answer,
@@ -50,8 +50,8 @@ from app.core.solver.turn_choice import (
     Choice,
     LightMap,
     Limits,
-    Measured,
     Objective,
+    StyleMeasures,
     choose,
 )
 from app.core.solver.weights import region_weights
@@ -68,12 +68,12 @@ NAMED_GAIN: Final = 5.0
 """Points of match from which on a gain is named."""
 
 _GRADE_POINTS: Final = 1000.0
-SEEN: Final = 0.7
+LEAST_VISIBLE: Final = 0.7
 """Of the skin that makes a style: with less it is not asked for from there."""
 
 _EDGES: Final = ("edge", "outline")
 _SAME_PLACE_M: Final = 0.004
-_KEPT: Final = 1e-5  # of the contrast that the search basis of a view leaves out
+_LEFT_OUT: Final = 1e-5  # of the contrast that the search basis of a view leaves out
 _FRONT_DEG: Final = 15.0  # a key this near to the line of the nose lights both sides
 _STRAIGHT_DEG: Final = 10.0
 
@@ -134,8 +134,8 @@ def targets_in(pack: StylePack, view: HeadView) -> Float32:
     for row, studio in enumerate(pack.studios):
         if studio != AS_PUBLISHED:
             light = studio_light(pack.styles[row], studio, transport.environment_shape)
-            lit = np.maximum(render(transport, light), 0)
-            targets[row] = lit / max(float(lit.max()), 1e-30)
+            picture = np.maximum(render(transport, light), 0)
+            targets[row] = picture / max(float(picture.max()), 1e-30)
     return targets
 
 
@@ -148,20 +148,22 @@ def _contrast_rows(bases: Float32, region: Float64, texels: Float32, mixed: Floa
     values, vectors = np.linalg.eigh(grey.T @ grey)
     order = np.argsort(-values)
     left_out = 1.0 - np.cumsum(values[order]) / values.sum()
-    kept = order[: int(np.argmax(left_out < _KEPT)) + 1]
-    size = np.sqrt(values[kept])
-    first = np.tensordot((vectors[:, kept] * size).T, texels, 1)
-    second = np.tensordot((grey @ vectors[:, kept] / size).T @ tint, mixed, 1)
+    rows = order[: int(np.argmax(left_out < _LEFT_OUT)) + 1]
+    size = np.sqrt(values[rows])
+    first = np.tensordot((vectors[:, rows] * size).T, texels, 1)
+    second = np.tensordot((grey @ vectors[:, rows] / size).T @ tint, mixed, 1)
     return np.asarray(np.concatenate([first, second], axis=1), np.float32)
 
 
 def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
     """Return, (S,), whether a view shows enough of each area that makes a style."""
-    seen = seen_from(view, shape.positions).astype(np.float64)
+    visibility = seen_from(view, shape.positions).astype(np.float64)
     areas = pack.areas.reshape(len(AREAS), -1)[:, shape.pixels].astype(np.float64)
-    share = (areas @ seen) / np.maximum(areas.sum(axis=1), 1e-30)
+    share = (areas @ visibility) / np.maximum(areas.sum(axis=1), 1e-30)
     share[AROUND] = 0.0  # what is behind the nose is not behind the sitter, seen from aside
-    hidden = {name for name, part in zip(AREAS, share.tolist(), strict=True) if part < SEEN}
+    hidden = {
+        name for name, part in zip(AREAS, share.tolist(), strict=True) if part < LEAST_VISIBLE
+    }
     # An edge that must only not be too bright does no harm where it is not seen.
     harmless = {name for name in hidden if name.split()[-1] in _EDGES}
     return np.array(
@@ -187,11 +189,13 @@ def seen_from(view: HeadView, places: Float32) -> Bools:
         return away, np.stack([points @ right, -points[:, 1], away], axis=1) / away[:, None]
 
     # The camera is known but for where it cuts its picture: that is read off the view's own pixels.
-    depth, shown = slopes(view.shape.positions)
-    known = np.stack([pixels % side, pixels // side], axis=1)
-    camera = [np.linalg.lstsq(shown[:, [axis, 2]], known[:, axis])[0] for axis in (0, 1)]
-    away, wanted = slopes(places)
-    column, row = (np.rint(wanted[:, [axis, 2]] @ camera[axis]) for axis in (0, 1))
+    depth, front_slopes = slopes(view.shape.positions)
+    pixel_places = np.stack([pixels % side, pixels // side], axis=1)
+    camera = [
+        np.linalg.lstsq(front_slopes[:, [axis, 2]], pixel_places[:, axis])[0] for axis in (0, 1)
+    ]
+    away, place_slopes = slopes(places)
+    column, row = (np.rint(place_slopes[:, [axis, 2]] @ camera[axis]) for axis in (0, 1))
     farthest = np.full((side, side), -np.inf, np.float32)
     farthest.flat[pixels] = depth
     around = cv2.dilate(farthest, np.ones((3, 3), np.uint8))
@@ -201,7 +205,7 @@ def seen_from(view: HeadView, places: Float32) -> Bools:
 
 
 def match_curves(
-    pack: StylePack, views: Sequence[ViewTables], light: Floats, front: Measured
+    pack: StylePack, views: Sequence[ViewTables], light: Floats, front: StyleMeasures
 ) -> dict[float, tuple[Float64, Float64]]:
     """Return the match of all styles at all turns of the nose, by yaw.
 
@@ -215,15 +219,15 @@ def match_curves(
     both = np.stack([light, light[:, ::-1]])
     rows = mirror_rows(pack.styles)
     back = -np.arange(TURNS) % TURNS
-    found = {0.0: (front.match, front.contrast)}
+    by_yaw = {0.0: (front.match, front.contrast)}
     for view in views:
         curves = curves_of(view.tables, both)
         here, there = (_match(pack, view, curves, number) for number in (0, 1))
-        found[view.yaw_deg] = here
+        by_yaw[view.yaw_deg] = here
         if pack.header.paired:  # a head that is not symmetric has views from both sides
             continue
-        found[-view.yaw_deg] = there[0][rows][:, back], there[1][:, back]
-    return found
+        by_yaw[-view.yaw_deg] = there[0][rows][:, back], there[1][:, back]
+    return by_yaw
 
 
 def _match(
@@ -288,7 +292,7 @@ STRAIGHT: Final = LensWish()
 
 
 @dataclass(frozen=True)
-class Asked:
+class LensSearch:
     """A place evaluated for every position of the lens.
 
     Attributes:
@@ -303,7 +307,7 @@ class Asked:
     """
 
     styles: Sequence[Style | None]
-    front: Measured
+    front: StyleMeasures
     grades: Indices
     verdict: Callable[[int, int], Verdict]
     objective: Objective
@@ -313,22 +317,22 @@ class Asked:
     by_areas: Bools
     main_deg: float | None
 
-    def at(self, yaw_deg: float) -> Measured:
+    def at(self, yaw_deg: float) -> StyleMeasures:
         """What is measured with the face turned aside: only the match is another one."""
         front = self.front
         if yaw_deg == 0.0:
             return front
-        known = sorted(self.curves)
-        above = min(int(np.searchsorted(known, yaw_deg)), len(known) - 1)
+        yaws = sorted(self.curves)
+        above = min(int(np.searchsorted(yaws, yaw_deg)), len(yaws) - 1)
         below = max(above - 1, 0)
-        share = (yaw_deg - known[below]) / max(known[above] - known[below], 1e-9)
-        (m, c), (n, d) = self.curves[known[below]], self.curves[known[above]]
+        share = (yaw_deg - yaws[below]) / max(yaws[above] - yaws[below], 1e-9)
+        (m, c), (n, d) = self.curves[yaws[below]], self.curves[yaws[above]]
         by_areas = self.by_areas[:, None]
         match = np.where(by_areas, front.match, m + share * (n - m))
         contrast = np.where(by_areas, front.contrast, c + share * (d - c))
         return replace(front, match=match, contrast=contrast)
 
-    def seen(self, yaw_deg: float) -> Bools:
+    def visible(self, yaw_deg: float) -> Bools:
         """(S,) whether the areas of each style are seen at a yaw."""
         beyond = [yaw for yaw in self.counts if yaw * yaw_deg > 0 and abs(yaw) >= abs(yaw_deg)]
         return self.counts[min(beyond, key=abs, default=0.0)]
@@ -349,41 +353,41 @@ class Asked:
     def choice(self, yaw_deg: float, wish: LensWish) -> tuple[Choice, Bools]:
         """The best turns at a yaw; with (S,) whether there are any that are wanted."""
         nose = np.arange(TURNS) * 360.0 / TURNS
-        shown = [wish.met_by(turn) for turn in (nose + yaw_deg).tolist()]
-        is_open: Bools = np.outer(self.seen(yaw_deg), shown)
+        fits = [wish.met_by(turn) for turn in (nose + yaw_deg).tolist()]
+        is_open: Bools = np.outer(self.visible(yaw_deg), fits)
         if wish.yaw in _ASIDE:
-            lit = lighting_of(yaw_deg, self.keys_deg)
-            is_open &= lit == LIGHTINGS.index(wish.yaw)
+            lighting = lighting_of(yaw_deg, self.keys_deg)
+            is_open &= lighting == LIGHTINGS.index(wish.yaw)
         some = np.asarray(is_open.any(axis=1))
         is_open[~some] = True
         return choose(self.at(yaw_deg), self.objective, self.limits, is_open), some
 
     def answer(self, row: int, yaw_deg: float, choice: Choice, scale: float) -> StyleResult:
         """The answer for one style at a yaw."""
-        best = int(best_index(choice.curve[row], choice.allowed[row]))
-        judged = partial(self.verdict, row)
-        found = answer(self.styles[row], choice[row], scale, best, judged)
-        at = found.turn_index
-        lit = LIGHTINGS[int(lighting_of(yaw_deg, self.keys_deg[row, at]))]
-        found = replace(
-            found, yaw_deg=yaw_deg, lighting=lit, yaw_arc_deg=self._arc(row, at, yaw_deg)
+        best = int(best_index(choice.curve[row], choice.eligible[row]))
+        judge = partial(self.verdict, row)
+        result = answer(self.styles[row], choice[row], scale, best, judge)
+        at = result.turn_index
+        lighting = LIGHTINGS[int(lighting_of(yaw_deg, self.keys_deg[row, at]))]
+        result = replace(
+            result, yaw_deg=yaw_deg, lighting=lighting, yaw_arc_deg=self._arc(row, at, yaw_deg)
         )
-        return found.seen_from(-yaw_deg) if yaw_deg else found
+        return result.seen_from(-yaw_deg) if yaw_deg else result
 
     def _arc(self, row: int, at: int, yaw_deg: float) -> tuple[float, float]:
         """Yaws around one at which the picture is about as good."""
-        known = sorted({*self.curves, yaw_deg})
+        yaws = sorted({*self.curves, yaw_deg})
         least = (1.0 - ARC_SHARE) * float(self.at(yaw_deg).match[row, at])
         good = [
-            bool(self.seen(yaw)[row]) and float(self.at(yaw).match[row, at]) >= least
-            for yaw in known
+            bool(self.visible(yaw)[row]) and float(self.at(yaw).match[row, at]) >= least
+            for yaw in yaws
         ]
-        low = high = known.index(yaw_deg)
+        low = high = yaws.index(yaw_deg)
         while low > 0 and good[low - 1]:
             low -= 1
-        while high < len(known) - 1 and good[high + 1]:
+        while high < len(yaws) - 1 and good[high + 1]:
             high += 1
-        return known[low], known[high]
+        return yaws[low], yaws[high]
 
 
 def solve_lens(
@@ -408,21 +412,21 @@ def solve_lens(
         StyleError: If a style is unknown.
     """
     light, scale = normalised(light, pack.header.environment)
-    seen, light_map = pack.seen(light), LightMap(luminance_of(light))
-    here = Searched(pack, limits, light_map, curves(pack.tables, seen))
+    values, light_map = pack.project(light), LightMap(luminance_of(light))
+    here = PlaceSearch(pack, limits, light_map, curves(pack.tables, values))
     counts, rows = {0.0: np.ones(len(pack.styles), bool)}, mirror_rows(pack.styles)
     for view in views:
         counts[view.yaw_deg] = view.counts
         if not pack.header.paired:
             counts[-view.yaw_deg] = view.counts[rows]
-    place = Asked(
+    place = LensSearch(
         styles=pack.styles,
         front=here.measured,
         grades=here.grades,
         verdict=here.verdict,
         objective=objective,
         limits=limits,
-        curves=match_curves(pack, views, seen, here.measured),
+        curves=match_curves(pack, views, values, here.measured),
         counts=counts,
         by_areas=pack.signatures.by_areas,
         main_deg=main_azimuth(light),
@@ -431,22 +435,22 @@ def solve_lens(
     return asked_for(pack, every, styles, front_deg)
 
 
-def best_answers(place: Asked, wish: LensWish, scale: float) -> list[StyleResult]:
+def best_answers(place: LensSearch, wish: LensWish, scale: float) -> list[StyleResult]:
     """Return the best answer of all yaws for each style: by grade, then by match."""
     yaws = sorted(place.curves, key=lambda yaw: (abs(yaw), yaw))
-    asked = [wish.yaw] if isinstance(wish.yaw, float) else yaws
-    choices = [place.choice(yaw, wish) for yaw in asked]
+    trial_yaws = [wish.yaw] if isinstance(wish.yaw, float) else yaws
+    choices = [place.choice(yaw, wish) for yaw in trial_yaws]
     best = np.argmax([_merit(*each) for each in choices], axis=0).tolist()
     straight, results = place.choice(0.0, STRAIGHT)[0], []
     for row, number in enumerate(best):
         choice, some = choices[number]
         if some[row]:
-            results.append(_inside(place.answer(row, asked[number], choice, scale), wish))
+            results.append(_inside(place.answer(row, trial_yaws[number], choice, scale), wish))
         else:
-            found = place.answer(row, 0.0, straight, scale)
-            grade = found.grade and GRADES[NO]
+            result = place.answer(row, 0.0, straight, scale)
+            grade = result.grade and GRADES[NO]
             why = LensShortfall(obstacle_of(wish))
-            results.append(replace(found, attainable=False, grade=grade, shortfall=why))
+            results.append(replace(result, attainable=False, grade=grade, shortfall=why))
     if wish == STRAIGHT:
         gains = _gains(place, straight, results)
         results = [replace(one, gains=gain) for one, gain in zip(results, gains, strict=True)]
@@ -460,7 +464,7 @@ def _merit(choice: Choice, some: Bools) -> Float64:
 
 
 def _gains(
-    place: Asked, straight: Choice, results: Sequence[StyleResult]
+    place: LensSearch, straight: Choice, results: Sequence[StyleResult]
 ) -> list[tuple[Gain, ...]]:
     """What short and broad light gain for each style that they bring into reach, or improve."""
     least = _merit(straight, np.ones(len(straight.grade), bool)) + NAMED_GAIN
@@ -479,14 +483,14 @@ def _gains(
 
 
 def _gain(
-    place: Asked, choice: Choice, row: int, aside: tuple[Lighting, float], now: StyleResult
+    place: LensSearch, choice: Choice, row: int, aside: tuple[Lighting, float], now: StyleResult
 ) -> tuple[Gain, ...]:
     """The turn offered with the face aside, where its grade is better, or alike and its match is.
 
     A style that stays out of reach gains nothing.
     """
     lighting, yaw = aside
-    best = best_index(choice.curve[row], choice.allowed[row])
+    best = best_index(choice.curve[row], choice.eligible[row])
     at = choice[row].peak(best).index
     match = float(choice.measured.match[row, at])
     then, before = _rank(place.verdict(row, at)), _rank(now)
@@ -500,13 +504,13 @@ def _rank(verdict: Verdict | StyleResult) -> int:
     return GRADES.index(verdict.grade) if verdict.grade else YES * verdict.attainable
 
 
-def _inside(found: StyleResult, wish: LensWish) -> StyleResult:
+def _inside(result: StyleResult, wish: LensWish) -> StyleResult:
     """Keep the refined turn where its background is wanted."""
-    if wish.background is None or wish.met_by(found.turn_refined_deg):
-        return found
+    if wish.background is None or wish.met_by(result.turn_refined_deg):
+        return result
     ends = [wrap(end + 180.0) for end in wish.background]
-    nearest = min(ends, key=lambda end: abs(wrap(end - found.turn_refined_deg)))
-    return replace(found, turn_refined_deg=nearest, direction=direction(nearest))
+    nearest = min(ends, key=lambda end: abs(wrap(end - result.turn_refined_deg)))
+    return replace(result, turn_refined_deg=nearest, direction=direction(nearest))
 
 
 def obstacle_of(wish: LensWish) -> Obstacle:

@@ -161,22 +161,22 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
     return np.concatenate([right[::_FINE], left[(_REACH - 1) * _FINE : 0 : -_FINE]])
 
 
-def best_index(objective: Float64, allowed: Bools) -> int:
+def best_index(objective: Float64, eligible: Bools) -> int:
     """Return the grid turn with the largest objective.
 
     Among turns within `TIE` of the best, the smaller turn wins, then clockwise.
 
     Args:
         objective: (64,) float64. At the grid turns.
-        allowed: (64,) bool. At least one True.
+        eligible: (64,) bool. At least one True.
 
     Examples:
         >>> best_index(np.ones(64), np.ones(64, bool))
         0
     """
-    best = objective[allowed].max()
+    best = objective[eligible].max()
     near = best - TIE * np.abs(objective).max()
-    ties = np.flatnonzero(allowed & (objective >= near))
+    ties = np.flatnonzero(eligible & (objective >= near))
     # Smallest |turn| first; of a pair at equal |turn| the clockwise one has the smaller index.
     size = np.minimum(ties, TURNS - ties)
     return int(ties[np.argmin(size)])
@@ -257,8 +257,8 @@ def find_peaks(
     Returns:
         The chosen one, then the others, best first; at most six.
     """
-    allowed = np.ones(TURNS, bool) if gate is None else gate.open
-    heights = np.where(allowed, objective, -np.inf)
+    eligible = np.ones(TURNS, bool) if gate is None else gate.open
+    heights = np.where(eligible, objective, -np.inf)
     least = ARC_SHARE * float(np.abs(objective).max())
     turns = [k for k in _local_maxima(heights) if k != index]
     rivals = [k for k in turns if _prominence(heights, k) > least]
@@ -296,10 +296,10 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
     to_right, to_left = int(np.argmax(right)), int(np.argmax(left))
     start = to_right if right[to_right] >= left[to_left] else -to_left
     around = np.concatenate([values[1][:0:-1], values[0]])
-    found = (start + _top(around, start + _FINE)) / _FINE
-    if guard is None or guard.at(found) >= 0:
-        return found
-    inside, outside = start / _FINE, found
+    place = (start + _top(around, start + _FINE)) / _FINE
+    if guard is None or guard.at(place) >= 0:
+        return place
+    inside, outside = start / _FINE, place
     for _ in range(40):
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if guard.at(middle) >= 0 else (inside, middle)
@@ -371,7 +371,7 @@ def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> floa
     return step * min(step * aside, max(step * (last - offset), 0.0))
 
 
-def _nearest(index: int, offset: float, allowed: Bools) -> int | None:
+def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
     """Steps from `index` to the allowed grid turn nearest to an offset, at most one from it.
 
     Of two as near the one nearer to `index` counts, so that mirrored curves give mirrored turns.
@@ -380,7 +380,7 @@ def _nearest(index: int, offset: float, allowed: Bools) -> int | None:
     near = [
         step
         for step in (middle - 1, middle, middle + 1)
-        if abs(step - offset) <= 1.0 and allowed[(index + step) % TURNS]
+        if abs(step - offset) <= 1.0 and eligible[(index + step) % TURNS]
     ]
     return min(near, key=lambda step: (round(abs(step - offset), 6), abs(step)), default=None)
 

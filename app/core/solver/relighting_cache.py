@@ -127,12 +127,12 @@ def light_table(
     texels = transport.texel_basis.reshape(-1, *shape).astype(np.float64)
     # (frequency, rank, row): one product per azimuth frequency.
     basis = np.ascontiguousarray(np.fft.rfft(texels, axis=2).transpose(2, 0, 1)).conj()
-    kept = None if values.ndim == 2 else _pictures(transport, basis, values)
-    if kept is None or grey:
+    table = None if values.ndim == 2 else _pictures(transport, basis, values)
+    if table is None or grey:
         response = _at_all_turns(basis, luminance_of(values)).astype(np.float32)
         luminance = transport.luminance_basis @ response
     else:
-        luminance = colour.luminance(kept).T
+        luminance = colour.luminance(table).T
     faces = luminance[transport.face].astype(np.float64)
     brightness = faces.mean(axis=0)
     faces -= brightness
@@ -146,7 +146,9 @@ def light_table(
         moments=np.concatenate([faces, faces * faces], axis=1),
         brightness=brightness,
         # Band-limited turns may dip a little below black.
-        pictures=np.maximum(kept, 0) * np.float32(scale) if pictures and kept is not None else None,
+        pictures=np.maximum(table, 0) * np.float32(scale)
+        if pictures and table is not None
+        else None,
     )
 
 
@@ -159,11 +161,11 @@ def counted_light(table: LightTable, active: Bools) -> CountedLight:
     Returns:
         All 0 where no pixel counts.
     """
-    counted = active[table.transport.face].astype(np.float64)
-    count = float(counted.sum())
+    counted_pixels = active[table.transport.face].astype(np.float64)
+    count = float(counted_pixels.sum())
     if count == 0:
         return CountedLight(np.zeros(TURNS), np.zeros(TURNS))
-    sums = counted @ table.moments
+    sums = counted_pixels @ table.moments
     squared: Float64 = sums[TURNS:] - sums[:TURNS] ** 2 / count
     return CountedLight(table.brightness + sums[:TURNS] / count, np.sqrt(np.maximum(squared, 0.0)))
 
@@ -180,18 +182,20 @@ def painted_curves(
     light = counted_light(table, weights.active) if counted is None else counted
     norm = _norm(weights)
     # What is left of weights that are the same everywhere is rounding, and asks for nothing.
-    asked = weights.weights[transport.face]
-    quality = asked @ table.moments[:, :TURNS] if norm > 0 else np.zeros(TURNS)
+    face_weights = weights.weights[transport.face]
+    quality = face_weights @ table.moments[:, :TURNS] if norm > 0 else np.zeros(TURNS)
     both = np.stack([weights.coefficients, weights.ones_in_basis / max(weights.count, 1)])
     target, average = (both.astype(np.float32) @ transport.texel_basis).astype(np.float64)
     glow = np.maximum(target, 0.0)
-    lit = float((average * glow).sum())
+    studio_mean = float((average * glow).sum())
     return PaintedCurves(
         quality=quality,
         mean=light.mean,
         contrast=light.contrast,
         norm=norm,
-        studio=float((target * glow).sum()) / lit if norm > 0 and lit > 1e-30 else 0.0,
+        studio=float((target * glow).sum()) / studio_mean
+        if norm > 0 and studio_mean > 1e-30
+        else 0.0,
     )
 
 

@@ -298,8 +298,8 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
         light: (H, W) float. Light as the search sees it at turn 0, see
             `app.core.solver.search`.
     """
-    found = curves_of(tables, light[None])
-    return Curves(found.quality[0], found.mean[0], found.contrast[0], found.others[0])
+    result = curves_of(tables, light[None])
+    return Curves(result.quality[0], result.mean[0], result.contrast[0], result.others[0])
 
 
 def curves_of(tables: SearchTables, lights: Floats) -> Curves:

@@ -34,7 +34,7 @@ _NOTHING: Final = 2.0**-40  # of the brightest area: no light
 _VISIBLE: Final = 0.1  # stops: a shallower relation is not seen
 _SHARE: Final = 0.7  # of the depth of a target under the photographer's lamps
 _POINTS: Final = 20.0  # of match that weigh as much as a stop
-_LIT: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
+_LIT_AREAS: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class Signature:
         """Return the signature of the mirrored style."""
         return replace(self, relations=tuple(each.mirrored for each in self.relations))
 
-    def scaled(self, own: Float64, found: Float64) -> Signature:
+    def scaled(self, own: Float64, other: Float64) -> Signature:
         """Return the signature for other lamps of the style.
 
         What must be deep may be shallower in proportion, as the style's own target is, but has
@@ -96,7 +96,7 @@ class Signature:
             own, found: (R,) float64. Relations in the target with the style's own lamps, and with
                 the other ones; stops.
         """
-        rows = zip(self.relations, own.tolist(), found.tolist(), strict=True)
+        rows = zip(self.relations, own.tolist(), other.tolist(), strict=True)
         return replace(self, relations=tuple(_scaled(*row) for row in rows))
 
 
@@ -120,12 +120,12 @@ def stops_of(areas: Float64) -> Float64:
     Args:
         areas: (..., A, n) float64. Any exposure.
     """
-    floor = _BLACK * areas[..., _LIT, :].max(axis=-2, keepdims=True)
+    floor = _BLACK * areas[..., _LIT_AREAS, :].max(axis=-2, keepdims=True)
     # Where the face gets no light at all, what is around it keeps ratios finite.
     least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
-    seen: Float64 = np.maximum(areas, np.maximum(floor, least))
-    np.log2(seen, out=seen)
-    return seen
+    bright: Float64 = np.maximum(areas, np.maximum(floor, least))
+    np.log2(bright, out=bright)
+    return bright
 
 
 @dataclass(frozen=True)
@@ -187,8 +187,8 @@ class Signatures:
         """
         for row, signature in enumerate(self.styles):
             if signature.areas:
-                found = match_of_areas(signature, areas)
-                match[..., row, :], strength[..., row, :] = found
+                result = match_of_areas(signature, areas)
+                match[..., row, :], strength[..., row, :] = result
 
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
@@ -251,12 +251,12 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
         (..., n) float64 each, of 100. Strength is how far dark areas are from bright ones.
     """
     order, count = _bright_and_dark(signature)
-    seen = np.sqrt(np.maximum(areas[..., order, :], 0.0))
+    bright = np.sqrt(np.maximum(areas[..., order, :], 0.0))
     share = count / len(order)
-    high = seen[..., :count, :].sum(axis=-2) / count
-    low = seen[..., count:, :].sum(axis=-2) / (len(order) - count)
+    high = bright[..., :count, :].sum(axis=-2) / count
+    low = bright[..., count:, :].sum(axis=-2) / (len(order) - count)
     mean = share * high + (1 - share) * low
-    squares = np.square(seen).sum(axis=-2) / len(order) - np.square(mean)
+    squares = np.square(bright).sum(axis=-2) / len(order) - np.square(mean)
     spread = np.sqrt(np.maximum(squares, 1e-12 * np.square(mean) + 1e-60))
     match = 100.0 * np.sqrt(share * (1 - share)) * (high - low) / spread
     return match, 100.0 * (high - low) / np.maximum(high + low, 1e-30)
@@ -265,9 +265,9 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
 @lru_cache(maxsize=64)
 def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
     """Areas that must be brighter, then those that must be darker; and how many the first are."""
-    asked = [relation for relation in signature.relations if relation.least > 0]
-    bright = sorted({AREAS.index(relation.bright) for relation in asked})
-    dark = sorted({AREAS.index(relation.dark) for relation in asked} - {*bright})
+    relations = [relation for relation in signature.relations if relation.least > 0]
+    bright = sorted({AREAS.index(relation.bright) for relation in relations})
+    dark = sorted({AREAS.index(relation.dark) for relation in relations} - {*bright})
     return [*bright, *dark], len(bright)
 
 
@@ -313,9 +313,9 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
     """
     free = np.full(yes.shape, np.inf)
     axes = (*range(yes.ndim - 2), yes.ndim - 1)
-    shown = np.flatnonzero((yes >= 0).any(axis=axes))
-    for row in shown.tolist():
-        others = shown[rivals[row, shown]]
+    yes_rows = np.flatnonzero((yes >= 0).any(axis=axes))
+    for row in yes_rows.tolist():
+        others = yes_rows[rivals[row, yes_rows]]
         if others.size:
             behind = (match[..., row, None, :] + EXPLAINS - match[..., others, :]) / _POINTS
             np.min(np.maximum(behind, -yes[..., others, :]), axis=-2, out=free[..., row, :])
@@ -333,13 +333,13 @@ def better(
         grade, match: (S,) of that picture for each style.
         rivals: Positions of the other styles that come into question.
     """
-    found = [
+    rivals_ahead = [
         (grade[other], match[other], -other)
         for other in rivals
         if grade[other] > grade[row]
         or (grade[other] == grade[row] and match[other] >= match[row] + EXPLAINS)
     ]
-    return -max(found)[2] if found else None
+    return -max(rivals_ahead)[2] if rivals_ahead else None
 
 
 def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
@@ -348,5 +348,5 @@ def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int
     Args:
         rivals: As for `better`; where none of them is in reach, the best match of all counts.
     """
-    found = [(grade[other] > NO, match[other], -other) for other in rivals]
-    return -max(found)[2] if found else None
+    grades = [(grade[other] > NO, match[other], -other) for other in rivals]
+    return -max(grades)[2] if grades else None

@@ -53,8 +53,8 @@ from app.core.solver.turn_choice import (
     Choice,
     LightMap,
     Limits,
-    Measured,
     Objective,
+    StyleMeasures,
     choose,
     light_shortfall,
 )
@@ -191,28 +191,28 @@ class StyleResult:
             Every turn t became wrap(t - front_deg); the curves belong to the new turns.
         """
 
-        def moved(angle: float) -> float:
+        def shifted(angle: float) -> float:
             return wrap(angle - front_deg)
 
         def arc(ends: tuple[float, float]) -> tuple[float, float]:
-            return ends if ends == (-180.0, 180.0) else (moved(ends[0]), moved(ends[1]))
+            return ends if ends == (-180.0, 180.0) else (shifted(ends[0]), shifted(ends[1]))
 
-        refined = moved(self.turn_refined_deg)
+        refined = shifted(self.turn_refined_deg)
         return replace(
             self,
-            turn_deg=moved(self.turn_deg),
+            turn_deg=shifted(self.turn_deg),
             turn_refined_deg=refined,
             direction=direction(refined),
             quality_curve=shift(self.quality_curve, front_deg),
             match_curve=shift(self.match_curve, front_deg),
             strength_curve=shift(self.strength_curve, front_deg),
             arc_deg=arc(self.arc_deg),
-            gains=tuple(replace(gain, turn_deg=moved(gain.turn_deg)) for gain in self.gains),
+            gains=tuple(replace(gain, turn_deg=shifted(gain.turn_deg)) for gain in self.gains),
             peaks=tuple(
                 replace(
                     peak,
-                    turn_deg=moved(peak.turn_deg),
-                    turn_refined_deg=moved(peak.turn_refined_deg),
+                    turn_deg=shifted(peak.turn_deg),
+                    turn_refined_deg=shifted(peak.turn_refined_deg),
                     arc_deg=arc(peak.arc_deg),
                 )
                 for peak in self.peaks
@@ -243,8 +243,8 @@ def solve_all(
         StyleError: If a style is unknown.
     """
     light, scale = normalised(light, pack.header.environment)
-    here = Searched(
-        pack, limits, LightMap(luminance_of(light)), curves(pack.tables, pack.seen(light))
+    here = PlaceSearch(
+        pack, limits, LightMap(luminance_of(light)), curves(pack.tables, pack.project(light))
     )
     choices = choose(here.measured, objective, limits, is_open)
     results = [
@@ -261,27 +261,27 @@ def asked_for(
 
     Raises `StyleError` if a style is unknown.
     """
-    named = name_equals(every)
-    rows = range(len(named)) if styles is None else sorted({pack.index(name) for name in styles})
-    return tuple(named[row].seen_from(front_deg) if front_deg else named[row] for row in rows)
+    equals = name_equals(every)
+    rows = range(len(equals)) if styles is None else sorted({pack.index(name) for name in styles})
+    return tuple(equals[row].seen_from(front_deg) if front_deg else equals[row] for row in rows)
 
 
 @dataclass(frozen=True)
-class Searched:
+class PlaceSearch:
     """All turns of a place, evaluated for all styles of a pack."""
 
     pack: StylePack
     limits: Limits
     light: LightMap
-    found: Curves
+    curves: Curves
 
     @cached_property
-    def alone(self) -> Measured:
+    def alone(self) -> StyleMeasures:
         """See `measure_alone`."""
-        return measure_alone(self.pack, self.found)
+        return measure_alone(self.pack, self.curves)
 
     @cached_property
-    def measured(self) -> Measured:
+    def measured(self) -> StyleMeasures:
         """See `measure`."""
         return among_rivals(self.pack, self.alone)
 
@@ -293,14 +293,14 @@ class Searched:
     def verdict(self, row: int, at: int) -> Verdict:
         """Grade the picture at a grid turn for the style at `row`, beside all others."""
         match, strength = self.measured.match[:, at], self.measured.strength[:, at]
-        areas = self.found.others[: len(AREAS), at]
+        areas = self.curves.others[: len(AREAS), at]
         verdict = judge(
-            self.pack, row, Picture(areas, match, strength, self.grades[:, at]), self.limits
+            self.pack, row, PictureMeasure(areas, match, strength, self.grades[:, at]), self.limits
         )
         if not verdict.attainable and (verdict.shortfall is None or self.light.is_even):
             numbers = float(match[row]), float(strength[row])
-            asked = (*numbers, self.limits, self.light, turn_of_index(at))
-            shortfall = light_shortfall(self.pack.styles[row], *asked) or verdict.shortfall
+            arguments = (*numbers, self.limits, self.light, turn_of_index(at))
+            shortfall = light_shortfall(self.pack.styles[row], *arguments) or verdict.shortfall
             verdict = replace(verdict, shortfall=shortfall)
         return verdict
 
@@ -318,35 +318,35 @@ def quality_scale(light: Floats, picture: int) -> float:
     return float((100.0 / picture) ** 2 / max(float(luminance_of(light).mean()), 1e-30))
 
 
-def measure(pack: StylePack, found: Curves) -> Measured:
+def measure(pack: StylePack, curve_set: Curves) -> StyleMeasures:
     """Return match, strength and grades of all styles, rivals considered."""
-    return among_rivals(pack, measure_alone(pack, found))
+    return among_rivals(pack, measure_alone(pack, curve_set))
 
 
-def among_rivals(pack: StylePack, alone: Measured) -> Measured:
+def among_rivals(pack: StylePack, alone: StyleMeasures) -> StyleMeasures:
     """Deny yes to pictures that read as another style, as `judge` does."""
     apart = unrivalled(alone.yes, alone.match, pack.rivalry)
     return replace(alone, yes=np.minimum(alone.yes, apart))
 
 
-def measure_alone(pack: StylePack, found: Curves) -> Measured:
+def measure_alone(pack: StylePack, curve_set: Curves) -> StyleMeasures:
     """Return exposure-free match and strength of each style, without its rivals.
 
     Match is Pearson's correlation of target and picture over the face region. Strength is their
     covariance over the mean of the face, over the same in the target picture. Curves of several
     lights give results with one more axis.
     """
-    areas, product = np.split(found.others, [len(AREAS)], axis=-2)
-    ratio = product / np.maximum(found.mean, 1e-30)[..., None, :]
-    match = _match(product, pack.weight_norm[:, None], found.contrast[..., None, :])
+    areas, product = np.split(curve_set.others, [len(AREAS)], axis=-2)
+    ratio = product / np.maximum(curve_set.mean, 1e-30)[..., None, :]
+    match = _match(product, pack.weight_norm[:, None], curve_set.contrast[..., None, :])
     strength = 100.0 * ratio / pack.studio_ratio[:, None]
     pack.signatures.take_areas(areas, match, strength)
     # Where no turn brings the face the contrast of the target, the light is even all round.
-    depth = np.max(found.contrast / np.maximum(found.mean, 1e-30), axis=-1)
+    depth = np.max(curve_set.contrast / np.maximum(curve_set.mean, 1e-30), axis=-1)
     even = depth[..., None] < _EVEN * pack.studio_ratio / pack.weight_norm
     yes, nearly = pack.signatures.slack(stops_of(areas), match, even)
-    contrast = np.where(pack.signatures.by_areas[:, None], 1.0, found.contrast[..., None, :])
-    return Measured(found.quality, match, strength, yes, nearly, contrast)
+    contrast = np.where(pack.signatures.by_areas[:, None], 1.0, curve_set.contrast[..., None, :])
+    return StyleMeasures(curve_set.quality, match, strength, yes, nearly, contrast)
 
 
 def solve_on_table(
@@ -364,20 +364,23 @@ def solve_on_table(
     """
     measured = measure_painted(painted_curves(table, weights, counted))
     choice = choose(measured, objective, limits)
-    at = best_index(choice.curve, choice.allowed)
+    at = best_index(choice.curve, choice.eligible)
     verdict = partial(judge_painted, measured, limits=limits, light=table.light)
     return answer(None, choice, table.scale, at, verdict)
 
 
-def measure_painted(found: PaintedCurves) -> Measured:
+def measure_painted(curve_set: PaintedCurves) -> StyleMeasures:
     """Return match and strength of painted weights; see `measure`."""
-    ratio = found.quality / np.maximum(found.mean, 1e-30)
-    strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
-    match, none = _match(found.quality, found.norm, found.contrast), np.full(TURNS, np.nan)
-    return Measured(found.quality, match, strength, none, none, found.contrast)
+    ratio = curve_set.quality / np.maximum(curve_set.mean, 1e-30)
+    strength = 100.0 * ratio / curve_set.studio if curve_set.studio > 0 else np.zeros(TURNS)
+    match, none = (
+        _match(curve_set.quality, curve_set.norm, curve_set.contrast),
+        np.full(TURNS, np.nan),
+    )
+    return StyleMeasures(curve_set.quality, match, strength, none, none, curve_set.contrast)
 
 
-def judge_painted(measured: Measured, at: int, limits: Limits, light: LightMap) -> Verdict:
+def judge_painted(measured: StyleMeasures, at: int, limits: Limits, light: LightMap) -> Verdict:
     """Judge painted weights at a grid turn; see `judge`."""
     numbers = float(measured.match[at]), float(measured.strength[at])
     shortfall = light_shortfall(None, *numbers, limits, light, turn_of_index(at))
@@ -402,7 +405,7 @@ def proposal(results: Sequence[StyleResult]) -> str | None:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Picture:
+class PictureMeasure:
     """Numbers by which a picture is judged.
 
     Attributes:
@@ -417,29 +420,31 @@ class Picture:
     grade: Indices
 
 
-def picture_of(pack: StylePack, areas: Float64, match: Float64, strength: Float64) -> Picture:
-    """Grade a picture for all styles; the arrays are those of `Picture`, and may be changed."""
+def picture_of(
+    pack: StylePack, areas: Float64, match: Float64, strength: Float64
+) -> PictureMeasure:
+    """Grade a picture for all styles; the arrays of `PictureMeasure` may be changed."""
     pack.signatures.take_areas(areas[:, None], match[:, None], strength[:, None])
     yes, nearly = pack.signatures.slack(stops_of(areas[:, None]), match[:, None])
-    return Picture(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
+    return PictureMeasure(areas, match, strength, grades(yes[:, 0], nearly[:, 0]))
 
 
-def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) -> Picture:
+def measure_picture(pack: StylePack, transport: Transport, luminance: Floats) -> PictureMeasure:
     """Measure a single picture; see `measure` for all turns.
 
     Args:
         luminance: (P,) float. Linear, on the head's pixels, any exposure.
     """
-    seen, region = np.asarray(luminance, np.float64), pack.region_on(transport)
+    grey, region = np.asarray(luminance, np.float64), pack.region_on(transport)
     weights = pack.weights_on(transport)
-    mean = float(seen @ region) / float(region.sum())
-    contrast = float(np.sqrt(region @ (seen - mean) ** 2))
+    mean = float(grey @ region) / float(region.sum())
+    contrast = float(np.sqrt(region @ (grey - mean) ** 2))
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
-    product = weights @ seen
+    product = weights @ grey
     match = 100.0 * product / np.maximum(pack.weight_norm * contrast, 1e-30)
     strength = 100.0 * product / np.maximum(pack.studio_ratio * mean, 1e-30)
     # Of what is around the head, a picture of it tells nothing.
-    means = areas @ seen / np.maximum(areas.sum(axis=1), 1e-30)
+    means = areas @ grey / np.maximum(areas.sum(axis=1), 1e-30)
     return picture_of(pack, means, match, strength)
 
 
@@ -454,7 +459,7 @@ class Verdict:
     neighbour: str | None = None
 
 
-def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdict:
+def judge(pack: StylePack, row: int, picture: PictureMeasure, limits: Limits) -> Verdict:
     """Grade a picture for the style at `row`, among its rivals.
 
     Returns:
@@ -462,7 +467,7 @@ def judge(pack: StylePack, row: int, picture: Picture, limits: Limits) -> Verdic
     """
     style, match = pack.styles[row], float(picture.match[row])
     if not style.signature.relations:
-        return Verdict(limits.met(match, float(picture.strength[row])))
+        return Verdict(limits.are_met(match, float(picture.strength[row])))
     grade_of, match_of = picture.grade.tolist(), picture.match.tolist()
     rivals, apart = pack.rivals[row]
     other = better(row, grade_of, match_of, rivals)
@@ -495,13 +500,13 @@ def _shortfall(style: Style, areas: Float64, match: float, grade: int) -> Shortf
 def name_equals(results: list[StyleResult]) -> list[StyleResult]:
     """Fill in `same_picture` of styles that come out at the same turn."""
     turns = [(each.name, each.turn_refined_deg) for each in results if each.attainable]
-    named = []
+    equals = []
     for one in results:
         here = one.turn_refined_deg if one.attainable else np.nan
         same = [name for name, turn in turns if abs(wrap(turn - here)) < _SAME_DEG]
         others = tuple(name for name in same if name != one.name)
-        named.append(replace(one, same_picture=others) if others else one)
-    return named
+        equals.append(replace(one, same_picture=others) if others else one)
+    return equals
 
 
 def answer(
@@ -509,17 +514,17 @@ def answer(
     choice: Choice,
     scale: float,
     best_index: int,
-    judged: Callable[[int], Verdict],
+    judge: Callable[[int], Verdict],
 ) -> StyleResult:
     """Build the result of a style at the turn offered.
 
     Args:
         best_index: Grid turn of the best.
-        judged: Grades the picture at a grid turn.
+        judge: Grades the picture at a grid turn.
     """
     curve, peaks = choice.measured, choice.peaks(best_index)
     best, index = peaks[0], peaks[0].index
-    verdict = judged(index)
+    verdict = judge(index)
     return StyleResult(
         name=style.name if style else "painted",
         title=style.title if style else "",
@@ -544,7 +549,7 @@ def answer(
     )
 
 
-def _peak_result(peak: Peak, curve: Measured, scale: float) -> PeakResult:
+def _peak_result(peak: Peak, curve: StyleMeasures, scale: float) -> PeakResult:
     return PeakResult(
         turn_deg=peak.turn_deg,
         turn_refined_deg=peak.refined_deg,

@@ -168,11 +168,11 @@ def transport_path(name: str) -> Path:
         TransportError: If no such head ships.
     """
     if name not in transport_names():
-        known = ", ".join(transport_names())
+        names = ", ".join(transport_names())
         raise TransportError(
             tr("There is no head called “{name}”.", name=name),
-            tr("Known heads: {known}.", known=known)
-            if known
+            tr("Known heads: {known}.", known=names)
+            if names
             else tr("None is installed; reinstall Turnlight."),
         )
     return resources() / "transport" / f"{name}.npz"
@@ -202,7 +202,7 @@ def save_transport(path: Path, transport: Transport) -> str:
         path,
         _half_floats(transport),
         header,
-        store=lambda arrays: _packed(arrays, transport.header),
+        store=lambda arrays: _pack(arrays, transport.header),
     )
 
 
@@ -214,7 +214,7 @@ def load_transport(path: Path) -> Transport:
             at all.
     """
     header, arrays = read_sealed(
-        path, tr("transport"), _AGAIN, FORMAT_VERSION, most=_MAX_BYTES, restore=_restored
+        path, tr("transport"), _AGAIN, FORMAT_VERSION, most=_MAX_BYTES, restore=_restore
     )
     try:
         transport = Transport(
@@ -251,7 +251,7 @@ def _half_floats(transport: Transport) -> dict[str, NDArray[Any]]:
     }
 
 
-def _packed(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str, NDArray[Any]]:
+def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str, NDArray[Any]]:
     """Pack both bases, losing nothing, into less than half of what a zip file makes of them.
 
     Each basis picture is even or odd about the head's middle but for the last bit, so that one
@@ -262,42 +262,46 @@ def _packed(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[st
     bits = arrays["pixel_basis"].view(np.uint16)
     even, odd = ((bits == bits[:, pixel] ^ sign).sum((0, 1)) for sign in (_EVEN, _ODD))
     sign = np.where(odd > even, _ODD, _EVEN)
-    stored = {name: arrays[name] for name in ("pixels", "coverage", "scale")}
+    contents = {name: arrays[name] for name in ("pixels", "coverage", "scale")}
     for name, values, partner in (
         ("pixel", bits, pixel),
         ("texel", arrays["texel_basis"].view(np.uint16).T[None], texel),
     ):
         half = np.arange(len(partner)) <= partner
-        kept = np.diff(values[:, half], axis=0, prepend=_EVEN)
+        deltas = np.diff(values[:, half], axis=0, prepend=_EVEN)
         rest = values[:, ~half] - (values[:, partner[~half]] ^ sign)
-        for part, content in (("kept", kept), ("rest", rest)):
-            stored[f"{name}_{part}"] = np.stack([content & 255, content >> 8]).astype(np.uint8)
-    return {**stored, "sign": sign}
+        for part, content in (("kept", deltas), ("rest", rest)):
+            contents[f"{name}_{part}"] = np.stack([content & 255, content >> 8]).astype(np.uint8)
+    return {**contents, "sign": sign}
 
 
-def _restored(facts: dict[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def _restore(facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Unpack what a file holds; the first format is as it is."""
     return (
-        _unpacked(stored, parse_transport_header(facts)) if facts["format_version"] > 1 else stored
+        _unpacked(contents, parse_transport_header(facts))
+        if facts["format_version"] > 1
+        else contents
     )
 
 
-def _unpacked(stored: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str, NDArray[Any]]:
-    """Undo `_packed`."""
-    arrays = {name: stored[name] for name in ("pixels", "coverage", "scale")}
+def _unpacked(
+    contents: dict[str, NDArray[Any]], header: TransportHeader
+) -> dict[str, NDArray[Any]]:
+    """Undo `_pack`."""
+    arrays = {name: contents[name] for name in ("pixels", "coverage", "scale")}
     basis = []
     for name, partner in zip(("pixel", "texel"), _partners(arrays["pixels"], header), strict=True):
         half = np.arange(len(partner)) <= partner
-        kept, rest = (
+        deltas, rest = (
             low | high << 8
             for part in ("kept", "rest")
-            for low, high in [stored[f"{name}_{part}"].astype(np.uint16)]
+            for low, high in [contents[f"{name}_{part}"].astype(np.uint16)]
         )
-        if kept.shape[1] != np.count_nonzero(half):
+        if deltas.shape[1] != np.count_nonzero(half):
             raise ValueError("another number of pixels")
-        values = np.empty((len(kept), len(partner), kept.shape[2]), np.uint16)
-        values[:, half] = np.cumsum(kept, axis=0, dtype=np.uint16)
-        values[:, ~half] = rest + (values[:, partner[~half]] ^ stored["sign"])
+        values = np.empty((len(deltas), len(partner), deltas.shape[2]), np.uint16)
+        values[:, half] = np.cumsum(deltas, axis=0, dtype=np.uint16)
+        values[:, ~half] = rest + (values[:, partner[~half]] ^ contents["sign"])
         basis.append(values.view(np.float16))
     return {**arrays, "pixel_basis": basis[0], "texel_basis": np.ascontiguousarray(basis[1][0].T)}
 
@@ -326,8 +330,8 @@ def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
 
 def parse_transport_header(facts: Mapping[str, Any]) -> TransportHeader:
     """Parse the header of a file; raises one of `CONTRADICTIONS` if it is invalid."""
-    known = {f.name for f in fields(TransportHeader)}
-    values = {name: value for name, value in facts.items() if name in known}
+    field_names = {f.name for f in fields(TransportHeader)}
+    values = {name: value for name, value in facts.items() if name in field_names}
     values["environment"] = (int(values["environment"][0]), int(values["environment"][1]))
     red, green, blue = (float(weight) for weight in values["luminance_weights"])
     values["luminance_weights"] = red, green, blue

@@ -139,14 +139,14 @@ def light_shortfall(
         style: None for painted weights, which have no lamps.
         turn_deg: The chosen turn, deg.
     """
-    if limits.met(match, strength):
+    if limits.are_met(match, strength):
         return None
     weak = strength < limits.strength
     if light.is_even:
-        return limits.missed(Cause.EVEN, match, strength, weak=weak)
+        return limits.miss(Cause.EVEN, match, strength, weak=weak)
     weak = weak and match >= limits.match
     cause, origin = _cause(style, light, turn_deg, weak) if style else (Cause.NO_TURN, None)
-    return limits.missed(cause, match, strength, origin, weak=weak)
+    return limits.miss(cause, match, strength, origin, weak=weak)
 
 
 def _cause(
@@ -206,11 +206,11 @@ class Limits:
     strength: float = 20.0
     quality: float = 45.0
 
-    def met(self, match: float, strength: float) -> bool:
+    def are_met(self, match: float, strength: float) -> bool:
         """Whether a style is in reach at a turn of this match and strength."""
         return match >= self.match and strength >= self.strength
 
-    def missed(
+    def miss(
         self,
         cause: Cause,
         match: float,
@@ -233,7 +233,7 @@ LIMITS: Final = Limits()
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class StyleMeasures:
     """Curves of styles at all turns, free of exposure; any axes in front.
 
     Attributes:
@@ -252,9 +252,9 @@ class Measured:
     nearly: Float64
     contrast: Float64
 
-    def __getitem__(self, lights: int | slice) -> Measured:
+    def __getitem__(self, lights: int | slice) -> StyleMeasures:
         """Take one or some along the first axis."""
-        return Measured(*(getattr(self, each.name)[lights] for each in fields(self)))
+        return StyleMeasures(*(getattr(self, each.name)[lights] for each in fields(self)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +266,7 @@ class Choice:
             where C does.
         gate: (..., n) float64. What must be at least 0 at the turn chosen; infinite where nothing
             is asked.
-        allowed: (..., n) bool. Turns that may be chosen.
+        eligible: (..., n) bool. Turns that may be chosen.
         grade: (...) int64. Of the turns allowed by the picture objective: `NO`, `NEARLY`, `YES`.
         contrast: (..., n) float64. What the curve was divided by, see `find_peak`.
         price: (...) float64. What a turn nearer to the middle of its arc may cost, see `find_peak`;
@@ -274,11 +274,11 @@ class Choice:
         is_open: (..., n) bool. Turns that may be offered at all, whatever their grade.
     """
 
-    measured: Measured
+    measured: StyleMeasures
     limits: Limits
     curve: Float64
     gate: Float64
-    allowed: Bools
+    eligible: Bools
     grade: Int64
     contrast: Float64
     price: Float64
@@ -291,7 +291,7 @@ class Choice:
             self.limits,
             self.curve[lights],
             self.gate[lights],
-            self.allowed[lights],
+            self.eligible[lights],
             self.grade[lights],
             self.contrast[lights],
             self.price[lights],
@@ -302,13 +302,13 @@ class Choice:
     def turns(self) -> Int64:
         """(S,) turn of the best of each style, of (S, 64) curves."""
         return np.array(
-            [best_index(c, a) for c, a in zip(self.curve, self.allowed, strict=True)], np.int64
+            [best_index(c, a) for c, a in zip(self.curve, self.eligible, strict=True)], np.int64
         )
 
     @property
     def best(self) -> Int64:
         """(...) the same for any axes, where ties do not matter."""
-        return np.asarray(np.where(self.allowed, self.curve, -np.inf).argmax(axis=-1))
+        return np.asarray(np.where(self.eligible, self.curve, -np.inf).argmax(axis=-1))
 
     @property
     def in_reach(self) -> Bools:
@@ -316,7 +316,7 @@ class Choice:
         return grade_at(self.measured, self.limits, self.best) > NO
 
     @property
-    def offered(self) -> Int64:
+    def offer(self) -> Int64:
         """(S,) grid turn that is offered for each style, of (S, 64) curves."""
         best = self.turns.tolist()
         return np.array([self[row].peak(at).index for row, at in enumerate(best)], np.int64)
@@ -353,7 +353,7 @@ class Choice:
         return None if np.isinf(self.gate).any() else Gate(self.gate, 0.0)
 
 
-def grade_at(measured: Measured, limits: Limits, turns: Int64 | int) -> Int64:
+def grade_at(measured: StyleMeasures, limits: Limits, turns: Int64 | int) -> Int64:
     """Grade of the pictures at some turns, (...) int64: `NO`, `NEARLY` or `YES`.
 
     Without a signature it is yes where match and strength reach their limits.
@@ -370,7 +370,7 @@ def grade_at(measured: Measured, limits: Limits, turns: Int64 | int) -> Int64:
 
 
 def choose(
-    measured: Measured,
+    measured: StyleMeasures,
     objective: Objective = "picture",
     limits: Limits = LIMITS,
     is_open: Bools | None = None,
@@ -388,15 +388,15 @@ def choose(
         none = np.zeros(shape[:-1])
         return Choice(measured, limits, measured.quality, gate, free, grade, one, none, free)
     painted = np.isnan(measured.yes)
-    asked = limits.strength if limits.strength > 0 else -np.inf
-    depth = measured.strength - asked
+    least = limits.strength if limits.strength > 0 else -np.inf
+    depth = measured.strength - least
     yes = np.where(painted, np.minimum(depth, measured.match - limits.match), measured.yes)
     nearly = np.where(painted, depth, measured.nearly)
     is_yes, is_nearly = free & (yes >= 0), free & (nearly >= 0)
     some_yes, some = (each.any(axis=-1, keepdims=True) for each in (is_yes, is_nearly))
     # What is painted is chosen by match wherever its strength is enough.
     some_yes = some_yes & ~painted
-    allowed = np.where(some_yes, is_yes, np.where(some, is_nearly, free))
+    eligible = np.where(some_yes, is_yes, np.where(some, is_nearly, free))
     # What is far inside or outside would make waves where the gate is followed between the turns.
     most = np.where(painted, 100.0, 1.0)
     gate = np.clip(np.where(some_yes, yes, nearly), -most, most)
@@ -406,7 +406,7 @@ def choose(
     grade = np.where(some_yes, YES, np.where(some, NEARLY, NO))[..., 0].astype(np.int64)
     contrast = np.where(by_quality, 1.0, measured.contrast)
     price = np.where(by_quality[..., 0], _PRICE_SHARE * np.abs(curve).max(axis=-1), PRICE)
-    return Choice(measured, limits, curve, gate, allowed, grade, contrast, price, free)
+    return Choice(measured, limits, curve, gate, eligible, grade, contrast, price, free)
 
 
 TOLERANCE_DEG: Final = 8.5
@@ -438,10 +438,10 @@ def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
 
     None where a style's turn is certain enough.
     """
-    known = shipped_certainty() if certainty is None else certainty
-    if known is None or not known.less_certain(style):
+    table = shipped_certainty() if certainty is None else certainty
+    if table is None or not table.less_certain(style):
         return None
-    return known.spread_deg[style]
+    return table.spread_deg[style]
 
 
 @lru_cache(maxsize=1)

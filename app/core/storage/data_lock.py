@@ -62,8 +62,8 @@ def lock_window(home: Path) -> WindowLock:
         _acquire(lock)
     except TimeoutError:
         # Also where no file can be made at all.
-        taken = os.path.lexists(path)
-        return WindowLock(Owner.ANOTHER_PROCESS if taken else Owner.NOBODY)
+        is_locked = os.path.lexists(path)
+        return WindowLock(Owner.ANOTHER_PROCESS if is_locked else Owner.NOBODY)
     except (OSError, NotImplementedError):
         return WindowLock(Owner.NOBODY)
     return WindowLock(Owner.US, lock)

@@ -31,10 +31,10 @@ def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | No
     if env.get("TURNLIGHT_HOME") or not old.is_dir():
         return
     try:
-        moved = move_data(old, user_data("win32", env, home))
+        has_moved = move_data(old, user_data("win32", env, home))
     except OSError:
-        moved = False
-    if not moved:
+        has_moved = False
+    if not has_moved:
         env["TURNLIGHT_HOME"] = str(old)
 
 
@@ -59,14 +59,14 @@ def move_data(old: Path, new: Path) -> bool:
 
 
 def _copy(old: Path, new: Path) -> None:
-    staged = Path(tempfile.mkdtemp(prefix=f".{new.name}-", dir=new.parent))
+    staging = Path(tempfile.mkdtemp(prefix=f".{new.name}-", dir=new.parent))
     try:
-        shutil.copytree(old, staged, symlinks=True, dirs_exist_ok=True)
-        if not _same(old, staged):
+        shutil.copytree(old, staging, symlinks=True, dirs_exist_ok=True)
+        if not _same(old, staging):
             raise OSError(errno.EIO, os.strerror(errno.EIO), os.fspath(new))
-        os.rename(staged, new)
+        os.rename(staging, new)
     finally:
-        shutil.rmtree(staged, ignore_errors=True)
+        shutil.rmtree(staging, ignore_errors=True)
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -82,14 +82,14 @@ def _same(one: Path, other: Path) -> bool:
 def _follow(settings: Path, old: Path, new: Path) -> None:
     """Let the paths in the settings lead into the new folder."""
 
-    def moved(value: Any) -> Any:
+    def relocate(value: Any) -> Any:
         if isinstance(value, str) and Path(value).is_relative_to(old):
             return str(new / Path(value).relative_to(old))
         return value
 
     try:
         facts = json.loads(settings.read_text("utf-8"))
-        changed = {name: moved(value) for name, value in facts.items()}
+        changed = {name: relocate(value) for name, value in facts.items()}
         if changed != facts:
             atomic_write_bytes(settings, json.dumps(changed, indent=1).encode())
     except (OSError, ValueError, AttributeError, CoreError):

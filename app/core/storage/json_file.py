@@ -34,7 +34,7 @@ Facts: TypeAlias = dict[str, Any]
 
 State: TypeAlias = Literal["whole", "damaged", "missing", "unreadable"]
 
-_Made = TypeVar("_Made")
+_Record = TypeVar("_Record")
 _Lost = TypeVar("_Lost")
 
 _NO_LETTERS: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
@@ -100,14 +100,14 @@ def _parsed(data: bytes) -> JsonFile:
     return JsonFile("whole", facts)
 
 
-def _is_shallow(value: Any, left: int) -> bool:
+def _is_shallow(value: Any, depth: int) -> bool:
     inside = value.values() if isinstance(value, dict) else value
     if not isinstance(value, (dict, list)):
         return True
-    return left > 0 and all(_is_shallow(each, left - 1) for each in inside)
+    return depth > 0 and all(_is_shallow(each, depth - 1) for each in inside)
 
 
-_written: Final[dict[Path, str]] = {}
+_digests: Final[dict[Path, str]] = {}
 """Versions that this process has written: they are no news to it."""
 
 
@@ -130,7 +130,7 @@ def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | No
         )
     copy = _other_version(path, most, base)
     atomic_write_bytes(path, data, private=True)
-    _written[path] = hashlib.sha256(data).hexdigest()
+    _digests[path] = hashlib.sha256(data).hexdigest()
     return copy
 
 
@@ -138,7 +138,7 @@ def _other_version(path: Path, most: int, base: str) -> Path | None:
     if not base:
         return None
     here = read_json(path, most).version
-    ours = ("", base, _written.get(path))
+    ours = ("", base, _digests.get(path))
     return None if here in ours else keep_copy(path, most, "conflict")
 
 
@@ -233,30 +233,29 @@ def _holds(path: Path, data: bytes) -> bool:
     return path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
 
 
-def carry_unknown(new: Any, known: Any, found: Any) -> Any:
+def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
     """Preserve unknown entries of newer versions.
 
-    Returns `found` where nothing has changed, else `new` with the entries that only `found` has.
+    Returns `file_facts` where nothing has changed, else `new` with the entries that only
+    `file_facts` has.
 
     Examples:
         >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})
         {'a': 2, 'b': 7}
     """
-    if isinstance(new, dict) and isinstance(known, dict) and isinstance(found, dict):
+    if isinstance(new, dict) and isinstance(known_facts, dict) and isinstance(file_facts, dict):
         merged = {
-            name: carry_unknown(value, known[name], found[name])
-            if name in known and name in found
+            name: carry_unknown(value, known_facts[name], file_facts[name])
+            if name in known_facts and name in file_facts
             else value
             for name, value in new.items()
         }
-        others = (name for name in found if name not in known and name not in new)
-        return merged | {name: deepcopy(found[name]) for name in others}
-    return deepcopy(found) if new == known and type(new) is type(known) else new
+        others = (name for name in file_facts if name not in known_facts and name not in new)
+        return merged | {name: deepcopy(file_facts[name]) for name in others}
+    return deepcopy(file_facts) if new == known_facts and type(new) is type(known_facts) else new
 
 
-def take(
-    facts: Facts, name: str, check: Check, default: Any, lost: list[_Lost], part: _Lost
-) -> Any:
+def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], part: _Lost) -> Any:
     """Take an entry, or its default; an invalid one is removed and listed."""
     if name not in facts:
         return default
@@ -264,7 +263,7 @@ def take(
         return check(facts[name])
     except Unfit:
         del facts[name]
-        lost.append(part)
+        bad.append(part)
         return default
 
 
@@ -366,17 +365,17 @@ def entries(value: Any) -> Facts:
 
 
 def record(
-    make: Callable[..., _Made], checks: Mapping[str, Check], needed: Collection[str] | None = None
-) -> Callable[[Any], _Made]:
+    make: Callable[..., _Record], checks: Mapping[str, Check], needs: Collection[str] | None = None
+) -> Callable[[Any], _Record]:
     """Check for an object whose entries all pass, and make something of them.
 
-    `needed` must be there, by default all of them; entries without a check are passed over.
+    `needs` must be there, by default all of them; entries without a check are passed over.
     """
-    wanted = checks if needed is None else needed
+    keys = checks if needs is None else needs
 
-    def check(value: Any) -> _Made:
+    def check(value: Any) -> _Record:
         facts = entries(value)
-        for name in wanted:
+        for name in keys:
             if name not in facts:
                 raise Unfit(f"it lacks {name}")
         return make(**{name: each(facts[name]) for name, each in checks.items() if name in facts})

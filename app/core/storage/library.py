@@ -64,7 +64,7 @@ _MOST_IN_TRASH: Final = 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Damaged:
+class DamagedItem:
     """An unreadable item of a library; its files are untouched."""
 
     path: Path
@@ -77,7 +77,7 @@ class Damaged:
 
 
 @dataclass(frozen=True, slots=True)
-class Trashed:
+class TrashedItem:
     """An item in the trash."""
 
     folder: Path
@@ -120,21 +120,21 @@ class Library:
                     titles[title_key(self.title_of(folder, name))] = name
         return titles
 
-    def renamed(self, folder: Path, name: str, title: str) -> str:
+    def new_title(self, folder: Path, name: str, title: str) -> str:
         """Clean a thing's new title; raises the library's error if another one has it."""
-        wanted = self.clean_title(title)
-        if title_key(wanted) in self.titles(folder, without=name):
+        new_title = self.clean_title(title)
+        if title_key(new_title) in self.titles(folder, without=name):
             raise self.error(
-                tr("The name “{title}” is already taken.", title=wanted),
+                tr("The name “{title}” is already taken.", title=new_title),
                 tr("Choose another name."),
             )
-        return wanted
+        return new_title
 
     def free_title(self, folder: Path, title: str) -> str:
         """Return a title that nothing bears, with a number where this one is taken."""
-        taken = self.titles(folder)
+        titles = self.titles(folder)
         likes = titles_like(title, self.longest)
-        return self._first(each for each in likes if title_key(each) not in taken)
+        return self._first(each for each in likes if title_key(each) not in titles)
 
     def free_name(self, folder: Path, title: str) -> str:
         """Make a name for commands and files of a title, one that nothing bears."""
@@ -162,22 +162,22 @@ class Library:
             raise self.not_put_away(error) from error
         raise self.error(tr("The trash is full."), tr("Empty {trash}.", trash=trash))
 
-    def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> Trashed:
+    def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> TrashedItem:
         """Move a thing's files to the trash, first the text without which it does not count."""
         away = self.trash_folder(folder, name)
         with os_errors_as(self.error, tr("“{title}” was not deleted: {reason}."), title=title):
             for file in files:
                 os.replace(file, away / file.name)
-        return Trashed(away, name, title)
+        return TrashedItem(away, name, title)
 
     def _first(self, free: Iterator[str]) -> str:
-        found = next(free, None)
-        if found is None:
+        free_name = next(free, None)
+        if free_name is None:
             raise self.error(
                 tr("Too many have this name."),
                 tr("Choose another name."),
             )
-        return found
+        return free_name
 
 
 def one_line(text: str) -> str:
@@ -195,12 +195,12 @@ def files_in(folder: Path, ending: str) -> list[Path]:
         names = os.listdir(folder)
     except FileNotFoundError:
         return []
-    found = (folder / name for name in names if name.endswith(ending))
-    return sorted(found, key=lambda file: file.stem)
+    files = (folder / name for name in names if name.endswith(ending))
+    return sorted(files, key=lambda file: file.stem)
 
 
-def unreadable_folder(folder: Path, error: OSError) -> Damaged:
+def unreadable_folder(folder: Path, error: OSError) -> DamagedItem:
     """Say that a library's folder cannot be read."""
-    return Damaged(
+    return DamagedItem(
         folder, CoreError(tr("The folder cannot be read: {reason}.", reason=words_of(error)))
     )

@@ -68,9 +68,9 @@ class Setting:
     whole: bool = False
     unit: str = ""
     longest: int = 80
-    shown: bool = True
+    visible: bool = True
 
-    def checked(self, value: object) -> Value:
+    def check(self, value: object) -> Value:
         """Return a validated value.
 
         Raises SettingValueError when the setting does not take this value.
@@ -133,13 +133,13 @@ class SettingsNote:
         why: What is wrong with the file.
         unreadable: The file that the system does not give out.
         entry: A setting that has its default again.
-        kept: The copy of the file as it was.
+        copy: The copy of the file as it was.
     """
 
     why: str = ""
     unreadable: Path | None = None
     entry: Setting | None = None
-    kept: Path | None = None
+    copy: Path | None = None
 
 
 def _line(
@@ -211,7 +211,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         for entry in TABLE:
-            object.__setattr__(self, entry.key, entry.checked(getattr(self, entry.key)))
+            object.__setattr__(self, entry.key, entry.check(getattr(self, entry.key)))
 
     @property
     def objective(self) -> Objective:
@@ -236,12 +236,12 @@ class Settings:
 
     def with_(self, key: str, value: object) -> Settings:
         """Change one setting."""
-        changes: dict[str, Any] = {setting(key).key: setting(key).checked(value)}
+        changes: dict[str, Any] = {setting(key).key: setting(key).check(value)}
         return replace(self, **changes)
 
     def reset(self) -> Settings:
         """Set all that the dialog shows back to its defaults."""
-        changes: dict[str, Any] = {each.key: each.default for each in TABLE if each.shown}
+        changes: dict[str, Any] = {each.key: each.default for each in TABLE if each.visible}
         return replace(self, **changes)
 
 
@@ -250,8 +250,8 @@ def _table() -> Iterator[Setting]:
     for each in fields(Settings):
         section = _SECTIONS.get(each.name, section)
         if each.metadata:
-            shown = section != "remembered"
-            yield Setting(each.name, section=section, shown=shown, **each.metadata)
+            visible = section != "remembered"
+            yield Setting(each.name, section=section, visible=visible, **each.metadata)
 
 
 TABLE: Final = tuple(_table())

@@ -47,22 +47,22 @@ def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
     for entry in TABLE:
         if entry.key in facts:
             try:
-                values[entry.key] = entry.checked(facts.pop(entry.key))
+                values[entry.key] = entry.check(facts.pop(entry.key))
             except SettingValueError:
                 notes.append(SettingsNote(entry=entry))
     settings = Settings(**values, unknown=facts)
     if notes or newer:
-        kept = keep_bad(path, _MOST_BYTES)
-        if kept is not None and notes:
-            notes.append(SettingsNote(kept=kept))
+        copy = keep_bad(path, _MOST_BYTES)
+        if copy is not None and notes:
+            notes.append(SettingsNote(copy=copy))
     return settings, tuple(notes)
 
 
-def write_settings(path: Path, settings: Settings, saved: Settings | None = None) -> Path | None:
+def write_settings(path: Path, settings: Settings, base: Settings | None = None) -> Path | None:
     """Write the settings whole or not at all; only what differs from its default is in the file.
 
     Args:
-        saved: The settings as this process last read or wrote them. What another process has
+        base: The settings as this process last read or wrote them. What another process has
             changed since stays, unless this one has changed the same setting.
 
     Returns the copy of a file that held another value of the same setting; None where none did.
@@ -75,7 +75,7 @@ def write_settings(path: Path, settings: Settings, saved: Settings | None = None
     ):
         make_folder(path.parent, private=True)
         with writing(path.parent):
-            merged, clash = (settings, False) if saved is None else _merged(path, settings, saved)
+            merged, clash = (settings, False) if base is None else _merged(path, settings, base)
             copy = keep_copy(path, _MOST_BYTES, "conflict") if clash else None
             try:
                 write_json(path, _facts_of(merged), _MOST_BYTES)
@@ -87,7 +87,7 @@ def write_settings(path: Path, settings: Settings, saved: Settings | None = None
     return copy
 
 
-def _merged(path: Path, ours: Settings, saved: Settings) -> tuple[Settings, bool]:
+def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]:
     """Take over what another process has changed; whether both have changed the same."""
     file = read_json(path, _MOST_BYTES)
     if file.state != "whole":
@@ -96,16 +96,16 @@ def _merged(path: Path, ours: Settings, saved: Settings) -> tuple[Settings, bool
     changes: dict[str, Any] = {}
     facts = _renamed(file.facts)
     for entry in TABLE:
-        mine, before = ours.value(entry.key), saved.value(entry.key)
+        mine, before = ours.value(entry.key), base.value(entry.key)
         theirs = entry.default
         with contextlib.suppress(SettingsError):
-            theirs = entry.checked(facts.get(entry.key, entry.default))
+            theirs = entry.check(facts.get(entry.key, entry.default))
         if mine == before:
             changes[entry.key] = theirs
         elif theirs not in (before, mine) and entry.key != "last_place":
             clash = True
-    known = {_VERSION_KEY, *(entry.key for entry in TABLE)}
-    unknown = {name: value for name, value in facts.items() if name not in known}
+    keys = {_VERSION_KEY, *(entry.key for entry in TABLE)}
+    unknown = {name: value for name, value in facts.items() if name not in keys}
     return replace(ours, **changes, unknown={**unknown, **ours.unknown}), clash
 
 

@@ -172,11 +172,11 @@ def studio_light(style: Style, studio: Studio, shape: tuple[int, int]) -> Float6
 
     The power of a lamp is the reading of an incident meter pointed at it.
     """
-    found = np.zeros(shape)
+    radiance = np.zeros(shape)
     for lamp in studio_lamps(style, studio):
-        seen = 0.5 * (1.0 + math.cos(math.radians(lamp.diameter_deg) / 2.0))
-        found += far_lamp(lamp, shape) / seen
-    return found
+        cap = 0.5 * (1.0 + math.cos(math.radians(lamp.diameter_deg) / 2.0))
+        radiance += far_lamp(lamp, shape) / cap
+    return radiance
 
 
 @lru_cache(maxsize=256)
@@ -214,9 +214,9 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
     """Return the index of the style with mirrored lamps; None without one."""
-    wanted = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
+    target = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
-        if sorted(_facts(lamp) for lamp in other.lamps) == wanted:
+        if sorted(_facts(lamp) for lamp in other.lamps) == target:
             return position
     return None
 

@@ -283,7 +283,7 @@ def _check_values(table: Mapping[str, object]) -> None:
     raise tomllib.TOMLDecodeError(_TOO_DEEP)
 
 
-def _shown(value: object) -> str:
+def _quoted(value: object) -> str:
     """Show a value of a file in a sentence; a long one is cut."""
     words = repr(value)
     return words if len(words) <= _LONGEST_SHOWN else f"{words[:_LONGEST_SHOWN]}…"
@@ -309,7 +309,7 @@ def _words(
             tr(
                 "{where}: side must be left, right or none, not {side}.",
                 where=where,
-                side=_shown(side),
+                side=_quoted(side),
             )
         )
     title, place, note = (_text(table, key, where, lengths) for key in _TEXT_LENGTHS)
@@ -318,12 +318,12 @@ def _words(
     return title, side, place, note
 
 
-def _refuse_unknown(table: Mapping[str, object], known: tuple[str, ...], where: str) -> None:
+def _refuse_unknown(table: Mapping[str, object], keys: tuple[str, ...], where: str) -> None:
     for key in table:
-        if key not in known:
+        if key not in keys:
             raise StyleError(
-                tr("{where}: unknown key {key}.", where=where, key=_shown(key)),
-                tr("Known are {names}.", names=", ".join(known)),
+                tr("{where}: unknown key {key}.", where=where, key=_quoted(key)),
+                tr("Known are {names}.", names=", ".join(keys)),
             )
 
 
@@ -401,7 +401,7 @@ def _relation(row: object, where: str) -> Relation:
     for area in areas:
         if area not in AREAS:
             raise StyleError(
-                tr("{where}: there is no area {area}.", where=where, area=_shown(area)),
+                tr("{where}: there is no area {area}.", where=where, area=_quoted(area)),
                 tr("Known are {names}.", names=", ".join(AREAS)),
             )
     if row.get("aspect") not in tuple(Aspect):
@@ -409,7 +409,7 @@ def _relation(row: object, where: str) -> Relation:
             tr(
                 "{where}: there is no aspect {aspect}.",
                 where=where,
-                aspect=_shown(row.get("aspect")),
+                aspect=_quoted(row.get("aspect")),
             ),
             tr("Known are {names}.", names=", ".join(Aspect)),
         )

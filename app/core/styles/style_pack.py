@@ -126,12 +126,12 @@ class StylePack:
         What hardly lights the face goes with any light on it.
         """
         every = list(enumerate(self.styles))
-        found = []
+        groups = []
         for row, style in every:
             alike = [n for n, s in every if s.signature.areas == style.signature.areas and n != row]
             twin = mirror_name(style.name)
-            found.append((alike, [n for n in alike if self.styles[n].name != twin]))
-        return tuple(found)
+            groups.append((alike, [n for n in alike if self.styles[n].name != twin]))
+        return tuple(groups)
 
     @cached_property
     def rivalry(self) -> Bools:
@@ -146,7 +146,7 @@ class StylePack:
         """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
         return self.target_rows[:, : self.header.environment[0]]
 
-    def seen(self, light: Floats) -> Float64:
+    def project(self, light: Floats) -> Float64:
         """Convert an environment to the rows that the search uses.
 
         Args:
@@ -232,11 +232,11 @@ def load_named_pack(head: str) -> StylePack:
     if head.endswith(".npz"):
         return load_pack(pack_path(Path(head)))
     if head not in pack_names():
-        known = ", ".join(pack_names())
+        names = ", ".join(pack_names())
         raise TransportError(
             tr("There is no head called {head!r}.", head=head),
-            tr("Known heads: {known}.", known=known)
-            if known
+            tr("Known heads: {known}.", known=names)
+            if names
             else tr("None is installed; reinstall Turnlight."),
         )
     return load_pack(resources() / "transport" / f"{head}{_ENDING}")
@@ -287,19 +287,19 @@ def save_pack(path: Path, pack: StylePack) -> str:
     return write_sealed(path, arrays, {**header, "twins": twins}, store=store)
 
 
-def restore(facts: Mapping[str, Any], stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def restore(facts: Mapping[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Undo what `save_pack` does to store a pack, for `read_sealed`."""
     for name in _ROWS:
-        together = np.ascontiguousarray(np.moveaxis(stored[name], 0, -1))
-        stored[name] = together.view(np.float32)[..., 0]
+        together = np.ascontiguousarray(np.moveaxis(contents[name], 0, -1))
+        contents[name] = together.view(np.float32)[..., 0]
     for name, kind in _MIRRORED.items():
-        whole: list[NDArray[Any]] = list(stored[name])
+        whole: list[NDArray[Any]] = list(contents[name])
         for row, twin in sorted((int(row), int(twin)) for row, twin in facts["twins"][kind]):
             if not 0 <= twin < row <= len(whole):
                 raise ValueError("something is the mirror image of what is not there")
             whole.insert(row, whole[twin][:, ::-1])
-        stored[name] = np.stack(whole)
-    return stored
+        contents[name] = np.stack(whole)
+    return contents
 
 
 def rounded(rows: Float32, digits: int = 17) -> Float32:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import StyleError
-from app.core.solver.face import AREAS, AROUND, Face, find_face, maps_around, mirror_area
+from app.core.solver.face import AREAS, AROUND, FaceRegion, find_face, maps_around, mirror_area
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.search import SearchColours, find_colours
 from app.core.solver.signature import NO, YES, Signatures, better, grades, stops_of
@@ -110,14 +110,14 @@ def _compress(
         rows += [first.T @ both, u.T @ both]
         merits += [np.full(first.shape[1], np.inf), s]
     merit = np.concatenate(merits)
-    kept = np.concatenate(rows)[np.argsort(-merit, kind="stable")[:_MAX_RANK]]
-    grey = kept[:, : len(exact)][:, relevant]
-    held = np.sqrt(np.cumsum((grey / exact[relevant]) ** 2, axis=0))
-    missing = 1 - held.min(axis=1)
+    basis = np.concatenate(rows)[np.argsort(-merit, kind="stable")[:_MAX_RANK]]
+    grey = basis[:, : len(exact)][:, relevant]
+    energy = np.sqrt(np.cumsum((grey / exact[relevant]) ** 2, axis=0))
+    missing = 1 - energy.min(axis=1)
     enough = np.flatnonzero(missing <= _TOLERANCE)
-    rank = int(enough[0]) + 1 if enough.size else len(kept)
-    rank = min(max(rank, int(np.isinf(merit).sum())), len(kept))
-    return kept[:rank], float(max(missing[rank - 1], 0.0))
+    rank = int(enough[0]) + 1 if enough.size else len(basis)
+    rank = min(max(rank, int(np.isinf(merit).sum())), len(basis))
+    return basis[:rank], float(max(missing[rank - 1], 0.0))
 
 
 def _orthonormal(columns: Float64) -> Float64:
@@ -164,7 +164,7 @@ def build_pack(
     face = find_face(transport, shape)
     share = face.region / face.region.sum()
     colours = find_colours(transport)
-    made = _made(transport, colours, face, styles, targets)
+    parts = _make_parts(transport, colours, face, styles, targets)
     area_rows = colours.integrate(face.areas)
     mean = colours.integrate(share)
     # No skin takes colours there in a way of its own: all light counts as grey.
@@ -173,7 +173,7 @@ def build_pack(
         area_rows = _mirror_exact(area_rows, [AREAS.index(mirror_area(name)) for name in AREAS])
         mean = 0.5 * (mean + mean[:, ::-1])
     of_faces = np.array([not style.signature.areas for style in styles])
-    basis = build_basis(transport, colours, made.weights[of_faces], face.region)
+    basis = build_basis(transport, colours, parts.weights[of_faces], face.region)
     header = PackHeader(
         head=transport.header.head,
         skin=transport.header.skin,
@@ -186,24 +186,24 @@ def build_pack(
     return StylePack(
         header=header,
         styles=tuple(styles),
-        targets=made.targets,
+        targets=parts.targets,
         coverage=to_image(transport, transport.coverage).astype(np.float16),
         region=to_image(transport, face.region).astype(np.float16),
         areas=np.stack([to_image(transport, area) for area in face.areas]).astype(np.float16),
         mixing=colours.mixing,
         mixtures=colours.mixtures,
-        target_rows=made.target_rows,
-        face_rows=made.face_rows,
+        target_rows=parts.target_rows,
+        face_rows=parts.face_rows,
         area_rows=rounded(area_rows),
-        weight_norm=made.weight_norm,
+        weight_norm=parts.weight_norm,
         mean_rows=np.ascontiguousarray(mean),
         basis_even=rounded(basis.even, _BASIS_DIGITS),
         basis_odd=rounded(basis.odd, _BASIS_DIGITS),
-        studio_ratio=made.studio_ratio,
+        studio_ratio=parts.studio_ratio,
     )
 
 
-class _Made(NamedTuple):
+class _PackParts(NamedTuple):
     """What is made of target pictures; the arrays are those of `StylePack`."""
 
     pictures: Floats  # (S, P, 3), exact mirrors of each other
@@ -215,13 +215,13 @@ class _Made(NamedTuple):
     studio_ratio: Float64
 
 
-def _made(
+def _make_parts(
     transport: Transport,
     colours: SearchColours,
-    face: Face,
+    face: FaceRegion,
     styles: Sequence[Style],
     targets: Floats,
-) -> _Made:
+) -> _PackParts:
     if transport.header.symmetric:
         targets = _mirror_pictures(transport, styles, targets)
     luminance = _luminance(transport, targets)
@@ -234,7 +234,7 @@ def _made(
         twins = [mirror_index(styles, style) for style in styles]
         rows = [_mirror_exact(each, twins) for each in rows]
     scaled = [picture / max(float(picture.max()), 1e-30) for picture in targets]
-    return _Made(
+    return _PackParts(
         pictures=targets,
         weights=part,
         targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
@@ -254,7 +254,7 @@ class StudioPacks:
     shape: HeadShape = field(repr=False)
 
     @cached_property
-    def _face(self) -> Face:
+    def _face(self) -> FaceRegion:
         return find_face(self.transport, self.shape)
 
     @cached_property
@@ -278,44 +278,46 @@ class StudioPacks:
             others: Choices for single styles, by name.
         """
         pack, transport = self.pack, self.transport
-        wanted = [(others or {}).get(style.name, studio).fit_for(style) for style in pack.styles]
-        if all(each == AS_PUBLISHED for each in wanted):
+        studios = [(others or {}).get(style.name, studio).fit_for(style) for style in pack.styles]
+        if all(each == AS_PUBLISHED for each in studios):
             return pack
-        made = _made(transport, self._colours, self._face, pack.styles, self._lit(wanted))
-        found = self._relations(_luminance(transport, made.pictures))
+        parts = _make_parts(
+            transport, self._colours, self._face, pack.styles, self._studio_pictures(studios)
+        )
+        relations = self._relations(_luminance(transport, parts.pictures))
         styles, start = [], 0
-        for style, each in zip(pack.styles, wanted, strict=True):
+        for style, each in zip(pack.styles, studios, strict=True):
             stop = start + len(style.signature.relations)
-            signature = style.signature.scaled(self._own[start:stop], found[start:stop])
+            signature = style.signature.scaled(self._own[start:stop], relations[start:stop])
             lamps = studio_lamps(style, replace(each, ratio=None))
             styles.append(replace(style, lamps=lamps, signature=signature))
             start = stop
-        shown = self._show_themselves(made, styles).tolist()
-        new = [each != AS_PUBLISHED and own for each, own in zip(wanted, shown, strict=True)]
+        shows = self._show_themselves(parts, styles).tolist()
+        new = [each != AS_PUBLISHED and own for each, own in zip(studios, shows, strict=True)]
 
-        def chosen(name: str) -> NDArray[Any]:
-            theirs, ours = getattr(pack, name), getattr(made, name)
+        def pick(name: str) -> NDArray[Any]:
+            theirs, ours = getattr(pack, name), getattr(parts, name)
             return np.stack([o if use else t for o, t, use in zip(ours, theirs, new, strict=True)])
 
-        every = zip(styles, pack.styles, wanted, new, strict=True)
+        every = zip(styles, pack.styles, studios, new, strict=True)
         pairs = [(s, each) if use else (own, AS_PUBLISHED) for s, own, each, use in every]
         return replace(
             pack,
             styles=tuple(style for style, _ in pairs),
             studios=tuple(each for _, each in pairs),
-            targets=chosen("targets"),
-            target_rows=chosen("target_rows"),
-            face_rows=chosen("face_rows"),
-            weight_norm=chosen("weight_norm"),
-            studio_ratio=chosen("studio_ratio"),
+            targets=pick("targets"),
+            target_rows=pick("target_rows"),
+            face_rows=pick("face_rows"),
+            weight_norm=pick("weight_norm"),
+            studio_ratio=pick("studio_ratio"),
         )
 
-    def _lit(self, wanted: Sequence[Studio]) -> Floats:
+    def _studio_pictures(self, studios: Sequence[Studio]) -> Floats:
         """(S, P, 3) pictures of the head in the studios."""
         shape = self.transport.environment_shape
         lights = [
             studio_light(style, studio, shape)
-            for style, studio in zip(self.pack.styles, wanted, strict=True)
+            for style, studio in zip(self.pack.styles, studios, strict=True)
         ]
         flat = np.reshape(lights, (len(lights), -1)).T.astype(np.float32)
         pictures = self.transport.pixel_basis @ (self.transport.texel_basis @ flat)
@@ -331,23 +333,23 @@ class StudioPacks:
             ]
         )
 
-    def _show_themselves(self, made: _Made, styles: Sequence[Style]) -> Bools:
+    def _show_themselves(self, parts: _PackParts, styles: Sequence[Style]) -> Bools:
         """(S,) whether a target has its own signature whole, and no other style explains it."""
-        face, luminance = self._face, _luminance(self.transport, made.pictures)
+        face, luminance = self._face, _luminance(self.transport, parts.pictures)
         centred = luminance - (luminance @ face.region / face.region.sum())[:, None]
-        norms = np.outer(made.weight_norm, np.sqrt(centred**2 @ face.region))
-        match = 100.0 * (made.weights @ luminance.T) / norms
+        norms = np.outer(parts.weight_norm, np.sqrt(centred**2 @ face.region))
+        match = 100.0 * (parts.weights @ luminance.T) / norms
         signatures = Signatures(tuple(style.signature for style in styles))
         grade = grades(*signatures.slack(stops_of(face.areas @ luminance.T), match))
-        shown = []
+        shows = []
         for row in range(len(styles)):
             rivals = [n for n in range(len(styles)) if n != row and not styles[n].signature.areas]
             other = better(row, grade[:, row].tolist(), match[:, row].tolist(), rivals)
-            taken = other is not None and grade[other, row] > NO
-            shown.append(grade[row, row] == YES and not taken)
+            ambiguous = other is not None and grade[other, row] > NO
+            shows.append(grade[row, row] == YES and not ambiguous)
         twins = [mirror_index(styles, style) for style in styles]
-        both = [shown[row if twin is None else twin] for row, twin in enumerate(twins)]
-        return np.logical_and(shown, both)
+        both = [shows[row if twin is None else twin] for row, twin in enumerate(twins)]
+        return np.logical_and(shows, both)
 
 
 def _luminance(transport: Transport, pictures: Floats) -> Float64:

@@ -74,7 +74,7 @@ RARE: Final = frozenset(
 """Built-in styles that a portrait photographer seldom wants: never proposed first."""
 
 _MAX_USER_STYLES: Final = 200
-_TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
+_OTHER_SIDE: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 
 
 def mirror(style: Style) -> Style:
@@ -106,7 +106,7 @@ def mirror(style: Style) -> Style:
 
 
 def _other_way(words: str) -> str:
-    return re.sub(r"\b(left|right|Left|Right)\b", lambda found: _TURNED[found[0]], words)
+    return re.sub(r"\b(left|right|Left|Right)\b", lambda match: _OTHER_SIDE[match[0]], words)
 
 
 def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
@@ -142,12 +142,12 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
 
 def _built_in() -> tuple[Style, ...]:
     """Read the built-in styles; a right one is the mirror image of its left one."""
-    found: dict[str, Style] = {}
+    styles: dict[str, Style] = {}
     for name in NAMES:
-        twin = found.get(mirror_name(name))
+        twin = styles.get(mirror_name(name))
         path = resources() / "styles" / f"{name}.toml"
-        found[name] = read_style(path) if twin is None else mirror(twin)
-    return tuple(found.values())
+        styles[name] = read_style(path) if twin is None else mirror(twin)
+    return tuple(styles.values())
 
 
 def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style, ...]:
@@ -159,15 +159,15 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
     Raises:
         StyleError: When a name is unknown, with the nearest known name.
     """
-    wanted = set(names or ())
-    known = [style.name for style in styles]
-    for name in sorted(wanted):
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
+    name_set = set(names or ())
+    all_names = [style.name for style in styles]
+    for name in sorted(name_set):
+        if name not in all_names:
+            near = difflib.get_close_matches(name, all_names, n=1)
             raise StyleError(
                 tr("There is no style {name!r}.", name=name),
                 tr("Did you mean {near}?", near=near[0])
                 if near
                 else tr("'turnlight styles' lists them all."),
             )
-    return tuple(style for style in styles if not wanted or style.name in wanted)
+    return tuple(style for style in styles if not name_set or style.name in name_set)

@@ -26,7 +26,7 @@ from app.core.measure.read.metadata import read_header
 from app.core.places.journal import SessionFrame
 from app.core.text import tr
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_file, whole_picture
-from app.devices.capture.preparation import Job
+from app.devices.capture.preparation import CaptureJob
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.clock import Clock, wait
 from app.devices.errors import (
@@ -116,32 +116,32 @@ def fetch_file(
 
 
 def fetch_thumbnails(
-    client: FileSource, wanted: Mapping[str, Path], token: Token
+    client: FileSource, targets: Mapping[str, Path], token: Token
 ) -> dict[str, Path]:
     """Bring the small pictures over, as far as the camera has them.
 
-    They are only for looking at: what fails is left out and never stops a capture. `wanted` says
+    They are only for looking at: what fails is left out and never stops a capture. `targets` says
     where the small picture of each URL shall be; those that are there now are returned.
 
     Raises `Cancelled` when the token was cancelled.
     """
-    found: dict[str, Path] = {}
-    for url, path in wanted.items():
+    paths: dict[str, Path] = {}
+    for url, path in targets.items():
         token.check()
         if path.exists():
-            found[url] = path
+            paths[url] = path
             continue
         try:
             data = client.thumbnail(url)
             end = jpeg_end(data) if len(data) <= _MAX_THUMBNAIL else None
             if end is not None:
                 atomic_write_bytes(path, data[:end])
-                found[url] = path
+                paths[url] = path
         except Unreachable:
             break  # the files themselves are worth the waiting, these are not
         except (DeviceError, CoreError):
             continue
-    return found
+    return paths
 
 
 class _NotWhole(Exception):
@@ -165,7 +165,7 @@ class _Transfer:
         self.clock, self.token, self.report, self.whole = clock, token, report, whole
         self.part = target.with_name(target.name + ".part")
         self.size = max(entry.size, 0)
-        self.most = self._received()
+        self.most = self._received_bytes()
         self.clean_lengths: list[int] = []
         self.short_lengths: set[int] = set()
         self.spoiled: set[bytes] = set()
@@ -185,7 +185,7 @@ class _Transfer:
                 "too-long",
             )
         self._check_room()
-        if self._settled(clean=False):
+        if self._settle(clean=False):
             return
         failures = 0
         for _ in range(_MOST_ATTEMPTS):
@@ -217,14 +217,14 @@ class _Transfer:
             self._receive()
         except LOSSES:
             # A wrong Content-Length looks like a broken link, too.
-            if self._settled(clean=False):
+            if self._settle(clean=False):
                 return
             raise
-        if not self._settled(clean=True):
+        if not self._settle(clean=True):
             raise _NotWhole
 
     def _receive(self) -> None:
-        start = self._restart() if self.stale else self._received()
+        start = self._restart() if self.stale else self._received_bytes()
         with self.client.open_file(self.entry.url, start=start) as incoming:
             if start and not _continues(incoming, start, self.size):
                 start = self._restart()
@@ -241,44 +241,44 @@ class _Transfer:
     def _write(self, incoming: Incoming, start: int) -> None:
         limit = min(MAX_FILE_BYTES, self.size + _SLACK_BYTES if self.size else MAX_FILE_BYTES)
         size = self.size or (start + incoming.length if incoming.length else 0)
-        received, began, told = start, self.clock.now(), -math.inf
+        size_here, began, report_s = start, self.clock.now(), -math.inf
         watch = _Watch(self.clock)
         with open(self.part, "ab" if start else "wb", opener=file_opener) as stream:
             for chunk in incoming.chunks(_CHUNK):
                 self.token.check()
-                stream.write(chunk[: limit - received])
-                received += len(chunk)
+                stream.write(chunk[: limit - size_here])
+                size_here += len(chunk)
                 watch.passed(len(chunk))
                 now = self.clock.now()
-                if now - told >= _REPORT_S:
-                    told = now
-                    self._tell(min(received, limit), size, (received - start, now - began))
-                if received >= limit:
+                if now - report_s >= _REPORT_S:
+                    report_s = now
+                    self._tell(min(size_here, limit), size, (size_here - start, now - began))
+                if size_here >= limit:
                     break
-        self.most = max(self.most, min(received, limit))
-        self._tell(min(received, limit), size, (received - start, self.clock.now() - began))
+        self.most = max(self.most, min(size_here, limit))
+        self._tell(min(size_here, limit), size, (size_here - start, self.clock.now() - began))
 
-    def _tell(self, received: int, size: int, gained: tuple[int, float]) -> None:
-        rate = gained[0] / gained[1] if gained[1] > 0.0 else 0.0
-        self.report(received, size, rate)
+    def _tell(self, size_here: int, size: int, last_report: tuple[int, float]) -> None:
+        rate = last_report[0] / last_report[1] if last_report[1] > 0.0 else 0.0
+        self.report(size_here, size, rate)
 
-    def _settled(self, *, clean: bool) -> bool:
+    def _settle(self, *, clean: bool) -> bool:
         """Give the file its name if it is whole; put away what can never become whole."""
-        received = self._received()
-        self.most = max(self.most, received)
-        end = jpeg_end(self.part.read_bytes()) if received else None
+        size_here = self._received_bytes()
+        self.most = max(self.most, size_here)
+        end = jpeg_end(self.part.read_bytes()) if size_here else None
         if end is None:
-            if (self.size and received >= self.size) or (clean and not self.size):
+            if (self.size and size_here >= self.size) or (clean and not self.size):
                 self._spoil()
             elif clean:
                 # To resume from there is worth one attempt, not every second one.
-                self.stale |= received in self.short_lengths
-                self.short_lengths.add(received)
+                self.stale |= size_here in self.short_lengths
+                self.short_lengths.add(size_here)
             return False
-        if self.size and received > self.size >= end:
+        if self.size and size_here > self.size >= end:
             os.truncate(self.part, self.size)
-            received = self.size
-        if self.size in (0, received) or self._insists(received, clean):
+            size_here = self.size
+        if self.size in (0, size_here) or self._insists(size_here, clean):
             if self.whole(self.part):
                 self._finish()
                 return True
@@ -298,12 +298,12 @@ class _Transfer:
             )
         self.spoiled.add(digest)
 
-    def _insists(self, received: int, clean: bool) -> bool:
+    def _insists(self, size_here: int, clean: bool) -> bool:
         """Whether the camera sent this length twice although its list states another one."""
         if not clean:
             return False
-        self.clean_lengths.append(received)
-        return self.clean_lengths.count(received) > 1
+        self.clean_lengths.append(size_here)
+        return self.clean_lengths.count(size_here) > 1
 
     def _finish(self) -> None:
         with self.part.open("rb+") as stream:
@@ -316,22 +316,22 @@ class _Transfer:
         self.stale = False
         return 0
 
-    def _received(self) -> int:
+    def _received_bytes(self) -> int:
         try:
             return self.part.stat().st_size
         except FileNotFoundError:
             return 0
 
     def _check_room(self) -> None:
-        wanted = (self.size or 16 << 20) - self._received() + _RESERVE_BYTES
+        need_bytes = (self.size or 16 << 20) - self._received_bytes() + _RESERVE_BYTES
         free = shutil.disk_usage(self.target.parent).free
-        if free < wanted:
+        if free < need_bytes:
             raise DownloadFailed(
                 tr(
                     "The disk has {free} MB left; {name} and what is made of it need {wanted} MB.",
                     free=free >> 20,
                     name=self.entry.name,
-                    wanted=-(-wanted >> 20),
+                    wanted=-(-need_bytes >> 20),
                 ),
                 tr("Make room and resume this session; the picture is still on the camera."),
                 code="disk-full",
@@ -394,7 +394,7 @@ _OF_ONE_FILE: Final = frozenset(
 )
 
 
-def fetch(job: Job) -> None:
+def fetch(job: CaptureJob) -> None:
     """Bring the frames of the journal over.
 
     A file that cannot be had does not keep the others from coming. Where three with different
@@ -408,7 +408,7 @@ def fetch(job: Job) -> None:
     frames = job.session.journal.frames
     job.arriving.expect(len(frames))
     rows = [FrameProgress(frame.name, size=frame.size, done=frame.done) for frame in frames]
-    view = _View(job, rows)
+    view = _StatusRows(job, rows)
     view.show(tr("Looking at the small pictures"))
     missing = [frame for frame in frames if not frame.done]
     _thumbnails(job, view, frames if missing else ())
@@ -434,14 +434,14 @@ def fetch(job: Job) -> None:
     _settle(job, failed)
 
 
-def _set_aside(job: Job, frame: SessionFrame) -> None:
+def _set_aside(job: CaptureJob, frame: SessionFrame) -> None:
     path = job.session.path_of(frame)
     job.arriving.discard(path)
     path.replace(path.with_name(f"{path.name}.damaged"))
     job.session.set_frame(frame.url, done=False, sha256="")
 
 
-def _settle(job: Job, failed: Mapping[str, DeviceError]) -> None:
+def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
     """Be content with the frames that are whole where they are enough, or say why not."""
     frames = job.session.journal.frames
     paths = tuple(job.session.path_of(frame) for frame in frames if frame.done)
@@ -463,21 +463,21 @@ def _settle(job: Job, failed: Mapping[str, DeviceError]) -> None:
 
 def _different(paths: Iterable[Path]) -> int:
     """Count the exposures that differ; a file that does not state its own is of no use here."""
-    known: list[float] = []
+    evs: list[float] = []
     for path in paths:
         try:
             exposure = read_header(path).frame.exposure
         except ProbeError:
             continue
-        if exposure and all(abs(exposure.ev - other) >= EQUAL_STOPS for other in known):
-            known.append(exposure.ev)
-    return len(known)
+        if exposure and all(abs(exposure.ev - other) >= EQUAL_STOPS for other in evs):
+            evs.append(exposure.ev)
+    return len(evs)
 
 
-class _View:
+class _StatusRows:
     """The rows of the status while files come."""
 
-    def __init__(self, job: Job, rows: list[FrameProgress]) -> None:
+    def __init__(self, job: CaptureJob, rows: list[FrameProgress]) -> None:
         self.job, self.rows = job, rows
 
     def set(self, number: int, **changes: object) -> None:
@@ -486,32 +486,32 @@ class _View:
         row = self.rows[number]
         total = sum(each.size for each in self.rows)
         here = sum(each.received for each in self.rows)
-        left = (total - here) / row.bytes_per_s if row.bytes_per_s > 0.0 else None
+        remaining_s = (total - here) / row.bytes_per_s if row.bytes_per_s > 0.0 else None
         words = tr("File {number} of {count}", number=number + 1, count=len(self.rows))
-        self.show(words, here / total if total else 0.0, left)
+        self.show(words, here / total if total else 0.0, remaining_s)
 
-    def show(self, message: str, part: float = 0.0, left: float | None = None) -> None:
+    def show(self, message: str, part: float = 0.0, remaining_s: float | None = None) -> None:
         self.job.board.show(
             Stage.DOWNLOADING,
             message,
             part,
-            seconds_left=left,
+            seconds_left=remaining_s,
             may_move=True,
             frames=tuple(self.rows),
         )
 
 
-def _thumbnails(job: Job, view: _View, frames: tuple[SessionFrame, ...]) -> None:
+def _thumbnails(job: CaptureJob, view: _StatusRows, frames: tuple[SessionFrame, ...]) -> None:
     folder = job.session.thumbnails
-    wanted = {frame.url: folder / frame.local for frame in frames if frame.local}
-    found = fetch_thumbnails(job.client, wanted, job.token)
+    targets = {frame.url: folder / frame.local for frame in frames if frame.local}
+    thumbnails = fetch_thumbnails(job.client, targets, job.token)
     for number, frame in enumerate(frames):
-        if frame.url in found:
-            view.set(number, thumbnail=found[frame.url])
-            job.session.set_frame(frame.url, thumbnail=found[frame.url].name)
+        if frame.url in thumbnails:
+            view.set(number, thumbnail=thumbnails[frame.url])
+            job.session.set_frame(frame.url, thumbnail=thumbnails[frame.url].name)
 
 
-def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError | None:
+def _again(job: CaptureJob, view: _StatusRows, number: int, entry: FileEntry) -> DeviceError | None:
     """Fetch a file once more whose length was right but whose picture is damaged."""
     path = job.session.originals / job.session.local_name(entry)
     _set_aside(job, job.session.journal.frames[number])
@@ -525,8 +525,8 @@ def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError 
 
 
 def _one(
-    job: Job,
-    view: _View,
+    job: CaptureJob,
+    view: _StatusRows,
     number: int,
     entry: FileEntry,
     check: Callable[[Path], bool] = whole_file,

@@ -57,7 +57,7 @@ _TEMPORARY: Final = re.compile(
 )
 _LONGEST: Final = 300
 _STAMP: Final = "%Y:%m:%d %H:%M:%S"
-_TAKEN: Final = ("Exif:DateTimeOriginal", "DateTime")
+_DATE_TAGS: Final = ("Exif:DateTimeOriginal", "DateTime")
 _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 
@@ -122,27 +122,27 @@ def _check_different(headers: Sequence[Header]) -> None:
 
 def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
     """Name frames that match no shot of the plan."""
-    left = [shot.exposure for shot in plan.shots]
+    exposures = [shot.exposure for shot in plan.shots]
     strange: list[Header] = []
     for header in headers:
-        taken = header.frame.exposure
-        match = next((each for each in left if taken and _same(taken, each)), None)
+        exposure = header.frame.exposure
+        match = next((each for each in exposures if exposure and _same(exposure, each)), None)
         if match is not None:
-            left.remove(match)
+            exposures.remove(match)
         else:
             strange.append(header)
     sentences = []
     for number, header in enumerate(strange):
-        taken, name = header.frame.exposure, header.frame.path.name
-        if taken is None:
+        exposure, name = header.frame.exposure, header.frame.path.name
+        if exposure is None:
             sentences.append(tr("{name} does not state its exposure.", name=name))
-        elif number < len(left):
+        elif number < len(exposures):
             sentences.append(
                 tr(
                     "{name} was taken with {taken} instead of {planned}; its true values are used.",
                     name=name,
-                    taken=_words(taken),
-                    planned=_words(left[number]),
+                    taken=_words(exposure),
+                    planned=_words(exposures[number]),
                 )
             )
         else:
@@ -150,16 +150,16 @@ def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
                 tr(
                     "{name} ({taken}) was not asked for; it is used as it is.",
                     name=name,
-                    taken=_words(taken),
+                    taken=_words(exposure),
                 )
             )
     return sentences
 
 
-def _same(taken: Exposure, planned: Exposure) -> bool:
-    pairs = [(taken.shutter_s, planned.shutter_s)]
-    if taken.known:
-        pairs += [(taken.iso, planned.iso), (taken.aperture**2, planned.aperture**2)]
+def _same(actual: Exposure, plan: Exposure) -> bool:
+    pairs = [(actual.shutter_s, plan.shutter_s)]
+    if actual.known:
+        pairs += [(actual.iso, plan.iso), (actual.aperture**2, plan.aperture**2)]
     return all(abs(math.log2(one / other)) <= _SAME_STOPS for one, other in pairs)
 
 
@@ -196,10 +196,10 @@ def jpeg_end(data: bytes) -> int | None:
             continue
         place += 2 + int.from_bytes(data[place + 2 : place + 4], "big")
         if marker == 0xDA:
-            found = _MARKER.search(data, place)
-            if found is None:
+            match = _MARKER.search(data, place)
+            if match is None:
                 return None
-            place = found.start()
+            place = match.start()
     return None
 
 
@@ -299,15 +299,15 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
         return tr("{name} does not state its exposure time and is left out.", name=path.name)
     if frame.tone_mapped:
         return tr("{name} was taken with HDR rendering on and is left out.", name=path.name)
-    taken = _taken_s(path)
+    shot_s = _taken_s(path)
     return Arrival(
         path=path,
         camera=frame.camera,
         shape=frame.shape,
         kind=frame.kind,
         exposure=frame.exposure,
-        taken_s=taken,
-        order=(modified_s if taken is None else taken, _numbers(path.name)),
+        taken_s=shot_s,
+        order=(modified_s if shot_s is None else shot_s, _numbers(path.name)),
     )
 
 
@@ -317,8 +317,8 @@ def _check_whole(path: Path, size: int) -> None:
     )
     if size > MAX_BYTES:
         raise ProbeError(tr("{name} is too large for a picture.", name=path.name))
-    refused = tr("{name} cannot be read: {reason}.")
-    with os_errors_as(ProbeError, refused, name=path.name), open_file(path) as stream:
+    sentence = tr("{name} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, sentence, name=path.name), open_file(path) as stream:
         jpeg = stream.read(3) == b"\xff\xd8\xff"
     if jpeg:
         if size > MAX_BYTES // 4 or not whole_file(path):
@@ -335,7 +335,7 @@ def _taken_s(path: Path) -> float | None:
         if source is None:
             return None
         try:
-            texts = [str(source.spec().getattribute(name) or "") for name in _TAKEN]
+            texts = [str(source.spec().getattribute(name) or "") for name in _DATE_TAGS]
         finally:
             source.close()
         for text in texts:

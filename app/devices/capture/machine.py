@@ -26,7 +26,7 @@ from app.core.measure.plan.planner import Plan
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture import fetching, file_integrity, preparation, shooting, single
-from app.devices.capture.preparation import Job
+from app.devices.capture.preparation import CaptureJob
 from app.devices.capture.recovery import Contact
 from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Board, Stage, Status
@@ -84,7 +84,7 @@ class Capture:
         board = Board(on_status)
         contact = Contact(client, clock, token, board.say)
         contact.serial = session.journal.serial  # No other one gets what is owed to this camera.
-        self._job = Job(
+        self._job = CaptureJob(
             client=client,
             session=session,
             clock=clock,
@@ -118,7 +118,7 @@ class Capture:
                 _end(job, Stage.CANCELLED, error)
                 raise
             except DeviceError as error:
-                reason = preparation.explained(job, error)
+                reason = preparation.explain_error(job, error)
                 _end(job, Stage.FAILED, reason)
                 if reason is error:
                     raise
@@ -149,7 +149,7 @@ class Capture:
             return preparation.untaken_words(untaken)
 
 
-def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
+def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
     """Choose what a session still needs: not the camera where all files are here."""
     journal = job.session.journal
     if job.session.complete:
@@ -159,12 +159,12 @@ def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
     return (_connect, _restore_first, _meter, _expose, _download, _merge)
 
 
-def _connect(job: Job) -> None:
+def _connect(job: CaptureJob) -> None:
     with job.timed("metering"):
         preparation.connect(job)
 
 
-def _restore_first(job: Job) -> None:
+def _restore_first(job: CaptureJob) -> None:
     """Put back what interrupted captures have changed, before it is taken for the user's own."""
     others = [] if job.debts is None else job.debts.of(job.contact.serial, job.session)
     for session in (*others, job.session):
@@ -177,49 +177,49 @@ def _restore_first(job: Job) -> None:
         job.debts.note(job.session)
 
 
-def _settle(job: Job, session: Session) -> None:
+def _settle(job: CaptureJob, session: Session) -> None:
     if job.debts is not None:
         job.debts.settle(session)
 
 
-def _meter(job: Job) -> None:
+def _meter(job: CaptureJob) -> None:
     with job.timed("metering"):
         job.session.update(stage=Stage.METERING.value, plan=None, frames=(), exposed=False)
         preparation.check_ready(job)
         single.make_plan(job)
 
 
-def _expose(job: Job) -> None:
+def _expose(job: CaptureJob) -> None:
     # There is time now, and somebody waits later.
     job.arriving.prepare(job.pack)
     with job.timed("exposing"):
         shooting.expose(job)
 
 
-def _find_again(job: Job) -> None:
+def _find_again(job: CaptureJob) -> None:
     """Find the frames of a bracket that was begun before an interruption, or shoot it again."""
     now = job.clock.now()
     shooting.watch_if_busy(job, shooting.Run(now, now + shooting.deadline_s(job.plan, job.delay_s)))
     _restore_first(job)
     if job.session.journal.exposed:
         return
-    stopped = job.session.journal.frames
+    frames = job.session.journal.frames
     try:
         with job.timed("exposing"):
             shooting.gather(job, least=len(job.plan.shots))
     except CaptureFailed:
-        single.set_aside(job.contact, job.session, stopped)
+        single.set_aside(job.contact, job.session, frames)
         job.warn(tr("The interrupted bracket was not complete; it was shot again."))
         _meter(job)
         _expose(job)
 
 
-def _download(job: Job) -> None:
+def _download(job: CaptureJob) -> None:
     with job.timed("download"):
         fetching.fetch(job)
 
 
-def _take_stock(job: Job) -> None:
+def _take_stock(job: CaptureJob) -> None:
     """Begin to read what is here already."""
     job.profile = profile_named("generic")
     job.paths = tuple(job.session.path_of(frame) for frame in job.session.journal.frames)
@@ -227,7 +227,7 @@ def _take_stock(job: Job) -> None:
         job.arriving.add(path)
 
 
-def _merge(job: Job) -> None:
+def _merge(job: CaptureJob) -> None:
     job.board.show(Stage.MERGING, tr("Checking the frames"))
     job.session.update(stage=Stage.MERGING.value)
     with job.timed("merge"):
@@ -249,7 +249,7 @@ def _merge(job: Job) -> None:
     job.session.update(environment=ENVIRONMENT, seconds=dict(job.seconds))
 
 
-def _stop(job: Job) -> None:
+def _stop(job: CaptureJob) -> None:
     """Make the camera stop shooting; whatever comes of it, its settings come back next."""
     if job.exposing:
         job.board.show(Stage.CANCELLED, tr("Stopping the camera"))
@@ -257,7 +257,7 @@ def _stop(job: Job) -> None:
             shooting.stop(job)
 
 
-def _give_back(job: Job) -> str:
+def _give_back(job: CaptureJob) -> str:
     """Put the camera's settings back as far as it can be reached; a sentence about what failed."""
     if not job.session.owes:
         _settle(job, job.session)
@@ -274,7 +274,7 @@ def _give_back(job: Job) -> str:
     return unrestored
 
 
-def _end(job: Job, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
+def _end(job: CaptureJob, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
     """Give the camera back, write down how it ended, and say so."""
     unrestored = _give_back(job)
     if error is None:
@@ -284,12 +284,12 @@ def _end(job: Job, stage: Stage, error: DeviceError | CoreError | None = None) -
         with contextlib.suppress(CoreError):  # It is told, even where the disk takes no more.
             job.warn(unrestored)
     if stage is Stage.DONE:
-        finished = datetime.now().astimezone().isoformat(timespec="seconds")
-        job.session.update(stage=stage.value, finished=finished)
+        end_time = datetime.now().astimezone().isoformat(timespec="seconds")
+        job.session.update(stage=stage.value, finished=end_time)
     job.board.show(stage, tr("Done") if error is None else error.message)
 
 
-def _result(job: Job) -> CaptureResult:
+def _result(job: CaptureJob) -> CaptureResult:
     if job.probe is None or job.environment is None:
         raise CaptureFailed(tr("The capture did not finish."), tr("Start again."), "no-end")
     return CaptureResult(

@@ -17,7 +17,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.imaging.images import write_exr
 from app.core.base.progress import PhraseReport, Token
-from app.core.localization.recapture_registration import Registered, register_again
+from app.core.localization.recapture_registration import Registration, register_again
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import PlannedShot
 from app.core.measure.single.preview import RoughAnswer, answers_of
@@ -91,14 +91,14 @@ class CaptureProgress:
 class CapturedPlace:
     """What came of it.
 
-    `registered`: How it lies on the place that was captured again; None where there was none.
+    `registration`: How it lies on the place that was captured again; None where there was none.
     """
 
     folder: Path
     place: Place
     light: PlaceLight = field(repr=False)
     result: CaptureResult
-    registered: Registered | None = None
+    registration: Registration | None = None
 
 
 class Recording:
@@ -110,7 +110,7 @@ class Recording:
         self.began = order.folder is None
         self.folder = order.folder
         self.session = order.session
-        self.captured: CapturedPlace | None = None
+        self.capture: CapturedPlace | None = None
         self.journal: SessionJournal | None = None
         self._pack: StylePack | None = None
         self._open: Session | None = None
@@ -181,7 +181,7 @@ def capture(
             token=token,
             debts=Debts(order.places.with_name(OWED)),
         ).run()
-    return _finished(order, recording, folder, name, result)
+    return _finish(order, recording, folder, name, result)
 
 
 def merge_kept(
@@ -215,7 +215,7 @@ def merge_kept(
         warnings=tuple(dict.fromkeys((*journal.warnings, *probe.warnings))),
         seconds={},
     )
-    return _finished(order, recording, folder, name, result)
+    return _finish(order, recording, folder, name, result)
 
 
 def _begin(order: CaptureOrder, recording: Recording) -> tuple[Path, str, Session]:
@@ -230,19 +230,19 @@ def _begin(order: CaptureOrder, recording: Recording) -> tuple[Path, str, Sessio
     return folder, name, session
 
 
-def _finished(
+def _finish(
     order: CaptureOrder, recording: Recording, folder: Path, name: str, result: CaptureResult
 ) -> CapturedPlace:
-    registered = None
+    registration = None
     if order.first is not None and result.probe.bracket.panorama:
         with contextlib.suppress(ValueError):
-            registered = register_again(order.first, result.probe.display)
+            registration = register_again(order.first, result.probe.display)
     camera, plan = result.profile.title, result.plan.kind
     place, light = place_of_capture(
         folder, order.places, name, result.probe, camera, plan, order.naming
     )
-    recording.captured = CapturedPlace(folder, place, light, result, registered)
-    return recording.captured
+    recording.capture = CapturedPlace(folder, place, light, result, registration)
+    return recording.capture
 
 
 def tidy(recording: Recording, *, given_up: bool = False) -> bool:

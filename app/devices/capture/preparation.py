@@ -32,7 +32,7 @@ from app.devices.theta.untrusted import number
 
 
 @dataclass(slots=True)
-class Job:
+class CaptureJob:
     """One capture on its way: what was asked for, and what has come of it so far.
 
     * `client`, `session`, `clock`, `token`, `board`, `contact`: the camera, where its files go,
@@ -136,7 +136,7 @@ _SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
 _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
 
 
-def connect(job: Job) -> None:
+def connect(job: CaptureJob) -> None:
     """Let a preview end, ask who the camera is and choose its profile.
 
     Raises `DeviceError` when it does not answer, is no camera, is not the one of this session, or
@@ -155,7 +155,7 @@ def connect(job: Job) -> None:
     job.session.update(model=info.model, serial=info.serial_number, firmware=info.firmware_text)
 
 
-def check_ready(job: Job) -> None:
+def check_ready(job: CaptureJob) -> None:
     """Check that nothing keeps the camera from shooting.
 
     Raises `CameraNotReady` when something does: what, and what to do about it.
@@ -173,7 +173,7 @@ def check_ready(job: Job) -> None:
     wait_until_idle(job, _IDLE_S)
 
 
-def wait_until_idle(job: Job, longest_s: float) -> None:
+def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
     """Wait until the camera is doing nothing.
 
     Raises `CameraNotReady` when it is busy for longer.
@@ -195,7 +195,7 @@ def wait_until_idle(job: Job, longest_s: float) -> None:
         job.contact.pause(1.0)
 
 
-def explained(job: Job, error: DeviceError) -> DeviceError:
+def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
     """Find out whether a camera that refused or stopped has a reason that its state tells."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
@@ -210,12 +210,12 @@ def explained(job: Job, error: DeviceError) -> DeviceError:
 
 def _check_firmware(info: Info, profile: ModelProfile) -> None:
     if info.firmware and info.firmware < profile.min_firmware:
-        wanted = ".".join(str(number) for number in profile.min_firmware)
+        version = ".".join(str(number) for number in profile.min_firmware)
         raise CameraNotReady(
             tr(
                 "The camera's firmware {firmware} is too old; {wanted} is needed.",
                 firmware=info.firmware_text,
-                wanted=wanted,
+                wanted=version,
             ),
             tr("Update it with Ricoh's app for the computer."),
             "firmware",
@@ -244,15 +244,15 @@ def _check_state(state: State) -> None:
         )
 
 
-def _check_storage(job: Job) -> None:
-    left = number(read(job.contact, ("remainingPictures",)).get("remainingPictures"))
-    wanted = _MOST_SHOTS[job.kind] + 1
-    if left is not None and left < wanted:
+def _check_storage(job: CaptureJob) -> None:
+    room_for = number(read(job.contact, ("remainingPictures",)).get("remainingPictures"))
+    count = _MOST_SHOTS[job.kind] + 1
+    if room_for is not None and room_for < count:
         raise CameraNotReady(
             tr(
                 "The camera has room for {left} more pictures; {wanted} are needed.",
-                left=max(int(left), 0),
-                wanted=wanted,
+                left=max(int(room_for), 0),
+                wanted=count,
             ),
             tr("Delete pictures on the camera that you have copied, then try again."),
             "storage",
@@ -262,18 +262,18 @@ def _check_storage(job: Job) -> None:
 def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
     """Read options; those that the camera does not know are left out."""
     try:
-        known = contact.ask(lambda: contact.client.get_options(names), NOT_NOW)
+        options = contact.ask(lambda: contact.client.get_options(names), NOT_NOW)
     except CameraRefused as error:
         if error.code not in _UNKNOWN:
             raise
         if len(names) <= 1:
             return {}
         # One at a time, since the camera does not say which one it does not know.
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         for name in names:
-            found |= read(contact, (name,))
-        return found
-    return {name: known[name] for name in names if name in known}
+            values |= read(contact, (name,))
+        return values
+    return {name: options[name] for name in names if name in options}
 
 
 def change(contact: Contact, options: Mapping[str, Any]) -> None:
@@ -304,10 +304,10 @@ def _refusals(contact: Contact, options: Mapping[str, Any]) -> dict[str, str]:
             raise
         if len(options) == 1:
             return dict.fromkeys(options, error.code)
-        refused: dict[str, str] = {}
+        refusals: dict[str, str] = {}
         for name, value in options.items():
-            refused |= _refusals(contact, {name: value})
-        return refused
+            refusals |= _refusals(contact, {name: value})
+        return refusals
     return {}
 
 
@@ -327,49 +327,49 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProf
     Returns the profile without the options that cannot be put back, since the camera does not state
     them or states what cannot be kept: they are not to be changed.
     """
-    known = dict(session.journal.settings_to_restore)
-    if "captureMode" not in known:
-        known = keepable(read(contact, ("captureMode",))) | known
-        session.update(settings_to_restore=known)
-    if known.get("captureMode", "image") != "image":
+    settings = dict(session.journal.settings_to_restore)
+    if "captureMode" not in settings:
+        settings = keepable(read(contact, ("captureMode",))) | settings
+        session.update(settings_to_restore=settings)
+    if settings.get("captureMode", "image") != "image":
         # The other options of a camera follow its mode.
         change(contact, {"captureMode": "image"})
         contact.pause(profile.settle_s)
-    missing = [name for name in profile.saved if name not in known]
+    missing = [name for name in profile.saved if name not in settings]
     if missing:
-        known |= keepable(read(contact, missing))
-        session.update(settings_to_restore=known)
+        settings |= keepable(read(contact, missing))
+        session.update(settings_to_restore=settings)
     if profile.asks_support:
         profile = _learned(contact, profile)
     return replace(
         profile,
-        saved=tuple(name for name in profile.saved if name in known),
-        extra=tuple(each for each in profile.extra if each[0] in known),
-        stitching=profile.stitching and known.keys() >= _SEAMS,
+        saved=tuple(name for name in profile.saved if name in settings),
+        extra=tuple(each for each in profile.extra if each[0] in settings),
+        stitching=profile.stitching and settings.keys() >= _SEAMS,
     )
 
 
 def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
     """Take over what an unknown Theta says of itself."""
-    said = read(contact, ("fileFormatSupport", "apertureSupport", "_shootingMethodSupport"))
-    methods, apertures = said.get("_shootingMethodSupport"), said.get("apertureSupport")
+    support = read(contact, ("fileFormatSupport", "apertureSupport", "_shootingMethodSupport"))
+    methods, apertures = support.get("_shootingMethodSupport"), support.get("apertureSupport")
     by_method = isinstance(methods, list) and "bracket" in methods
     keys = list(profile.shot_keys)
     if isinstance(apertures, list) and len(apertures) > 1:
         keys.append("aperture")
     return replace(
         profile,
-        picture=_panorama(said.get("fileFormatSupport")),
+        picture=_panorama(support.get("fileFormatSupport")),
         needs_method=by_method,
         sends_mode=not by_method,
         shot_keys=tuple(dict.fromkeys(keys)),
     )
 
 
-def _panorama(stated: Any) -> tuple[int, int] | None:
+def _panorama(value: Any) -> tuple[int, int] | None:
     """Choose among the formats of a camera: the largest JPEG panorama that is not very large."""
     sizes = set()
-    for each in stated if isinstance(stated, list) else ():
+    for each in value if isinstance(value, list) else ():
         if isinstance(each, dict) and each.get("type") == "jpeg" and "_mode" not in each:
             width, height = each.get("width"), each.get("height")
             if isinstance(width, int) and isinstance(height, int) and width == 2 * height > 0:
@@ -384,9 +384,9 @@ def prepare(contact: Contact, profile: ModelProfile) -> None:
     """
     change(contact, {"captureMode": "image"})
     contact.pause(profile.settle_s)
-    known = set(profile.saved)
+    names = set(profile.saved)
     for options in _plain_pictures(profile):
-        change_if_known(contact, {name: options[name] for name in options if name in known})
+        change_if_known(contact, {name: options[name] for name in options if name in names})
     for name, value in profile.extra:
         choices = read(contact, (f"{name}Support",)).get(f"{name}Support")
         if not isinstance(choices, list) or value in choices:
@@ -420,74 +420,74 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     Raises `DeviceError` when it cannot be reached or is busy; the journal keeps what is to be put
     back.
     """
-    saved = dict(session.journal.settings_to_restore)
-    if not saved:
+    settings = dict(session.journal.settings_to_restore)
+    if not settings:
         return ()
     contact.reconnect()  # An S that was lost unnoticed would take nothing.
-    refused: dict[str, str] = {}
-    for options in _in_order(saved):
+    refusals: dict[str, str] = {}
+    for options in _in_order(settings):
         if "captureMode" in options:
             contact.pause(_AFTER_FILTER_S - (contact.clock.now() - contact.changed_at))
-        refused |= _refusals(contact, options)
-    later = {name: saved[name] for name, code in refused.items() if code in NOT_NOW}
+        refusals |= _refusals(contact, options)
+    later = {name: settings[name] for name, code in refusals.items() if code in NOT_NOW}
     session.update(settings_to_restore=later)
     if later:
         raise CameraNotReady(tr("The camera is busy."), tr("Wait until it has finished."), "busy")
-    return tuple(name for name in refused if name not in _UNTOLD)
+    return tuple(name for name in refusals if name not in _UNTOLD)
 
 
 def restore_or_say(contact: Contact, session: Session) -> str:
     """Do the same, and return a sentence about what did not work, "" if all did."""
     try:
-        refused = restore(contact, session)
+        refusals = restore(contact, session)
     except DeviceError:
         return tr(
             "The camera's own settings could not be put back: connect to it and open "
             "this session again."
         )
-    return untaken_words(refused)
+    return untaken_words(refusals)
 
 
-def untaken_words(refused: Sequence[str]) -> str:
+def untaken_words(names: Sequence[str]) -> str:
     """Say which camera settings could not be restored, "" for none."""
-    if not refused:
+    if not names:
         return ""
     return tr(
         "These camera settings could not be restored: {settings}.",
-        settings=", ".join(refused),
+        settings=", ".join(names),
     )
 
 
-def _in_order(saved: dict[str, Any]) -> Iterable[dict[str, Any]]:
+def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
     """Group options so that each is set while it is allowed."""
-    left = dict(saved)
-    mode = left.pop("captureMode", None)
+    rest = dict(settings)
+    mode = rest.pop("captureMode", None)
     # A bracket can only be set while its values are legal; so before the program.
-    yield _taken(left, ("_autoBracket",))
-    yield _taken(left, ("_shootingMethod",))
-    program = left.get("exposureProgram")
-    yield _taken(left, ("exposureProgram",))
-    exposing = _taken(left, _EXPOSING)
+    yield _take(rest, ("_autoBracket",))
+    yield _take(rest, ("_shootingMethod",))
+    program = rest.get("exposureProgram")
+    yield _take(rest, ("exposureProgram",))
+    exposing = _take(rest, _EXPOSING)
     # 0 is what the camera states, and then does by itself, outside the manual program.
     yield {name: value for name, value in exposing.items() if value}
-    compensation = _taken(left, ("exposureCompensation",))
+    compensation = _take(rest, ("exposureCompensation",))
     yield compensation if program != _MANUAL else {}
-    yield from _white(left)
-    yield _taken(left, _TOGETHER)
-    for name in tuple(left):
-        yield _taken(left, (name,))
+    yield from _white(rest)
+    yield _take(rest, _TOGETHER)
+    for name in tuple(rest):
+        yield _take(rest, (name,))
     if mode is not None:
         yield {"captureMode": mode}
 
 
-def _white(left: dict[str, Any]) -> Iterable[dict[str, Any]]:
+def _white(rest: dict[str, Any]) -> Iterable[dict[str, Any]]:
     """White balance: the temperature can only be set while it is the one that counts."""
-    balance = _taken(left, ("whiteBalance",))
-    kelvin = _taken(left, ("_colorTemperature",))
+    balance = _take(rest, ("whiteBalance",))
+    kelvin = _take(rest, ("_colorTemperature",))
     if kelvin and kelvin["_colorTemperature"] != KELVIN:
         yield {"whiteBalance": "_colorTemperature", **kelvin}
     yield balance
 
 
-def _taken(left: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
-    return {name: left.pop(name) for name in names if name in left}
+def _take(rest: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    return {name: rest.pop(name) for name in names if name in rest}

@@ -137,12 +137,12 @@ class Contact:
         rejoin_s: float = REJOIN_S,
     ) -> None:
         self.client, self.clock, self.token, self.say = client, clock, token, say
-        self.forgotten = 0
+        self.losses = 0
         self.serial = ""
         self.forgets = False
         self.changed_at = -1e9
         self._settings: dict[str, Any] = {}
-        self._met = False
+        self._has_met = False
         self._started_s = -1e9
         self._switches_api = False
         self._rejoin_s = rejoin_s
@@ -168,17 +168,19 @@ class Contact:
         Raises `DeviceError` when the camera refuses, or does not answer even after a while;
         `Cancelled` when the token was cancelled.
         """
-        lost = 0
+        failures = 0
         while True:
             try:
                 return self.once(call, passing)
             except LOSSES:
-                lost += 1
-                if lost >= _TRIES:
+                failures += 1
+                if failures >= _TRIES:
                     raise
                 self.reconnect()
-                if lost > 1:
-                    self.pause(min(PAUSES_S[min(lost - 2, len(PAUSES_S) - 1)], _LONGEST_PAUSE_S))
+                if failures > 1:
+                    self.pause(
+                        min(PAUSES_S[min(failures - 2, len(PAUSES_S) - 1)], _LONGEST_PAUSE_S)
+                    )
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
         """Do what must not be done twice; only a camera that is busy is asked again.
@@ -186,15 +188,15 @@ class Contact:
         Raises `DeviceError` every one that the call raises, unless it passes; `Cancelled` when the
         token was cancelled.
         """
-        began, number, switched = self.clock.now(), 0, 0
+        began, number, switches = self.clock.now(), 0, 0
         while True:
             if self.token is not None:
                 self.token.check()
             try:
                 return call()
             except CameraRefused as error:
-                if switched < _SWITCHES and self._fell_back(error):
-                    switched += 1
+                if switches < _SWITCHES and self._fell_back(error):
+                    switches += 1
                     continue
                 patience = _patience(error, passing)
                 pause = PAUSES_S[min(number, len(PAUSES_S) - 1)]
@@ -214,14 +216,14 @@ class Contact:
         answers; `PasswordNeeded` when it keeps asking for a password; `Cancelled` when the token
         was cancelled.
         """
-        if not self._met:
+        if not self._has_met:
             self.meet()
             return
         began, patience = self.clock.now(), self._patience_s
         self._patience_s = 0.0  # Whoever has waited in vain does not wait again.
         self._greet(min(self._rejoin_s, patience))
         self._patience_s = max(patience - (self.clock.now() - began), 0.0)
-        self.forgotten += self.forgets and self._lost_settings()
+        self.losses += self.forgets and self._lost_settings()
 
     def hello(self) -> Info:
         """Ask who the camera is, and make it speak API 2.1.
@@ -240,10 +242,10 @@ class Contact:
                 "other-camera",
             )
         if info.uptime_s is not None:
-            started = self.clock.now() - info.uptime_s
-            self.forgotten += self._met and started > self._started_s + _RESTARTED_S
-            self._started_s = max(started, self._started_s)
-        self._met = True
+            boot_s = self.clock.now() - info.uptime_s
+            self.losses += self._has_met and boot_s > self._started_s + _RESTARTED_S
+            self._started_s = max(boot_s, self._started_s)
+        self._has_met = True
         self._switches_api = 1 in info.api_level
         self._leave_old_api()
         return info
@@ -258,7 +260,7 @@ class Contact:
                 info = self.hello()
                 break
             except LOSSES as error:
-                final = isinstance(error, PasswordNeeded) or not self._met
+                final = isinstance(error, PasswordNeeded) or not self._has_met
                 if first.hopeless(error) and final:
                     raise
             except CameraRefused as error:
@@ -274,10 +276,10 @@ class Contact:
 
     def _count_down(self, seconds: float, until: float, *, silent: bool) -> None:
         end = self.clock.now() + seconds
-        while (left := end - self.clock.now()) > 0.0:
+        while (remaining_s := end - self.clock.now()) > 0.0:
             if not silent:
                 self.say(_SEEKING, until - self.clock.now(), seeking=True)
-            self.pause(min(left, 1.0))
+            self.pause(min(remaining_s, 1.0))
 
     def note_settings(self, options: Mapping[str, Any]) -> None:
         """Note options that the camera has accepted."""
@@ -289,20 +291,20 @@ class Contact:
 
         A reply that is lost on the way costs a forgetful camera nothing; a new connection does.
         """
-        wanted, self._settings = self._settings, {}
-        if not wanted:
+        settings, self._settings = self._settings, {}
+        if not settings:
             return True
         for pause in (*PAUSES_S, 0.0):
             try:
-                stated = self.client.get_options(tuple(wanted))
+                values = self.client.get_options(tuple(settings))
             except LOSSES:
                 self.pause(pause)
                 continue
             except CameraRefused:
                 break
-            if any(stated.get(name) != value for name, value in wanted.items()):
+            if any(values.get(name) != value for name, value in settings.items()):
                 break
-            self._settings = wanted
+            self._settings = settings
             return False
         return True
 
@@ -310,7 +312,7 @@ class Contact:
         """Make an S or SC speak API 2.1 again; whether it had fallen back to the old one."""
         if not self._switches_api or self.client.state().api_version != 1:
             return False
-        self.forgotten += self._met
+        self.losses += self._has_met
         self._switch_api()
         return True
 
@@ -344,7 +346,7 @@ def _patience(error: CameraRefused, passing: Collection[str]) -> float:
 
 def find_frames(
     contact: Contact,
-    wanted: int,
+    frame_count: int,
     *,
     urls: Sequence[str] = (),
     group_id: str = "",
@@ -354,47 +356,47 @@ def find_frames(
 
     They are told by their addresses `urls`, where the camera has named them, by the `group_id` of
     their entries, or by being newer than `previous`, the newest file before the bracket. Returned
-    are `wanted` at most, in the order of shooting; fewer where there are fewer.
+    are `frame_count` at most, in the order of shooting; fewer where there are fewer.
     """
-    count = min(wanted + _SPARE, _MOST_LISTED)
-    listed = contact.ask(lambda: contact.client.list_files(count))
-    pictures = {_path(entry.url): entry for entry in listed if entry.name.lower().endswith(_JPEG)}
-    named = [pictures[path] for path in dict.fromkeys(map(_path, urls)) if path in pictures]
-    if len(named) >= wanted:
-        return shooting_order(named)[:wanted]
+    count = min(frame_count + _SPARE, _MOST_LISTED)
+    entries = contact.ask(lambda: contact.client.list_files(count))
+    pictures = {_path(entry.url): entry for entry in entries if entry.name.lower().endswith(_JPEG)}
+    named_files = [pictures[path] for path in dict.fromkeys(map(_path, urls)) if path in pictures]
+    if len(named_files) >= frame_count:
+        return shooting_order(named_files)[:frame_count]
     newer = _newer(tuple(pictures.values()), previous)
-    found = _group(newer, group_id) or _one_folder(newer, wanted)
-    best = named if len(named) > len(found) else found
-    return shooting_order(best)[:wanted]
+    files = _group(newer, group_id) or _one_folder(newer, frame_count)
+    best = named_files if len(named_files) > len(files) else files
+    return shooting_order(best)[:frame_count]
 
 
-def newest_address(entries: Sequence[FileEntry], stated: str) -> str:
+def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
     """Choose the address that later files are compared with, "" where there is none.
 
-    `entries` come the newest first; `stated` is what the camera's state calls its newest file,
+    `entries` come the newest first; `stated_url` is what the camera's state calls its newest file,
     which may be deleted.
     """
-    if any(_path(entry.url) == _path(stated) for entry in entries):
-        return stated
+    if any(_path(entry.url) == _path(stated_url) for entry in entries):
+        return stated_url
     likely = shooting_order(_one_folder(entries, 1))
     return likely[-1].url if likely else ""
 
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
     """Return the entries before a known one; where that is gone, those with higher addresses."""
-    known = _path(previous)
-    if not any(_path(entry.url) == known for entry in entries):
+    path = _path(previous)
+    if not any(_path(entry.url) == path for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
-    return list(takewhile(lambda entry: _path(entry.url) != known, entries))
+    return list(takewhile(lambda entry: _path(entry.url) != path, entries))
 
 
-def _one_folder(entries: Sequence[FileEntry], wanted: int) -> list[FileEntry]:
+def _one_folder(entries: Sequence[FileEntry], count: int) -> list[FileEntry]:
     """Leave out stray entries: most lie in one folder, unless its numbers are used up."""
     folders = Counter(_place(entry.url)[0] for entry in entries)
     if not folders:
         return []
     folder, number = folders.most_common(1)[0]
-    if number < wanted:
+    if number < count:
         return list(entries)
     return [entry for entry in entries if _place(entry.url)[0] == folder]
 
@@ -417,5 +419,5 @@ def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
 
 def _group(entries: Sequence[FileEntry], group_id: str) -> list[FileEntry]:
     """Return the entries of a group; of the newest, where none is named."""
-    known = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
-    return [entry for entry in entries if known and entry.group_id == known]
+    group_name = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
+    return [entry for entry in entries if group_name and entry.group_id == group_name]

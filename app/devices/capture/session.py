@@ -71,7 +71,7 @@ _DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
 _TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
 # Files that systems leave in folders by themselves.
 _LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
-_TAKEN: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
+_DATE: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
 _TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
 
@@ -89,31 +89,31 @@ class Debts:
 
     def settle(self, session: Session) -> None:
         """Take a capture out that owes nothing any more."""
-        folder, known = str(session.folder.resolve()), self._read()
-        if not session.owes and folder in known:
-            self._write([each for each in known if each != folder])
+        folder, folders = str(session.folder.resolve()), self._read()
+        if not session.owes and folder in folders:
+            self._write([each for each in folders if each != folder])
 
     def of(self, serial: str, besides: Session) -> list[Session]:
         """Open the other sessions that owe this camera something, the newest first."""
-        found: list[Session] = []
+        sessions: list[Session] = []
         for folder in reversed(self._read()):
             if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():
                 continue
             with suppress(CoreError):
                 session = Session.open(folder)
                 if session.owes and session.journal.serial == serial:
-                    found.append(session)
-        return found
+                    sessions.append(session)
+        return sessions
 
     def _read(self) -> list[str]:
         try:
             with open_file(self._path) as stream:
-                listed = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
+                sessions = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
         except (OSError, BadReply):
             return []
-        if not isinstance(listed, list):
+        if not isinstance(sessions, list):
             return []
-        texts = [words(each, _LONGEST) for each in listed[-_MOST:]]
+        texts = [words(each, _LONGEST) for each in sessions[-_MOST:]]
         return [each for each in texts if each and Path(each).is_absolute()]
 
     def _write(self, folders: list[str]) -> None:
@@ -240,8 +240,8 @@ class Session:
                 if name in changes:
                     changes[name] = _clean(changes[name], 1000)
             if "warnings" in changes:
-                kept = tuple(changes["warnings"])[:_MAX_WARNINGS]
-                changes["warnings"] = tuple(map(_cleaned, kept))
+                warnings = tuple(changes["warnings"])[:_MAX_WARNINGS]
+                changes["warnings"] = tuple(map(_cleaned, warnings))
             journal = replace(self._journal, **changes)
             atomic_write_text(self.folder / JOURNAL, text_of(journal))
             self._journal = journal
@@ -259,15 +259,15 @@ class Session:
         each gets its local name.
         """
         with self._lock:
-            known = {_on_camera(frame.url): frame for frame in self._journal.frames}
+            frames_by_url = {_on_camera(frame.url): frame for frame in self._journal.frames}
             frames: list[SessionFrame] = []
             for entry in entries:
-                old = known.get(_on_camera(entry.url), SessionFrame(entry.name, entry.url))
-                taken = _clean(entry.taken, 100)
+                old = frames_by_url.get(_on_camera(entry.url), SessionFrame(entry.name, entry.url))
+                date = _clean(entry.date_time, 100)
                 size = max(entry.size, 0)
-                new = replace(old, name=entry.name, url=entry.url, size=size, taken=taken)
-                used = {each.local for each in (*known.values(), *frames)}
-                local = old.local or self._free_name(entry, used)
+                new = replace(old, name=entry.name, url=entry.url, size=size, taken=date)
+                names_here = {each.local for each in (*frames_by_url.values(), *frames)}
+                local = old.local or self._free_name(entry, names_here)
                 frames.append(replace(new, local=local))
             self.update(frames=tuple(frames))
             return self._journal.frames
@@ -306,14 +306,14 @@ class Session:
         """Where the file of a frame is or will be."""
         return self.originals / frame.local
 
-    def _free_name(self, entry: FileEntry, used: set[str]) -> str:
+    def _free_name(self, entry: FileEntry, names_here: set[str]) -> str:
         # Some systems hold names that differ only in case for the same.
-        taken = {name.casefold() for name in used}
+        names = {name.casefold() for name in names_here}
         base = Path(_UNSAFE.sub("_", entry.name)[:64].lstrip("."))
-        stem, ending = f"{_date(entry.taken)}_{base.stem}", base.suffix
+        stem, ending = f"{_date(entry.date_time)}_{base.stem}", base.suffix
         for count in range(1, 1000):
             name = f"{stem}{'' if count == 1 else f'-{count}'}{ending}"
-            if name.casefold() not in taken and self._fits(name, entry):
+            if name.casefold() not in names and self._fits(name, entry):
                 return name
         raise CoreError(
             tr(
@@ -333,9 +333,9 @@ class Session:
 
     def _prepare(self) -> None:
         """Make the folders, and remove what a killed write has left."""
-        refused = tr("Cannot make a session in {folder}: {reason}.")
+        sentence = tr("Cannot make a session in {folder}: {reason}.")
         hint = tr("Choose another folder.")
-        with os_errors_as(CoreError, refused, hint, folder=self.folder):
+        with os_errors_as(CoreError, sentence, hint, folder=self.folder):
             for folder in (self.folder, self.originals, self.thumbnails):
                 make_folder(folder)
             for name in _entries(self.folder):
@@ -349,10 +349,10 @@ class Session:
 
     def _take_stock(self) -> None:
         """Make the journal's frames agree with the files that are there."""
-        frames = tuple(self._checked(frame) for frame in self._journal.frames)
+        frames = tuple(self._check_frame(frame) for frame in self._journal.frames)
         self.update(frames=frames)
 
-    def _checked(self, frame: SessionFrame) -> SessionFrame:
+    def _check_frame(self, frame: SessionFrame) -> SessionFrame:
         path = self.originals / frame.local
         if not frame.local or not path.is_file():
             return replace(frame, done=False, sha256="")
@@ -399,8 +399,8 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
 
 
 def _entries(folder: Path) -> list[str]:
-    refused = tr("The folder {folder} cannot be read: {reason}.")
-    with os_errors_as(CoreError, refused, folder=folder):
+    sentence = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(CoreError, sentence, folder=folder):
         try:
             return sorted(os.listdir(folder))
         except FileNotFoundError:
@@ -435,15 +435,15 @@ def _on_camera(url: str) -> str:
 
 def camera_time(text: str) -> datetime | None:
     """Read a date of the camera's own clock, without its time zone."""
-    match = _TAKEN.match(text)
+    match = _DATE.match(text)
     with suppress(ValueError):
         return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]
     return None
 
 
-def _date(taken: str) -> str:
+def _date(stamp: str) -> str:
     """Write the camera's date so that names sort by it."""
-    date = camera_time(taken)
+    date = camera_time(stamp)
     return "undated" if date is None else date.strftime("%Y%m%d-%H%M%S")
 
 

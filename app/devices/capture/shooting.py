@@ -10,7 +10,7 @@ from app.core.base.errors import CoreError
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.text import tr
 from app.devices.capture import preparation
-from app.devices.capture.preparation import Job
+from app.devices.capture.preparation import CaptureJob
 from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.single import (
     FRAME_S,
@@ -24,7 +24,7 @@ from app.devices.capture.single import (
 from app.devices.capture.status import Stage
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
 from app.devices.profiles import KELVIN, ModelProfile
-from app.devices.theta.client import Command, FileEntry
+from app.devices.theta.client import CommandReply, FileEntry
 
 _WATCH_S: Final = 3.0
 _UNSEEN_S: Final = 10.0
@@ -32,10 +32,10 @@ _GATHERINGS: Final = 6
 _GATHER_S: Final = 2.0
 _STOP_S: Final = 30.0
 _ENOUGH: Final = 3
-_LISTED: Final = 8
+_MOST_ENTRIES: Final = 8
 _TELLING: Final = 0.2  # share of a bracket from which on its rate is taken for known
 _SLOW: Final = 1.25
-_REFUSED: Final = frozenset(
+_REFUSALS: Final = frozenset(
     {
         "invalidParameterName",
         "invalidParameterValue",
@@ -67,7 +67,7 @@ def deadline_s(plan: Plan, delay_s: float = 0.0) -> float:
     return sum(shot.exposure.shutter_s * 2 + FRAME_S for shot in plan.shots) + delay_s
 
 
-def expose(job: Job) -> None:
+def expose(job: CaptureJob) -> None:
     """Take the planned bracket and find its files on the camera.
 
     Raises `DeviceError` when the camera does not take it; what it took stays on it and is noted in
@@ -85,61 +85,61 @@ def expose(job: Job) -> None:
     gather(job, urls)
 
 
-def gather(job: Job, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
+def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
     """Find the files of the bracket and write them into the journal.
 
     Raises `CaptureFailed` when there are fewer.
     """
-    wanted = len(job.plan.shots)
+    count = len(job.plan.shots)
     journal = job.session.journal
-    found: tuple[FileEntry, ...] = ()
+    entries: tuple[FileEntry, ...] = ()
     for number in range(_GATHERINGS):
         if number:
             job.contact.pause(_GATHER_S)
-        found = find_frames(
+        entries = find_frames(
             job.contact,
-            wanted,
+            count,
             urls=urls,
             group_id=journal.group_id,
             previous=journal.previous_latest,
         )
-        if len(found) >= wanted:
+        if len(entries) >= count:
             break
-    group = next((entry.group_id for entry in found if entry.group_id), "") or ""
-    enough = len(found) >= min(wanted, _ENOUGH if least is None else least)
+    group = next((entry.group_id for entry in entries if entry.group_id), "") or ""
+    enough = len(entries) >= min(count, _ENOUGH if least is None else least)
     # After an interruption there may be pictures of the photographer among them.
     if enough or least is None:
-        job.session.set_frames(found)
+        job.session.set_frames(entries)
     if not enough:
         raise CaptureFailed(
-            tr("The camera took {found} of {wanted} exposures.", found=len(found), wanted=wanted),
+            tr("The camera took {found} of {wanted} exposures.", found=len(entries), wanted=count),
             tr("What it took is on the camera. Check whether it shows a fault, then shoot again."),
             "incomplete",
         )
     job.session.update(exposed=True, group_id=group, singles=(), shot_start=None)
-    if len(found) < wanted:
+    if len(entries) < count:
         job.warn(
             tr(
                 "The camera took only {found} of {wanted} exposures; these are used.",
-                found=len(found),
-                wanted=wanted,
+                found=len(entries),
+                wanted=count,
             )
         )
 
 
-def stop(job: Job) -> None:
+def stop(job: CaptureJob) -> None:
     """Make the camera stop shooting, after cancelling; whatever it answers is well."""
     contact = job.contact.unstoppable(10.0)
     try:
         _stop_shooting(job, contact)
         journal = job.session.journal
-        found = find_frames(contact, len(job.plan.shots), previous=journal.previous_latest)
-        job.session.set_frames(found)
+        entries = find_frames(contact, len(job.plan.shots), previous=journal.previous_latest)
+        job.session.set_frames(entries)
     except (DeviceError, CoreError):
         return
 
 
-def _stop_shooting(job: Job, contact: Contact) -> None:
+def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
     """Stop what can be stopped, and wait for the end of what cannot, such as a single picture."""
     status = contact.ask(job.client.state).capture_status
     with suppress(DeviceError):
@@ -155,28 +155,28 @@ def _stop_shooting(job: Job, contact: Contact) -> None:
         status = contact.ask(job.client.state).capture_status
 
 
-def watch(job: Job, run: Run) -> None:
+def watch(job: CaptureJob, run: Run) -> None:
     """Wait until the camera has been seen shooting and is idle again, by its state alone.
 
     Idle counts when it is seen twice in a row: an SC2 says it once between two frames.
 
     Raises `CaptureFailed` when it takes too long.
     """
-    began, idle, seen = job.clock.now(), 0, False
+    began, idle, any_progress = job.clock.now(), 0, False
     while True:
         if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
             # Not while it is idle: the time may have passed unheard.
             _check_deadline(job, run.until)
-            idle, seen = 0, True
-        if idle >= 2 and (seen or job.clock.now() - began > _UNSEEN_S):
+            idle, any_progress = 0, True
+        if idle >= 2 and (any_progress or job.clock.now() - began > _UNSEEN_S):
             return
         _tell(job, None, run)
         job.contact.pause(_WATCH_S)
 
 
-def watch_if_busy(job: Job, run: Run) -> None:
+def watch_if_busy(job: CaptureJob, run: Run) -> None:
     """Wait for the end of what the camera is doing, if it is doing something."""
     if not job.contact.ask(job.client.state).idle:
         watch(job, run)
@@ -204,13 +204,13 @@ def _value(key: str, shot: PlannedShot) -> Any:
     return values[key]
 
 
-def _note_start(job: Job) -> None:
+def _note_start(job: CaptureJob) -> None:
     """Write down what the camera's newest file is: what is newer later is ours."""
-    listed = job.contact.ask(lambda: job.client.list_files(_LISTED))
+    entries = job.contact.ask(lambda: job.client.list_files(_MOST_ENTRIES))
     state = job.contact.ask(job.client.state)
     job.session.update(
         stage=Stage.EXPOSING.value,
-        previous_latest=newest_address(listed, state.latest_file_url),
+        previous_latest=newest_address(entries, state.latest_file_url),
         group_id="",
         command_id=None,
         exposed=False,
@@ -220,7 +220,7 @@ def _note_start(job: Job) -> None:
     )
 
 
-def _shoot(job: Job, plan: Plan) -> tuple[str, ...]:
+def _shoot(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
     if job.profile.brackets_itself:
         try:
             return _by_itself(job, plan)
@@ -231,15 +231,15 @@ def _shoot(job: Job, plan: Plan) -> tuple[str, ...]:
     return shoot_singly(job, plan.shots)
 
 
-def _by_itself(job: Job, plan: Plan) -> tuple[str, ...]:
+def _by_itself(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
     """Let the camera take the bracket; its addresses, or nothing where it does not name them."""
-    prepared = job.contact.forgotten
+    losses = job.contact.losses
     for _ in range(STARTS):
-        if job.contact.forgotten != prepared:
-            prepared = job.contact.forgotten
+        if job.contact.losses != losses:
+            losses = job.contact.losses
             preparation.prepare(job.contact, job.profile)
         _arm(job, plan)
-        if job.contact.forgotten != prepared:
+        if job.contact.losses != losses:
             continue
         preparation.settle(job.contact, job.profile)
         run = Run(job.clock.now(), job.clock.now() + deadline_s(plan, job.delay_s))
@@ -253,14 +253,14 @@ def _by_itself(job: Job, plan: Plan) -> tuple[str, ...]:
     raise unheard()
 
 
-def _arm(job: Job, plan: Plan) -> None:
+def _arm(job: CaptureJob, plan: Plan) -> None:
     if job.delay_s:
         set_timer(job)
     for white in (True, False):
         try:
             preparation.change(job.contact, bracket_options(job.profile, plan, white=white))
         except CameraRefused as error:
-            if error.code not in _REFUSED:
+            if error.code not in _REFUSALS:
                 raise
             # Only the X can do without; elsewhere white balance is mandatory or unknown.
             if not (white and job.profile.needs_method):
@@ -269,17 +269,17 @@ def _arm(job: Job, plan: Plan) -> None:
             return
 
 
-def _start(job: Job) -> Command:
+def _start(job: CaptureJob) -> CommandReply:
     mode = "bracket" if job.profile.sends_mode else None
     try:
         return job.contact.once(lambda: job.client.start_capture(mode), NOT_NOW)
     except CameraRefused as error:
-        if error.code in _REFUSED:
+        if error.code in _REFUSALS:
             raise _NoBracket from error
         raise
 
 
-def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
+def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]:
     """Wait until the bracket is done."""
     if job.profile.bracket == "watched" and command.state != "done":
         watch(job, run)
@@ -292,12 +292,12 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
         if command.state != "done" and _overdue(job, run):
             # Some never say that they are done; their state tells.
             idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
-            if idle >= 2 and len(_taken(job)) >= len(job.plan.shots):
+            if idle >= 2 and len(_new_files(job)) >= len(job.plan.shots):
                 return ()
             if idle != 1:
                 _check_deadline(job, run.until)
     urls = command.file_urls
-    if not urls and not command.refused_urls and len(_taken(job)) < len(job.plan.shots):
+    if not urls and not command.refused_urls and len(_new_files(job)) < len(job.plan.shots):
         raise CaptureFailed(
             tr("The bracket was stopped at the camera."),
             tr("What it took is on the camera. Start again."),
@@ -306,29 +306,29 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
     return urls
 
 
-def _after_silence(job: Job, run: Run) -> tuple[str, ...]:
+def _after_silence(job: CaptureJob, run: Run) -> tuple[str, ...]:
     """Find out what the camera did unheard, and wait until it is done.
 
     Raises `_NotHeard` when it did nothing.
     """
     watch(job, run)
-    if not _taken(job):
+    if not _new_files(job):
         raise _NotHeard
     return ()
 
 
-def _taken(job: Job) -> tuple[FileEntry, ...]:
+def _new_files(job: CaptureJob) -> tuple[FileEntry, ...]:
     """Return the files on the camera that are newer than the start of the bracket."""
     previous = job.session.journal.previous_latest
     return find_frames(job.contact, len(job.plan.shots), previous=previous)
 
 
-def _overdue(job: Job, run: Run) -> bool:
+def _overdue(job: CaptureJob, run: Run) -> bool:
     now = job.clock.now()
     return now > run.until or now - run.began > 1.5 * (job.plan.expected_s + job.delay_s)
 
 
-def _check_deadline(job: Job, until: float) -> None:
+def _check_deadline(job: CaptureJob, until: float) -> None:
     if job.clock.now() > until:
         raise CaptureFailed(
             tr("The camera does not finish its bracket."),
@@ -337,23 +337,28 @@ def _check_deadline(job: Job, until: float) -> None:
         )
 
 
-def _tell(job: Job, completion: float | None, run: Run) -> None:
+def _tell(job: CaptureJob, completion: float | None, run: Run) -> None:
     """Say which exposure is being made: what the camera says of it, else by the clock."""
     plan = job.plan
-    spent = job.clock.now() - run.began - job.delay_s
+    elapsed_s = job.clock.now() - run.began - job.delay_s
     total = max(plan.expected_s, 0.1)
-    share = max(completion or 0.0, min(spent / total, 0.99))
+    share = max(completion or 0.0, min(elapsed_s / total, 0.99))
     shots = len(plan.shots)
     # A camera slower than planned says so by its share; by the clock alone nothing is known then.
     if completion is not None and completion >= _TELLING:
-        slower = spent / min(completion, 1.0)
+        slower = elapsed_s / min(completion, 1.0)
         total = slower if slower > _SLOW * total else total
-    left = total - max(spent, 0.0) if spent < total else None
+    remaining_s = total - max(elapsed_s, 0.0) if elapsed_s < total else None
     shot = min(int(share * shots) + 1, shots)
     words = (
         tr("Exposure {shot} of {shots}", shot=shot, shots=shots)
-        if spent >= 0.0
+        if elapsed_s >= 0.0
         else tr("Self-timer")
     )
-    told = {"shot": shot, "shots": shots, "seconds_left": left, "timer_s": max(-spent, 0.0)}
-    job.board.show(Stage.EXPOSING, words, share, **told)
+    values = {
+        "shot": shot,
+        "shots": shots,
+        "seconds_left": remaining_s,
+        "timer_s": max(-elapsed_s, 0.0),
+    }
+    job.board.show(Stage.EXPOSING, words, share, **values)

@@ -71,12 +71,12 @@ class Status:
     @property
     def left_words(self) -> str:
         """The time left: "4 s left", "almost done", or nothing where it cannot be said."""
-        left = self.seconds_left
-        if left is None:
+        seconds = self.seconds_left
+        if seconds is None:
             return ""
         # A wait for the camera that ends without it is not almost done.
-        almost = left < _ALMOST_S and not self.seeking
-        return tr("almost done") if almost else time_left(left)
+        almost = seconds < _ALMOST_S and not self.seeking
+        return tr("almost done") if almost else time_left(seconds)
 
 
 def time_left(seconds: float) -> str:

@@ -63,7 +63,7 @@ class _Stamp(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Seen:
+class _FileState:
     """A name in the folder, and how far it is."""
 
     stamp: _Stamp
@@ -102,15 +102,15 @@ class WatchedFolder:
         self._still_s = still_s
         self._say = say
         self._grouping = Grouping(quiet_s)
-        self._seen: dict[str, _Seen] = {}
+        self._files: dict[str, _FileState] = {}
         self._notes: dict[str, None] = {}
         self._reached_s = clock.now()
-        self._held: list[Arrival] = []
+        self._waiting: list[Arrival] = []
         self._held_since_s = clock.now()
-        for name, stamp in self._listed().items():
-            self._seen[name] = _Seen(stamp, clock.now(), settled=True)
-        if self._seen:
-            count = len(self._seen)
+        for name, stamp in self._list_files().items():
+            self._files[name] = _FileState(stamp, clock.now(), settled=True)
+        if self._files:
+            count = len(self._files)
             self._note(
                 tr_plural(
                     "{count} file was in the folder before and left alone.",
@@ -129,18 +129,18 @@ class WatchedFolder:
         """
         now = self._clock.now()
         try:
-            listed = self._listed()
+            stamps = self._list_files()
         except Unreachable:
             if now - self._reached_s > _GONE_S:
                 raise
             return ()
         self._reached_s = now
-        for name in self._seen.keys() - listed.keys():
-            del self._seen[name]
+        for name in self._files.keys() - stamps.keys():
+            del self._files[name]
             self._forget(name)
         arrivals = [
             arrival
-            for name, stamp in listed.items()
+            for name, stamp in stamps.items()
             if (arrival := self._look(name, stamp, now)) is not None
         ]
         return tuple(sorted(arrivals, key=lambda arrival: arrival.order))
@@ -165,46 +165,46 @@ class WatchedFolder:
 
     def _take(self, arrivals: tuple[Arrival, ...], now: float) -> None:
         """Hand arrivals on in the order of shooting: not before those that are on their way."""
-        if not self._held:
+        if not self._waiting:
             self._held_since_s = now
-        self._held += arrivals
+        self._waiting += arrivals
         if self._restless:
             self._grouping.touch(now)
             if now - self._held_since_s < _HOLD_S:
                 return
-        held, self._held = sorted(self._held, key=lambda arrival: arrival.order), []
-        for arrival in held:
+        waiting, self._waiting = sorted(self._waiting, key=lambda arrival: arrival.order), []
+        for arrival in waiting:
             self._grouping.add(arrival, now)
 
     @property
     def _restless(self) -> bool:
         """Whether a file is still on its way."""
-        return any(not seen.settled for seen in self._seen.values())
+        return any(not state.settled for state in self._files.values())
 
     def _look(self, name: str, stamp: _Stamp, now: float) -> Arrival | None:
         """Judge one file: still changing, known, complete, or not a picture."""
-        seen = self._seen.get(name)
-        if seen is None or seen.differs(stamp):
+        state = self._files.get(name)
+        if state is None or state.differs(stamp):
             self._forget(name)
-            self._seen[name] = _Seen(stamp, now)
+            self._files[name] = _FileState(stamp, now)
             return None
-        if seen.settled or now - seen.since_s < self._still_s:
+        if state.settled or now - state.since_s < self._still_s:
             return None
-        seen.settled = True
-        found = read_arrival(self.folder / name, stamp.size, stamp.modified_ns / 1e9)
-        if isinstance(found, str):
-            seen.refused = True
-            self._note(found)
+        state.settled = True
+        arrival = read_arrival(self.folder / name, stamp.size, stamp.modified_ns / 1e9)
+        if isinstance(arrival, str):
+            state.refused = True
+            self._note(arrival)
             return None
-        return found
+        return arrival
 
-    def _listed(self) -> dict[str, _Stamp]:
+    def _list_files(self) -> dict[str, _Stamp]:
         """List the files that could be pictures: name, and what tells whether one has changed."""
-        found: dict[str, _Stamp] = {}
-        refused = tr("The folder {folder} cannot be read: {reason}.")
+        stamps: dict[str, _Stamp] = {}
+        sentence = tr("The folder {folder} cannot be read: {reason}.")
         hint = tr("Check the name, and the cable or card that it is on.")
         kind = partial(Unreachable, code="no-folder")
-        missing = os_errors_as(kind, refused, hint, folder=self.folder)
+        missing = os_errors_as(kind, sentence, hint, folder=self.folder)
         with missing, os.scandir(self.folder) as entries:
             for count, entry in enumerate(entries, 1):
                 if count > MAX_FILES:
@@ -219,8 +219,8 @@ class WatchedFolder:
                     )
                 stamp = self._stamp(entry)
                 if stamp is not None:
-                    found[entry.name] = stamp
-        return found
+                    stamps[entry.name] = stamp
+        return stamps
 
     def _stamp(self, entry: os.DirEntry[str]) -> _Stamp | None:
         """Give what changes with a file, None for what is passed over."""
@@ -239,7 +239,7 @@ class WatchedFolder:
 
     def _forget(self, name: str) -> None:
         path = self.folder / name
-        self._held = [arrival for arrival in self._held if arrival.path != path]
+        self._waiting = [arrival for arrival in self._waiting if arrival.path != path]
         self._grouping.forget(path)
 
     def _note_groups(self) -> None:
@@ -254,7 +254,7 @@ class WatchedFolder:
 
 
 @dataclass(slots=True)
-class _Open:
+class _OpenBracket:
     """A bracket that more frames may belong to."""
 
     frames: list[Arrival]
@@ -271,7 +271,7 @@ class Grouping:
 
     def __init__(self, quiet_s: float) -> None:
         self._quiet_s = quiet_s
-        self._open: dict[tuple[object, ...], _Open] = {}
+        self._open: dict[tuple[object, ...], _OpenBracket] = {}
         self._ready: list[IncomingBracket] = []
         self._notes: list[str] = []
 
@@ -289,7 +289,7 @@ class Grouping:
             reason = self._another(group, arrival, twin)
             if reason:
                 self._close(key, reason)
-        group = self._open.setdefault(key, _Open([], now, now))
+        group = self._open.setdefault(key, _OpenBracket([], now, now))
         group.frames.append(arrival)
         group.last_s = group.quiet_from_s = now
 
@@ -320,7 +320,7 @@ class Grouping:
         notes, self._notes = self._notes, []
         return notes
 
-    def _another(self, group: _Open, arrival: Arrival, twin: Arrival | None) -> str:
+    def _another(self, group: _OpenBracket, arrival: Arrival, twin: Arrival | None) -> str:
         """Say why a picture begins a new bracket; "" where it belongs to this one."""
         name = arrival.path.name
         if twin is not None:

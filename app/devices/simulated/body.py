@@ -21,7 +21,14 @@ from app.devices.simulated.exchange import CommandRefused, JsonValue, Request
 from app.devices.simulated.options import OptionStore
 from app.devices.simulated.preview import PreviewGate
 from app.devices.simulated.scene import Scene
-from app.devices.simulated.shooting import CameraDate, Job, JobKind, Shooter, Storage, StoredFile
+from app.devices.simulated.shooting import (
+    CameraDate,
+    JobKind,
+    Shooter,
+    ShootingJob,
+    Storage,
+    StoredFile,
+)
 
 _SETTLE_S: Final = 1.0
 _WARM_C: Final = 38
@@ -49,8 +56,8 @@ class CameraBody:
         self.clock = clock
         self.battery = 0.8
         self.temperature_c = _WARM_C
-        self.started = clock.now()
-        self.date = date or CameraDate(self.started)
+        self.start_s = clock.now()
+        self.date = date or CameraDate(self.start_s)
         self.store = self.make_store(person)
         self.storage = Storage(person)
         self.shooter = Shooter(scene, person, clock, self.date, self.storage, shape)
@@ -128,13 +135,13 @@ class CameraBody:
             for file in files
         ]
 
-    def has_ended(self, job: Job) -> bool:
+    def has_ended(self, job: ShootingJob) -> bool:
         """Whether the status of a job's command is done."""
         return job.done and not job.watched
 
     # Taking pictures.
 
-    def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> Job:
+    def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> ShootingJob:
         """Begin to take pictures.
 
         `name`: of the command. `shots`: settings of each frame, see `Shooter.begin`.

@@ -43,7 +43,7 @@ def info_of(camera: CameraBody) -> dict[str, JsonValue]:
         "supportUrl": "https://example.com/support/",
         "gps": person.camera.lens_words == 1,
         "gyro": not person.switches_api,
-        "uptime": int(camera.clock.now() - camera.started) + 30,
+        "uptime": int(camera.clock.now() - camera.start_s) + 30,
         "api": [f"/osc/{path}" for path in _PATHS],
         "endpoints": {"httpPort": camera.port, "httpUpdatesPort": camera.port},
         "apiLevel": list(person.api_levels),
@@ -87,7 +87,7 @@ def _ricoh_state(camera: CameraBody) -> dict[str, JsonValue]:
         state["_compositeShootingElapsedTime"] = 0
     if not camera.personality.switches_api:
         under_way = job is not None and not job.done
-        state["_capturedPictures"] = len(job.written) if job is not None and under_way else 0
+        state["_capturedPictures"] = len(job.files) if job is not None and under_way else 0
         state["_cameraError"] = list(camera.errors())
         state["_function"] = camera.options.get("_function", "normal")
     if camera.personality.digest:
@@ -194,8 +194,8 @@ class SimulatedCamera(CameraBody):
             body = _json_of(request)
             name = str(body.get("name", ""))
             reply: Reply = act(body)
-        except CommandRefused as refused:
-            return refusal(name, refused.code, refused.message)
+        except CommandRefused as command_error:
+            return refusal(name, command_error.code, command_error.message)
         return reply
 
     def _execute(self, body: dict[str, JsonValue]) -> Reply:
@@ -228,9 +228,9 @@ class SimulatedCamera(CameraBody):
             return refusal("", "notFound")
         if query == "type=thumb":
             return text_reply(file.thumb, "image/jpeg")
-        asked = request.headers.get("range", "")
+        range_header = request.headers.get("range", "")
         data = self.file_data(file)
-        return file_reply(data, asked, self.rate_mbit, ranges=self.personality.ranges)
+        return file_reply(data, range_header, self.rate_mbit, ranges=self.personality.ranges)
 
     def file_data(self, file: StoredFile) -> bytes:
         """Bytes of a file that is fetched."""

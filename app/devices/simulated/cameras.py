@@ -62,7 +62,7 @@ def _theta(
     return CameraModel(
         name=name,
         make=more.pop("make", "RICOH"),
-        model=facts.stated.ljust(pad),
+        model=facts.model_text.ljust(pad),
         software=software,
         shape=facts.sizes[0],
         apertures=facts.limits.apertures,
@@ -189,13 +189,11 @@ def _personality(facts: CameraFacts) -> Personality:
     if not facts.old_bracket:
         rules = replace(rules, required=_NEW_KEYS, optional=_ALL_KEYS | several)
     if facts.by_method:
-        required = frozenset({"exposureProgram"})
-        rules = replace(
-            rules, required=required, optional=_ALL_KEYS | {"whiteBalance"}, method=True
-        )
+        keys = frozenset({"exposureProgram"})
+        rules = replace(rules, required=keys, optional=_ALL_KEYS | {"whiteBalance"}, method=True)
     return Personality(
         name=facts.name,
-        model=facts.stated,
+        model=facts.model_text,
         serial="10000001",
         prefix=facts.user_prefix,
         firmware=firmware,
@@ -204,8 +202,8 @@ def _personality(facts: CameraFacts) -> Personality:
         else replace(
             sensor,
             name=facts.name,
-            model=facts.stated,
-            software=f"{facts.stated} Ver {firmware}",
+            model=facts.model_text,
+            software=f"{facts.model_text} Ver {firmware}",
             shape=facts.sizes[0],
         ),
         sizes=facts.sizes,

@@ -15,7 +15,7 @@ from app.devices.simulated.exchange import (
     json_reply,
     refusal,
 )
-from app.devices.simulated.shooting import Job, JobKind
+from app.devices.simulated.shooting import JobKind, ShootingJob
 
 _OF_ONE_SHOT: Final = (
     "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
@@ -56,7 +56,7 @@ def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
     return _begin(camera, "camera.startCapture", "bracket", shots)
 
 
-def started(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
+def command_state(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
     """Say that a command is under way."""
     number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
     share = 0.0 if job.watched else job.completion(camera.clock.now())
@@ -65,12 +65,12 @@ def started(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
     }  # fmt: skip
 
 
-def finished(camera: CameraBody, job: Job) -> dict[str, JsonValue]:
+def finished(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
     """Say that a command is done, and where its files are.
 
     Body of the answer; without URLs where the job was stopped.
     """
-    urls: list[JsonValue] = [camera.stated_url(file) for file in job.written]
+    urls: list[JsonValue] = [camera.stated_url(file) for file in job.files]
     results: dict[str, JsonValue]
     if job.kind == "single":
         results = {"fileUrl": urls[0] if urls else ""}
@@ -89,9 +89,9 @@ def _settings(camera: CameraBody) -> dict[str, JsonValue]:
 
 
 def _bracket(camera: CameraBody) -> list[dict[str, JsonValue]]:
-    wanted = camera.options["_autoBracket"]
-    assert isinstance(wanted, dict)
-    shots = wanted["_bracketParameters"]
+    bracket = camera.options["_autoBracket"]
+    assert isinstance(bracket, dict)
+    shots = bracket["_bracketParameters"]
     assert isinstance(shots, list)
     usual: dict[str, JsonValue] = {
         "exposureProgram": 1,
@@ -105,7 +105,7 @@ def _begin(
     camera: CameraBody, name: str, kind: JobKind, shots: list[dict[str, JsonValue]]
 ) -> Reply:
     job = camera.shoot(name, kind, shots)
-    return json_reply(started(camera, job))
+    return json_reply(command_state(camera, job))
 
 
 def live_options(camera: CameraBody) -> dict[str, JsonValue]:
@@ -137,7 +137,7 @@ class Command:
     there: Callable[[Personality], bool] = lambda _: True
 
 
-def _given(parameters: Parameters, name: str) -> JsonValue:
+def _parameter(parameters: Parameters, name: str) -> JsonValue:
     value = parameters.get(name)
     if value is None:
         raise CommandRefused("missingParameter")
@@ -150,13 +150,13 @@ def command_status(camera: CameraBody, body: Parameters) -> Reply:
     inProgress, done, or the error that ended the command. Raises `CommandRefused`: missingParameter
     without an id, invalidParameterValue for an unknown one.
     """
-    job = camera.shooter.find(str(_given(body, "id")))
+    job = camera.shooter.find(str(_parameter(body, "id")))
     if job is None:
         raise CommandRefused("invalidParameterValue")
     if job.cancelled:
         return refusal(job.name, "canceledShooting")
     if not camera.has_ended(job):
-        answer = started(camera, job)
+        answer = command_state(camera, job)
         if not camera.personality.status_ids:
             del answer["id"]
         return json_reply(answer)
@@ -165,7 +165,7 @@ def command_status(camera: CameraBody, body: Parameters) -> Reply:
 
 def get_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     """Read options."""
-    names = _given(parameters, "optionNames")
+    names = _parameter(parameters, "optionNames")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise CommandRefused("invalidParameterValue")
     values = camera.store.get([str(name) for name in names], live_options(camera))
@@ -174,7 +174,7 @@ def get_options(camera: CameraBody, parameters: Parameters) -> Parameters:
 
 def set_options(camera: CameraBody, parameters: Parameters) -> Parameters:
     """Change options."""
-    options = _given(parameters, "options")
+    options = _parameter(parameters, "options")
     if not isinstance(options, dict) or not options:
         raise CommandRefused("invalidParameterValue")
     camera.check_settable()
@@ -226,8 +226,8 @@ def _stop_self_timer(camera: CameraBody, _parameters: Parameters) -> Parameters:
 
 
 def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters:
-    wanted = ("entryCount", "maxThumbSize", "fileType")
-    count, thumb, kind = (_given(parameters, name) for name in wanted)
+    keys = ("entryCount", "maxThumbSize", "fileType")
+    count, thumb, kind = (_parameter(parameters, name) for name in keys)
     if kind not in {"all", "image", "video"} or thumb not in {0, 640}:
         raise CommandRefused("invalidParameterValue")
     start = parameters.get("startPosition", 0)
@@ -249,7 +249,7 @@ def counting(value: JsonValue) -> bool:
 
 
 def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
-    urls = _given(parameters, "fileUrls")
+    urls = _parameter(parameters, "fileUrls")
     if not isinstance(urls, list):
         raise CommandRefused("invalidParameterValue")
     camera.storage.delete(urls)

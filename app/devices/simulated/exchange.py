@@ -125,7 +125,7 @@ def refusal(name: str, code: str, message: str = "", *, status: int | None = Non
 
 def file_reply(
     data: bytes,
-    asked: str,
+    range_header: str,
     rate_mbit: float | None,
     *,
     ranges: bool,
@@ -139,8 +139,8 @@ def file_reply(
         headers.append(("Accept-Ranges", "bytes"))
     start, stop = 0, len(data)
     status = 200
-    if asked and ranges:
-        span = _span(asked, len(data))
+    if range_header and ranges:
+        span = _span(range_header, len(data))
         if span is None:
             headers += [("Content-Range", f"bytes */{len(data)}"), ("Content-Length", "0")]
             return Reply(416, tuple(headers), (), LATENCY_S)
@@ -172,9 +172,9 @@ def _headers(kind: str) -> tuple[tuple[str, str], ...]:
     return ("Content-Type", kind), ("X-Content-Type-Options", "nosniff")
 
 
-def _span(asked: str, size: int) -> tuple[int, int] | None:
+def _span(range_header: str, size: int) -> tuple[int, int] | None:
     """Understand ``bytes=first-`` and ``bytes=first-last``; None for anything else."""
-    unit, _, span = asked.partition("=")
+    unit, _, span = range_header.partition("=")
     first, dash, last = span.strip().partition("-")
     if unit.strip() != "bytes" or not dash or not (first.isdecimal() and len(span) < 64):
         return None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, TypeAlias
 
-from app.core.measure.read.frame import LensExposure, Pose
+from app.core.measure.read.frame import LensExposure, XmpPose
 
 _ASCII, _SHORT, _LONG, _RATIONAL, _BLOB, _SRATIONAL = 2, 3, 4, 5, 7, 10
 _IFD_HEAD: Final = 8
@@ -42,13 +42,13 @@ class Tags:
     make: str = ""
     model: str = ""
     software: str = ""
-    taken: str = ""
+    date_time: str = ""
     shutter_s: float | None = None
     aperture: float | None = None
     iso: float | None = None
     program: int = 1
     shape: tuple[int, int] = (0, 0)
-    pose: Pose | None = None
+    pose: XmpPose | None = None
     panorama: bool = True
     maker_note: bool = False
     zenith_corrected: bool | None = None
@@ -72,7 +72,7 @@ def exif_segment(tags: Tags) -> bytes:
         _text(0x0110, tags.model),
         (0x0112, _SHORT, 1, _shorts([1])),
         _text(0x0131, tags.software),
-        _text(0x0132, tags.taken),
+        _text(0x0132, tags.date_time),
     ]
     main = [entry for entry in main if entry[2]]
     # The pointer's value is known once the size of the first directory is.
@@ -129,8 +129,8 @@ def _exif_directory(tags: Tags, offset: int) -> bytes:
     entries = [
         (0x8822, _SHORT, 1, _shorts([tags.program])),
         (0x9000, _BLOB, 4, b"0230"),
-        _text(0x9003, tags.taken),
-        _text(0x9004, tags.taken),
+        _text(0x9003, tags.date_time),
+        _text(0x9004, tags.date_time),
         (0xA001, _SHORT, 1, _shorts([1])),
         (0xA002, _LONG, 1, struct.pack(">I", width)),
         (0xA003, _LONG, 1, struct.pack(">I", height)),

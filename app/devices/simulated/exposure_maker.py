@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.colour import FloatImage
-from app.core.measure.read.frame import Exposure, LensExposure, Pose
+from app.core.measure.read.frame import Exposure, LensExposure, XmpPose
 from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
 from app.devices.simulated.optics import (
@@ -39,7 +39,7 @@ _BAND_ROWS: Final = 16
 _STEPS: Final = 65536
 
 
-class Sight(Protocol):
+class FrameSight(Protocol):
     """What a frame sees; see `optics.View`."""
 
     @property
@@ -65,7 +65,7 @@ def srgb_tables() -> Tables:
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
+class ShotOptions:
     """How a frame is taken, besides its exposure.
 
     Attributes:
@@ -81,10 +81,10 @@ class Shot:
     noise: bool = True
     lens_gain: tuple[float, float] = (1.0, 1.0)
     white_balance: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    taken: str = "2026:06:21 12:00:00"
+    date_time: str = "2026:06:21 12:00:00"
 
 
-PLAIN: Final = Shot()
+PLAIN: Final = ShotOptions()
 """A frame of the environment's own size, taken as it is."""
 
 
@@ -92,7 +92,7 @@ def develop(
     environment: FloatImage,
     camera: CameraModel,
     exposure: Exposure,
-    shot: Shot = PLAIN,
+    shot: ShotOptions = PLAIN,
     *,
     seed: int = 0,
 ) -> NDArray[np.uint8]:
@@ -108,7 +108,13 @@ def develop(
 
 
 def expose(
-    view: Sight, camera: CameraModel, exposure: Exposure, shot: Shot, tables: Tables, *, seed: int
+    view: FrameSight,
+    camera: CameraModel,
+    exposure: Exposure,
+    shot: ShotOptions,
+    tables: Tables,
+    *,
+    seed: int,
 ) -> NDArray[np.uint8]:
     """Take what a view shows, coded by `tables`; as `develop`."""
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
@@ -142,13 +148,15 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95) -> bytes:
         raise ValueError(f"no JPEG has quality {quality}")
     how = [cv2.IMWRITE_JPEG_QUALITY, quality]
     how += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420]
-    done, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), how)
-    if not done:
+    ok, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), how)
+    if not ok:
         raise ValueError(f"a picture of {picture.shape} cannot be stored as JPEG")
     return data.tobytes()
 
 
-def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[int, int]) -> Tags:
+def tags_of(
+    camera: CameraModel, exposure: Exposure, shot: ShotOptions, shape: tuple[int, int]
+) -> Tags:
     """Say truthfully what a camera would write for a frame.
 
     Args:
@@ -161,12 +169,12 @@ def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[in
         make=camera.make,
         model=camera.model,
         software=camera.software,
-        taken=shot.taken,
+        date_time=shot.date_time,
         shutter_s=exposure.shutter_s,
         aperture=exposure.aperture if exposure.known else None,
         iso=exposure.iso if exposure.known else None,
         shape=shape,
-        pose=Pose(0.0, 0.0, None) if level else None,
+        pose=XmpPose(0.0, 0.0, None) if level else None,
         panorama=shape[1] == 2 * shape[0],
         maker_note=camera.maker_note,
         zenith_corrected=camera.levels_itself,

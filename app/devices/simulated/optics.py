@@ -68,8 +68,8 @@ def add_sensor_noise(
 def _normal(shape: tuple[int, ...], generator: np.random.Generator) -> FloatImage:
     """Draw normal numbers from 65,536 equally likely ones: several times as fast as exact ones."""
     count = math.prod(shape)
-    chosen = np.frombuffer(generator.bytes(2 * count), dtype="<u2")
-    return np.take(_quantiles(), chosen, mode="clip").reshape(shape)
+    picks = np.frombuffer(generator.bytes(2 * count), dtype="<u2")
+    return np.take(_quantiles(), picks, mode="clip").reshape(shape)
 
 
 @lru_cache(maxsize=1)
@@ -139,7 +139,7 @@ Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class FrameView:
     """An environment as one frame sees it, ready to be sampled in bands of rows.
 
     Attributes:
@@ -164,7 +164,7 @@ class View:
         return mixed
 
 
-def view_of(environment: FloatImage, shape: tuple[int, int]) -> View:
+def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
     """Prepare an environment for sampling: every texel is constant over its area.
 
     Args:
@@ -174,7 +174,7 @@ def view_of(environment: FloatImage, shape: tuple[int, int]) -> View:
     is not 2:1.
     """
     padded, (height, width) = padded_texels(environment, shape)
-    return View(
+    return FrameView(
         shape,
         mix_columns(padded, area_taps(width, shape[1])),
         area_taps(height, shape[0], spherical=True),
@@ -190,12 +190,12 @@ def padded_texels(
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
-    given = (environment.shape[0], environment.shape[1])
-    panoramas = given[1] == 2 * given[0] and shape[1] == 2 * shape[0]
-    if not panoramas and given != shape:
-        raise ValueError(f"only 2:1 panoramas can be resized, not {given} to {shape}")
+    source_shape = (environment.shape[0], environment.shape[1])
+    panoramas = source_shape[1] == 2 * source_shape[0] and shape[1] == 2 * shape[0]
+    if not panoramas and source_shape != shape:
+        raise ValueError(f"only 2:1 panoramas can be resized, not {source_shape} to {shape}")
     texels = np.asarray(environment, dtype=np.float32)
-    if shape[0] < given[0]:
+    if shape[0] < source_shape[0]:
         texels = reduce_radiance(texels, shape)
     height, width = texels.shape[:2]
     around = np.concatenate([texels[:, -1:], texels, texels[:, :1]], axis=1)
@@ -215,13 +215,13 @@ def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
     return np.ascontiguousarray(padded[:, first] * (1.0 - weights) + padded[:, first + 1] * weights)
 
 
-def area_taps(given: int, wanted: int, *, spherical: bool = False) -> Taps:
+def area_taps(source: int, target: int, *, spherical: bool = False) -> Taps:
     """Find the two texels, counted in the padded environment, whose area each pixel covers."""
-    edges = np.arange(wanted + 1) * (given / wanted)
+    edges = np.arange(target + 1) * (source / target)
     first = np.floor(edges[:-1] + 1e-9)
     cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])
     top, cut, bottom = (
-        -np.cos(np.pi * at / given) if spherical else at for at in (edges[:-1], cut, edges[1:])
+        -np.cos(np.pi * at / source) if spherical else at for at in (edges[:-1], cut, edges[1:])
     )
     share = (bottom - cut) / (bottom - top)
     share[share < 1e-9] = 0.0

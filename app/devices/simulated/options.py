@@ -79,16 +79,16 @@ class OptionStore:
         """
         return {name: self._one(name, live) for name in names}
 
-    def set(self, wanted: Mapping[str, JsonValue]) -> None:
+    def set(self, changes: Mapping[str, JsonValue]) -> None:
         """Change options, all or none.
 
         Raises `CommandRefused`: invalidParameterName for an option that does not exist or cannot be
         set, invalidParameterValue for a value that is not allowed.
         """
-        self._check_company(wanted)
+        self._check_company(changes)
         before = copy.deepcopy(self.values), dict(self._manual)
         try:
-            self._apply(wanted)
+            self._apply(changes)
         except CommandRefused:
             self.values.clear()
             self.values.update(before[0])
@@ -113,29 +113,29 @@ class OptionStore:
                 return list(menus[option])
             if option in (ranges := _ranges(self._person)):
                 return copy.deepcopy(ranges[option])
-            if found := self.support(option):
-                return copy.deepcopy(list(found))
+            if values := self.support(option):
+                return copy.deepcopy(list(values))
         if name == "_shootingMethodSupport" and self._person.digest:
             return []
         if name == "_bracketNumberSupport" and self._person.bracket is not None:
             return {"minNumber": 2, "maxNumber": self._person.bracket.most, "stepSize": 1}
         raise CommandRefused("invalidParameterName")
 
-    def _check_company(self, wanted: Mapping[str, JsonValue]) -> None:
+    def _check_company(self, changes: Mapping[str, JsonValue]) -> None:
         if not self._person.ricoh:
             return
-        if "_function" in wanted and "exposureDelay" in wanted:
+        if "_function" in changes and "exposureDelay" in changes:
             raise CommandRefused("invalidParameterValue", "Not with exposureDelay.")
-        if "dateTimeZone" in wanted and len(wanted) > 1:
+        if "dateTimeZone" in changes and len(changes) > 1:
             raise CommandRefused("invalidParameterValue", "dateTimeZone must come alone.")
 
-    def _apply(self, wanted: Mapping[str, JsonValue]) -> None:
+    def _apply(self, changes: Mapping[str, JsonValue]) -> None:
         # The program comes first, since the lists of the others follow it.
-        for name in sorted(wanted, key=lambda key: key != "exposureProgram"):
+        for name in sorted(changes, key=lambda key: key != "exposureProgram"):
             if name not in self.values or name in _READ_ONLY:
                 raise CommandRefused("invalidParameterName", f"There is no option {name!r:.40}.")
-            self._check_value(name, wanted[name])
-            self.values[name] = copy.deepcopy(wanted[name])
+            self._check_value(name, changes[name])
+            self.values[name] = copy.deepcopy(changes[name])
             self._settle(name)
 
     def _settle(self, name: str) -> None:
@@ -173,10 +173,10 @@ class OptionStore:
         return person.isos if name == "iso" else person.apertures
 
     def _check_value(self, name: str, value: JsonValue) -> None:
-        if not self._allowed(name, value):
+        if not self._allows(name, value):
             raise CommandRefused("invalidParameterValue", f"{name} cannot be {value!r:.60}.")
 
-    def _allowed(self, name: str, value: JsonValue) -> bool:
+    def _allows(self, name: str, value: JsonValue) -> bool:
         special: dict[str, Callable[[JsonValue], bool]] = {
             "_autoBracket": self._allowed_bracket,
             "dateTimeZone": lambda v: isinstance(v, str) and bool(_DATE.fullmatch(v)),
@@ -224,7 +224,7 @@ class OptionStore:
         ):
             return False
         others = {"whiteBalance", "_colorTemperature"} & keys
-        return all(self._allowed(name, shot[name]) for name in others)
+        return all(self._allows(name, shot[name]) for name in others)
 
 
 def _defaults(person: Personality) -> dict[str, JsonValue]:

@@ -20,7 +20,7 @@ from app.core.base.colour import FloatImage
 from app.devices.clock import Clock
 from app.devices.simulated.cameras import GENERIC, CameraModel, Personality
 from app.devices.simulated.exchange import LATENCY_S, JsonValue, Pause, Piece, Reply
-from app.devices.simulated.exposure_maker import Shot, develop, jpeg
+from app.devices.simulated.exposure_maker import ShotOptions, develop, jpeg
 from app.devices.simulated.optics import meter
 from app.devices.simulated.options import whole
 
@@ -56,7 +56,7 @@ class LivePicture:
         if shape[0] < 32 or shape[1] < 64:
             raise ValueError("a preview has at least 32 rows and 64 columns")
         rows, columns = shape
-        whole = Shot(shape=(rows, 2 * rows))
+        whole = ShotOptions(shape=(rows, 2 * rows))
         still = develop(environment, camera, meter(environment, camera), whole)
         self._still = still if columns == 2 * rows else still[:, rows // 2 : rows // 2 + columns]
         self._frames: dict[int, bytes] = {}
@@ -67,10 +67,10 @@ class LivePicture:
         number %= LOOP
         with self._lock:
             if number not in self._frames:
-                self._frames[number] = jpeg(self._marked(number), _QUALITY)
+                self._frames[number] = jpeg(self._with_mark(number), _QUALITY)
             return self._frames[number]
 
-    def _marked(self, number: int) -> NDArray[np.uint8]:
+    def _with_mark(self, number: int) -> NDArray[np.uint8]:
         picture = self._still.copy()
         rows, columns = picture.shape[:2]
         centre = (round(columns * (number + 0.5) / LOOP), rows // 2)
@@ -101,8 +101,8 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
         late = clock.now() - due
         if late > _LATE_S:
             # They were not taken in time. What a camera cannot send it does not keep.
-            missed = int(late * fps)
-            number, due = number + missed, due + missed / fps
+            misses = int(late * fps)
+            number, due = number + misses, due + misses / fps
         yield Pause(max(due - clock.now(), 0.0))
 
 

@@ -19,8 +19,8 @@ from app.devices.simulated.exchange import JsonValue
 from app.devices.simulated.exif import Tags, with_segments
 from app.devices.simulated.exposure_maker import (
     PLAIN,
-    Shot,
-    Sight,
+    FrameSight,
+    ShotOptions,
     expose,
     jpeg,
     segments_of,
@@ -48,7 +48,7 @@ class Take:
     exposure: Exposure
     shape: tuple[int, int]
     number: int
-    taken: str
+    date_time: str
     program: int = 1
     lens_gain: tuple[float, float] = (1.0, 1.0)
     fixed_balance: bool = True
@@ -64,13 +64,15 @@ class Scene:
     * `shot`: how every frame is taken: its scale, its tilt ...
     """
 
-    def __init__(self, environment: FloatImage, shot: Shot = PLAIN, *, seed: int = 0) -> None:
+    def __init__(
+        self, environment: FloatImage, shot: ShotOptions = PLAIN, *, seed: int = 0
+    ) -> None:
         self.environment = np.asarray(environment, dtype=np.float32)
         self.shot = shot
         self.seed = seed
         self._lock = threading.Lock()
         self._frames: OrderedDict[tuple[str, Take], bytes] = OrderedDict()
-        self._kept = 0
+        self._cache_bytes = 0
         self._metered: dict[str, Exposure] = {}
 
     @property
@@ -81,12 +83,12 @@ class Scene:
     def metered(self, camera: CameraModel) -> Exposure:
         """Meter the place at the camera's lowest ISO and widest aperture."""
         with self._lock:
-            known = self._metered.get(camera.name)
-        if known is None:
-            known = meter(self.environment, camera, scale=self.scale)
+            exposure = self._metered.get(camera.name)
+        if exposure is None:
+            exposure = meter(self.environment, camera, scale=self.scale)
             with self._lock:
-                self._metered[camera.name] = known
-        return known
+                self._metered[camera.name] = exposure
+        return exposure
 
     def brighter_front(self) -> bool:
         """Say whether the front lens, the middle half of the columns, sees more light."""
@@ -97,7 +99,7 @@ class Scene:
     def frame(self, camera: CameraModel, take: Take) -> bytes:
         """Take a frame. Returns the JPEG file with all that the camera writes into it."""
         shot = self._shot_of(take)
-        key = (camera.name, replace(take, taken="", program=1, hdr=False))
+        key = (camera.name, replace(take, date_time="", program=1, hdr=False))
         data = self._cached(key)
         if data is None:
             seed = int(np.random.SeedSequence([self.seed, take.number]).generate_state(1)[0])
@@ -116,25 +118,29 @@ class Scene:
         shot = replace(self._shot_of(take), noise=False)
         return jpeg(self._expose(camera, take, shot, 0), _THUMB_QUALITY)
 
-    def view(self, shape: tuple[int, int]) -> Sight:
+    def view(self, shape: tuple[int, int]) -> FrameSight:
         """Return what a picture of so many rows and columns shows."""
         return view_of(self.environment, shape)
 
-    def _expose(self, camera: CameraModel, take: Take, shot: Shot, seed: int) -> Bytes:
+    def _expose(self, camera: CameraModel, take: Take, shot: ShotOptions, seed: int) -> Bytes:
         view = self.view(take.shape)
         return expose(view, camera, take.exposure, shot, srgb_tables(), seed=seed)
 
-    def _shot_of(self, take: Take) -> Shot:
+    def _shot_of(self, take: Take) -> ShotOptions:
         balance = (1.0, 1.0, 1.0)
         if not take.fixed_balance:
-            drawn = np.random.default_rng([self.seed, take.number]).uniform(-1.0, 1.0, 2)
-            balance = (1.0 + _FLOATING * float(drawn[0]), 1.0, 1.0 + _FLOATING * float(drawn[1]))
+            offsets = np.random.default_rng([self.seed, take.number]).uniform(-1.0, 1.0, 2)
+            balance = (
+                1.0 + _FLOATING * float(offsets[0]),
+                1.0,
+                1.0 + _FLOATING * float(offsets[1]),
+            )
         return replace(
             self.shot,
             shape=take.shape,
             lens_gain=take.lens_gain,
             white_balance=balance,
-            taken=take.taken,
+            date_time=take.date_time,
         )
 
     def _cached(self, key: tuple[str, Take]) -> bytes | None:
@@ -147,9 +153,9 @@ class Scene:
         with self._lock:
             if key not in self._frames:
                 self._frames[key] = data
-                self._kept += len(data)
-            while self._kept > _KEPT_BYTES and len(self._frames) > 1:
-                self._kept -= len(self._frames.popitem(last=False)[1])
+                self._cache_bytes += len(data)
+            while self._cache_bytes > _KEPT_BYTES and len(self._frames) > 1:
+                self._cache_bytes -= len(self._frames.popitem(last=False)[1])
         return data
 
 
@@ -171,8 +177,8 @@ def automatic(
     factor = scene.metered(person.camera).factor
     factor *= 2.0 ** number_in(settings, "exposureCompensation", 0.0)
     if program == 4.0 and time:
-        wanted = factor * 100.0 * aperture**2 / time
-        return Exposure(time, nearest(wanted, person.isos), aperture), (1.0, 1.0)
+        light = factor * 100.0 * aperture**2 / time
+        return Exposure(time, nearest(light, person.isos), aperture), (1.0, 1.0)
     if program == 2.0:
         aperture = _auto_aperture(person, factor)
     if program == 9.0 and iso:
@@ -202,15 +208,15 @@ def _auto_iso(person: Personality, light: float, limit: float) -> float:
 
 def _auto_time(person: Personality, time: float) -> float:
     """Bring a time to the camera's list, or to a round fraction of a second."""
-    allowed = [each for each in person.shutters if each <= _LONGEST_AUTO_S]
-    time = min(max(time, allowed[0]), allowed[-1])
+    times = [each for each in person.shutters if each <= _LONGEST_AUTO_S]
+    time = min(max(time, times[0]), times[-1])
     if person.snaps:
-        return nearest(time, allowed)
+        return nearest(time, times)
     if time >= 0.4:
         return round(time, 1)
     below = 1.0 / time
     step = 10.0 ** (math.floor(math.log10(below)) - 1)
-    return min(max(1.0 / (round(below / step) * step), allowed[0]), allowed[-1])
+    return min(max(1.0 / (round(below / step) * step), times[0]), times[-1])
 
 
 def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, float]:

@@ -183,12 +183,14 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """Answer a POST, once its body is here."""
-        stated = self.headers.get("Content-Length", "0").strip()
-        if "Transfer-Encoding" in self.headers or not (stated.isascii() and stated.isdigit()):
+        length_header = self.headers.get("Content-Length", "0").strip()
+        if "Transfer-Encoding" in self.headers or not (
+            length_header.isascii() and length_header.isdigit()
+        ):
             self._refuse(HTTPStatus.LENGTH_REQUIRED)
             return
         # A number of thousands of digits is not converted at all.
-        length = int(stated) if len(stated) < 10 else MAX_BODY_BYTES + 1
+        length = int(length_header) if len(length_header) < 10 else MAX_BODY_BYTES + 1
         if length > MAX_BODY_BYTES:
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
             return
@@ -234,26 +236,26 @@ class _Handler(BaseHTTPRequestHandler):
         return {name.lower(): value for name, value in self.headers.items()}
 
     def _play(self, reply: Reply, pieces: Iterator[Piece]) -> None:
-        stated = next((v for n, v in reply.headers if n.lower() == "content-length"), None)
+        length_header = next((v for n, v in reply.headers if n.lower() == "content-length"), None)
         first = next(pieces, None)
         extra = []
-        chunked = stated is None and first is not None
+        chunked = length_header is None and first is not None
         if chunked and self.request_version == "HTTP/1.0":
             chunked = False
             self.close_connection = True
         elif chunked:
             extra = [("Transfer-Encoding", "chunked")]
-        elif stated is None:
+        elif length_header is None:
             extra = [("Content-Length", "0")]
         if self.close_connection:
             extra.append(("Connection", "close"))
         self._send(head_of(reply.status, (*reply.headers, *extra)))
-        sent = self._send_body(first, pieces, chunked=chunked)
-        if sent is None:
+        count = self._send_body(first, pieces, chunked=chunked)
+        if count is None:
             return
         if chunked:
             self._send(b"0\r\n\r\n")
-        elif stated is not None and stated != str(sent):
+        elif length_header is not None and length_header != str(count):
             self.close_connection = True
 
     def _send_body(

@@ -78,12 +78,12 @@ class StoredFile:
 
     name: str
     path: str
-    taken: str
+    date_time: str
     shape: tuple[int, int]
     group: str
     makers: Mapping[str, Callable[[], bytes]]
     take: Take | None = None
-    _made: dict[str, bytes] = field(default_factory=dict, init=False)
+    _renditions: dict[str, bytes] = field(default_factory=dict, init=False)
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     @property
@@ -103,9 +103,9 @@ class StoredFile:
 
     def _get(self, which: str) -> bytes:
         with self._lock:
-            if which not in self._made:
-                self._made[which] = self.makers[which]()
-            return self._made[which]
+            if which not in self._renditions:
+                self._renditions[which] = self.makers[which]()
+            return self._renditions[which]
 
 
 class Storage:
@@ -170,10 +170,10 @@ class Storage:
             "previewUrl": "",
         }
         if not detail:
-            entry["dateTime"] = file.taken[:19]
+            entry["dateTime"] = file.date_time[:19]
             return entry
         rows, columns = file.shape
-        entry |= {"dateTimeZone": file.taken, "width": columns, "height": rows}
+        entry |= {"dateTimeZone": file.date_time, "width": columns, "height": rows}
         if self._person.ricoh:
             entry["_thumbSize"] = len(file.thumb)
             if not self._person.switches_api:
@@ -202,21 +202,22 @@ class PlannedFrame:
 
 
 @dataclass(slots=True)
-class Job:
+class ShootingJob:
     """One picture or one series under way, or done.
 
-    * `begun`, `begins`: when it was asked for, and when the self-timer has run down, in seconds of
+    * `start_s`, `begins`: when it was asked for, and when the self-timer has run down, in seconds
+    of
       the clock.
     """
 
     number: int
     name: str
     kind: JobKind
-    begun: float
+    start_s: float
     begins: float
     frames: list[PlannedFrame]
     group: str = ""
-    written: list[StoredFile] = field(default_factory=list)
+    files: list[StoredFile] = field(default_factory=list)
     stopped: bool = False
     cancelled: bool = False
     watched: bool = False
@@ -226,7 +227,7 @@ class Job:
         """Whether nothing more will come of it."""
         if self.cancelled:
             return True
-        return len(self.written) >= len(self.frames)
+        return len(self.files) >= len(self.frames)
 
     @property
     def ended(self) -> float:
@@ -269,14 +270,14 @@ class Shooter:
         self._date = date
         self._storage = storage
         self._shape = shape
-        self._taken = 0
+        self._count = 0
         self._pool: ThreadPoolExecutor | None = None
         self._lazy = isinstance(clock, VirtualClock)
-        self.jobs: list[Job] = []
+        self.jobs: list[ShootingJob] = []
         self.manual_gains = (1.0, 1.0)
 
     @property
-    def job(self) -> Job | None:
+    def job(self) -> ShootingJob | None:
         """The last job that was begun."""
         return self.jobs[-1] if self.jobs else None
 
@@ -285,7 +286,7 @@ class Shooter:
         """Whether a job is under way; only right after `settle`."""
         return self.job is not None and not self.job.done
 
-    def find(self, number: str) -> Job | None:
+    def find(self, number: str) -> ShootingJob | None:
         """Find a job by its id."""
         return next((job for job in self.jobs if str(job.number) == number), None)
 
@@ -295,7 +296,7 @@ class Shooter:
         kind: JobKind,
         shots: Sequence[Mapping[str, JsonValue]],
         options: Mapping[str, JsonValue],
-    ) -> Job:
+    ) -> ShootingJob:
         """Begin to take pictures.
 
         `shots`: settings of each frame: exposureProgram and what belongs to it, whiteBalance.
@@ -311,7 +312,7 @@ class Shooter:
             at = end
         number = 41 + len(self.jobs)
         group = f"B0FB64CF29AE{number:04X}" if kind == "bracket" else ""
-        job = Job(number, name, kind, now, begins, frames, group)
+        job = ShootingJob(number, name, kind, now, begins, frames, group)
         self.jobs.append(job)
         self._render_ahead(job)
         return job
@@ -322,10 +323,10 @@ class Shooter:
         job = self.job
         if job is None or job.cancelled:
             return
-        for frame in job.frames[len(job.written) :]:
+        for frame in job.frames[len(job.files) :]:
             if frame.end > now or (frame.picture is not None and not frame.picture.done()):
                 break
-            job.written.append(self.write(frame, job))
+            job.files.append(self.write(frame, job))
 
     def stop(self) -> None:
         """Stop after the frame that is being taken; nothing more than that during the timer."""
@@ -337,7 +338,7 @@ class Shooter:
             job.cancelled = True
         else:
             keep = sum(frame.start <= now for frame in job.frames)
-            job.frames[max(keep, len(job.written)) :] = []
+            job.frames[max(keep, len(job.files)) :] = []
         job.stopped = True
 
     def close(self) -> None:
@@ -352,19 +353,19 @@ class Shooter:
         """Plan a frame that is exposed at a time of the clock."""
         exposure, gains = automatic(self._scene, self._person, settings)
         program = int(number_in(settings, "exposureProgram", 2.0))
-        self._taken += 1
+        self._count += 1
         return Take(
             exposure=exposure,
             shape=self._shape or _shape_of(options),
-            number=self._taken,
-            taken=self._date.stamp(at),
+            number=self._count,
+            date_time=self._date.stamp(at),
             program=program,
             lens_gain=self.manual_gains if program == 1 else gains,
             fixed_balance=settings.get("whiteBalance") != "auto",
             hdr=options.get("_filter", "off") in {"hdr", "Hh hdr", "DR Comp"},
         )
 
-    def write(self, frame: PlannedFrame, job: Job | None) -> StoredFile:
+    def write(self, frame: PlannedFrame, job: ShootingJob | None) -> StoredFile:
         """Put a frame onto the storage; `job` is None for one of an earlier day."""
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
@@ -374,7 +375,7 @@ class Shooter:
         file = StoredFile(
             name,
             path,
-            take.taken + self._date.offset,
+            take.date_time + self._date.offset,
             take.shape,
             job.group if job is not None and grouped else "",
             {"file": whole, "thumb": small},
@@ -383,7 +384,7 @@ class Shooter:
         self._storage.add(file)
         return file
 
-    def _render_ahead(self, job: Job) -> None:
+    def _render_ahead(self, job: ShootingJob) -> None:
         if self._lazy:
             return
         if self._pool is None:

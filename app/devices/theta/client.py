@@ -33,7 +33,7 @@ from app.devices.theta.untrusted import (
 )
 
 _NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")
-_TAKEN: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
+_DATE: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
 _LARGEST_FILE: Final = 2**40
 # Windows takes these for devices, whatever follows the dot.
 _RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
@@ -51,14 +51,14 @@ class FileEntry:
     """A file on the camera.
 
     * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
-    * `taken`: "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not
+    * `date_time`: "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not
       tell.
     """
 
     name: str
     url: str
     size: int = 0
-    taken: str = ""
+    date_time: str = ""
     group_id: str | None = None
 
 
@@ -72,8 +72,8 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
     entries = results.get("entries")
     if not isinstance(entries, list):
         raise BadReply(tr("The camera sent an invalid list of files."), tr("Try again."))
-    found = (_entry(table(entry), endpoint) for entry in entries)
-    return tuple(entry for entry in found if entry is not None)
+    parsed = (_entry(table(entry), endpoint) for entry in entries)
+    return tuple(entry for entry in parsed if entry is not None)
 
 
 def safe_name(text: object) -> str:
@@ -93,11 +93,11 @@ def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | N
     name = safe_name(fields.get("name")) or safe_name(url.partition("?")[0].rpartition("/")[2])
     if not url or not name:
         return None
-    taken = next(
+    date = next(
         (
             text
             for key in ("dateTimeZone", "dateTime", "_dateTimeZone")
-            if _TAKEN.fullmatch(text := words(fields.get(key), 40))
+            if _DATE.fullmatch(text := words(fields.get(key), 40))
         ),
         "",
     )
@@ -105,7 +105,7 @@ def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | N
         name=name,
         url=url,
         size=whole(fields.get("size"), _LARGEST_FILE) or 0,
-        taken=taken,
+        date_time=date,
         group_id=words(fields.get("_autoBracketGroupId"), 80) or None,
     )
 
@@ -163,7 +163,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class CommandReply:
     """Answer to a command.
 
     * `id`: for asking on; must be sent back exactly as it came. None where it came without a usable
@@ -197,13 +197,13 @@ def parse_info(value: JsonValue) -> Info:
         raise no_camera()
     text = words(fields.get("firmwareVersion"), 40)
     levels = fields.get("apiLevel")
-    known = [whole(level, 100) for level in levels[:10]] if isinstance(levels, list) else []
+    numbers = [whole(level, 100) for level in levels[:10]] if isinstance(levels, list) else []
     return Info(
         model=model,
         serial_number=words(fields.get("serialNumber"), 40),
         firmware=tuple(int(part) for part in text.split(".")) if _FIRMWARE.fullmatch(text) else (),
         firmware_text=text,
-        api_level=tuple(level for level in known if level is not None),
+        api_level=tuple(level for level in numbers if level is not None),
         uptime_s=number(fields.get("uptime")),
     )
 
@@ -229,7 +229,7 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
     )
 
 
-def parse_command(value: JsonValue, endpoint: Endpoint) -> Command:
+def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
     """Read the answer to a command or to a question about one.
 
     Raises `CameraRefused` when it is an error object; `BadReply` when it is no such answer.
@@ -242,20 +242,22 @@ def parse_command(value: JsonValue, endpoint: Endpoint) -> Command:
     # Some cameras leave the state out once there are results.
     if state == "done" or (state is None and isinstance(results, dict)):
         urls, bad = _files(table(results), endpoint)
-        return Command("done", number, None, table(results), urls, bad)
+        return CommandReply("done", number, None, table(results), urls, bad)
     if state != "inProgress":
         raise _nonsense()
-    return Command("inProgress", number, fraction(table(fields.get("progress")).get("completion")))
+    return CommandReply(
+        "inProgress", number, fraction(table(fields.get("progress")).get("completion"))
+    )
 
 
 def _files(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[tuple[str, ...], int]:
     """Bring the addresses of files to an endpoint; count all addresses that cannot be used."""
     lists = {key: value for key in _URL_LISTS if isinstance(value := results.get(key), list)}
     single = (results.get(key) for key in _URL_KEYS)
-    given = [*filter(None, single), *(url for urls in lists.values() for url in urls)]
-    named = [results.get("fileUrl"), *lists.get("fileUrls", ()), *lists.get("_fileGroup", ())]
-    good = (safe_url(url, endpoint) for url in named)
-    bad = sum(not safe_url(url, endpoint) for url in given)
+    addresses = [*filter(None, single), *(url for urls in lists.values() for url in urls)]
+    groups = [results.get("fileUrl"), *lists.get("fileUrls", ()), *lists.get("_fileGroup", ())]
+    good = (safe_url(url, endpoint) for url in groups)
+    bad = sum(not safe_url(url, endpoint) for url in addresses)
     return tuple(dict.fromkeys(url for url in good if url)), bad
 
 
@@ -284,7 +286,7 @@ MAX_THUMBNAIL: Final = 1_000_000
 _PREVIEW: Final = ("width", "height", "framerate")
 _MULTIPART: Final = {"Accept": "multipart/x-mixed-replace"}
 _PREVIEW_SETTLE_S: Final = 1.0  # cameras want it between options and a preview
-_REMEMBERED: Final = 2000
+_MOST_ORIGINALS: Final = 2000
 _NEWEST_API: Final = 2
 _JPEG: Final = b"\xff\xd8\xff"
 _INFO: Final = "/osc/info"
@@ -345,7 +347,7 @@ class OscClient:
         """Change options; all of them or, on an error, perhaps some."""
         self.execute("camera.setOptions", {"options": dict(options)})
 
-    def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> Command:
+    def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> CommandReply:
         """Send a command, without waiting for its end.
 
         `parameters`: left out of the request when None.
@@ -355,53 +357,55 @@ class OscClient:
             body["parameters"] = parameters
         return self._command(_EXECUTE, body)
 
-    def status(self, command_id: str | int) -> Command:
+    def status(self, command_id: str | int) -> CommandReply:
         """Ask how a command stands."""
         return self._command(_STATUS, {"id": command_id})
 
-    def take_picture(self) -> Command:
+    def take_picture(self) -> CommandReply:
         """Take one picture."""
         return self.execute("camera.takePicture")
 
-    def start_capture(self, mode: str | None) -> Command:
+    def start_capture(self, mode: str | None) -> CommandReply:
         """Start a series.
 
         `mode`: "bracket" and others; None where the camera's own shooting method decides.
         """
         return self.execute("camera.startCapture", None if mode is None else {"_mode": mode})
 
-    def stop_capture(self) -> Command:
+    def stop_capture(self) -> CommandReply:
         """Stop a series."""
         return self.execute("camera.stopCapture")
 
-    def stop_self_timer(self) -> Command:
+    def stop_self_timer(self) -> CommandReply:
         """Stop a countdown."""
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
         """List pictures, the newest first, each once; none whose name or URL cannot be used."""
-        found: dict[str, FileEntry] = {}
-        passed = 0
-        while passed < count:
+        entries: dict[str, FileEntry] = {}
+        position = 0
+        while position < count:
             results = self.execute(
                 "camera.listFiles",
                 {
                     "fileType": "image",
-                    "startPosition": passed,
-                    "entryCount": min(count - passed, self.most_listed),
+                    "startPosition": position,
+                    "entryCount": min(count - position, self.most_listed),
                     "maxThumbSize": 0,
                     "_detail": True,
                 },
             ).results
-            known = len(found)
-            found.update({entry.url: entry for entry in parse_entries(results, self.link.endpoint)})
+            count_before = len(entries)
+            entries.update(
+                {entry.url: entry for entry in parse_entries(results, self.link.endpoint)}
+            )
             # Some give fewer at a time than were asked for; some give the first page for ever.
-            listed = results.get("entries")
-            passed += len(listed) if isinstance(listed, list) else 0
-            more = passed < (whole(results.get("totalEntries")) or 0)
-            if len(found) == known or not more:
+            rows = results.get("entries")
+            position += len(rows) if isinstance(rows, list) else 0
+            more = position < (whole(results.get("totalEntries")) or 0)
+            if len(entries) == count_before or not more:
                 break
-        return tuple(found.values())[:count]
+        return tuple(entries.values())[:count]
 
     def delete(self, urls: Sequence[str]) -> None:
         """Delete files on the camera.
@@ -463,10 +467,10 @@ class OscClient:
         Yields JPEG pictures that are not checked, without end unless the camera ends it.
         """
         self.use_api_2()
-        wanted: dict[str, JsonValue] = dict(zip(_PREVIEW, size or (), strict=False))
-        if wanted:
+        parameters: dict[str, JsonValue] = dict(zip(_PREVIEW, size or (), strict=False))
+        if parameters:
             with suppress(CameraRefused):
-                self.set_options({"previewFormat": wanted})
+                self.set_options({"previewFormat": parameters})
         wait(self.clock, _PREVIEW_SETTLE_S, self._token)
         with self._streaming(_EXECUTE, _MULTIPART, {"name": "camera.getLivePreview"}) as incoming:
             parser = MjpegParser(boundary_of(incoming.headers.get("content-type", "")))
@@ -491,8 +495,8 @@ class OscClient:
             raise CameraNotReady(tr("The camera's firmware is too old."), _UPDATE, "old-api")
         return True
 
-    def _command(self, path: str, body: Mapping[str, Any]) -> Command:
-        def ask() -> Command:
+    def _command(self, path: str, body: Mapping[str, Any]) -> CommandReply:
+        def ask() -> CommandReply:
             reply = self._put(path, str(body.get("name", "")), body)
             command = parse_command(reply, self.link.endpoint)
             self._remember(command.results)
@@ -534,16 +538,16 @@ class OscClient:
     def _remember(self, results: Mapping[str, JsonValue]) -> None:
         """Keep the camera's own spelling of every URL in some results."""
         entries = results.get("entries")
-        listed = entries if isinstance(entries, list) else [dict(results)]
-        for entry in listed:
+        rows = entries if isinstance(entries, list) else [dict(results)]
+        for entry in rows:
             fields = table(entry)
             many = fields.get("fileUrls")
-            for given in (fields.get("fileUrl"), *(many if isinstance(many, list) else ())):
-                here = safe_url(given, self.link.endpoint)
-                if here and here != given:
-                    self._originals[here] = str(given)
+            for address in (fields.get("fileUrl"), *(many if isinstance(many, list) else ())):
+                here = safe_url(address, self.link.endpoint)
+                if here and here != address:
+                    self._originals[here] = str(address)
                     self._originals.move_to_end(here)
-        while len(self._originals) > _REMEMBERED:
+        while len(self._originals) > _MOST_ORIGINALS:
             self._originals.popitem(last=False)
 
     def _is_file(self, url: object) -> bool:

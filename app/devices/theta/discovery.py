@@ -81,7 +81,7 @@ _NEAR: Final = tuple(
     )
 )
 _INSTANCE: Final = re.compile(r"(THETA([A-Z]{2})(\d{8}))(?:$|[. ])", re.ASCII)
-_MODELS: Final = {each.user_prefix: each.stated for each in CAMERAS if each.user_prefix}
+_MODELS: Final = {each.user_prefix: each.model_text for each in CAMERAS if each.user_prefix}
 _LONGEST: Final = 64
 _ORDER: Final = ("typed", "access point", "remembered", "network")
 
@@ -96,7 +96,7 @@ class Advert:
 
 
 def browse_network(
-    found: Callable[[Advert], None],
+    on_advert: Callable[[Advert], None],
     stop: threading.Event,
     *,
     interfaces: Sequence[str] | None = None,
@@ -111,7 +111,7 @@ def browse_network(
 
     names: SimpleQueue[str] = SimpleQueue()
 
-    def heard(service_type: str, name: str, **_: Any) -> None:
+    def on_service(service_type: str, name: str, **_: Any) -> None:
         if len(name) <= _LONGEST_NAME and name.endswith(f".{service_type}"):
             names.put(name)
 
@@ -120,8 +120,8 @@ def browse_network(
     except (OSError, Error, RuntimeError, ValueError) as error:
         raise _deaf(error) from error
     try:
-        ServiceBrowser(network, SERVICE, handlers=[heard])
-        _resolve(network, names, found, stop)
+        ServiceBrowser(network, SERVICE, handlers=[on_service])
+        _resolve(network, names, on_advert, stop)
     except (OSError, Error) as error:
         raise _deaf(error) from error
     finally:
@@ -131,43 +131,43 @@ def browse_network(
 def _resolve(
     network: Zeroconf,
     names: SimpleQueue[str],
-    found: Callable[[Advert], None],
+    on_advert: Callable[[Advert], None],
     stop: threading.Event,
 ) -> None:
     """Find out the addresses behind the names that are heard."""
     from zeroconf import BadTypeInNameException, ServiceInfo
 
     waiting: dict[str, None] = {}
-    known: set[str] = set()
+    visited: set[str] = set()
     while not stop.wait(_TICK_S):
-        for name in _taken(names):
-            if name not in known and len(known) < _MOST_ADVERTS:
-                known.add(name)
+        for name in _drain(names):
+            if name not in visited and len(visited) < _MOST_ADVERTS:
+                visited.add(name)
                 waiting[name] = None
         for name in tuple(waiting):
             try:
                 info = ServiceInfo(SERVICE, name)
-                resolved = info.load_from_cache(network) or info.request(network, _ASK_MS)
+                is_resolved = info.load_from_cache(network) or info.request(network, _ASK_MS)
             except BadTypeInNameException:
                 del waiting[name]
                 continue
-            if resolved and info.port:
+            if is_resolved and info.port:
                 del waiting[name]
                 addresses = sorted(info.parsed_scoped_addresses(), key=lambda text: ":" in text)
                 label = name.removesuffix(f".{SERVICE}")
-                found(Advert(label, tuple(addresses), int(info.port)))
+                on_advert(Advert(label, tuple(addresses), int(info.port)))
             if stop.is_set():
                 return
 
 
-def _taken(names: SimpleQueue[str]) -> list[str]:
-    taken: list[str] = []
-    while len(taken) < _MOST_ADVERTS:
+def _drain(names: SimpleQueue[str]) -> list[str]:
+    batch: list[str] = []
+    while len(batch) < _MOST_ADVERTS:
         try:
-            taken.append(names.get_nowait())
+            batch.append(names.get_nowait())
         except Empty:
             break
-    return taken
+    return batch
 
 
 def _deaf(error: BaseException) -> Unreachable:
@@ -261,9 +261,9 @@ def described(
     model = words(info.model, _LONGEST) if info else _MODELS.get(user[5:7], "")
     if model and serial and not user:
         user = profile_for(info or Info(model)).user_name(serial)
-    called = " ".join(text for text in (model, serial) if text)
+    title = " ".join(text for text in (model, serial) if text)
     return FoundCamera(
-        name=called or label or endpoint.host[:_LONGEST],
+        name=title or label or endpoint.host[:_LONGEST],
         endpoint=endpoint,
         model=model,
         serial=serial,
@@ -280,14 +280,14 @@ def theta_user(announced: str) -> str:
         >>> theta_user("THETAYL00105377._osc._tcp.local.")
         'THETAYL00105377'
     """
-    found = _INSTANCE.match(announced)
-    return found.group(1) if found else ""
+    match = _INSTANCE.match(announced)
+    return match.group(1) if match else ""
 
 
 def serial_in(announced: str) -> str:
     """Give the digits of the serial number in an announced name, "" where there is none."""
-    found = _INSTANCE.match(announced)
-    return found.group(3) if found else ""
+    match = _INSTANCE.match(announced)
+    return match.group(3) if match else ""
 
 
 def is_near(host: str) -> bool:
@@ -316,14 +316,14 @@ def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
     ranked = sorted(
         cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))
     )
-    kept: list[FoundCamera] = []
+    distinct: list[FoundCamera] = []
     for camera in ranked:
-        twin = next((k for k, other in enumerate(kept) if same_camera(camera, other)), None)
+        twin = next((k for k, other in enumerate(distinct) if same_camera(camera, other)), None)
         if twin is None:
-            kept.append(camera)
+            distinct.append(camera)
         else:
-            kept[twin] = _filled(kept[twin], camera)
-    return tuple(kept)
+            distinct[twin] = _fill_in(distinct[twin], camera)
+    return tuple(distinct)
 
 
 def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
@@ -340,14 +340,14 @@ def _agree(one: str, other: str) -> bool:
     return not one or not other or one == other
 
 
-def _filled(best: FoundCamera, other: FoundCamera) -> FoundCamera:
-    announced = other.user if other.source == "network" else ""
+def _fill_in(best: FoundCamera, other: FoundCamera) -> FoundCamera:
+    user = other.user if other.source == "network" else ""
     return replace(
         best,
         name=best.name if best.model or not other.model else other.name,
         model=best.model or other.model,
         serial=best.serial or other.serial,
-        user=announced or best.user or other.user,
+        user=user or best.user or other.user,
     )
 
 
@@ -403,12 +403,12 @@ class Discovery:
         last = [camera for camera in self.cameras if camera.used_last]
         if len(self.cameras) == 1 or last:
             return (*last, *self.cameras)[0]
-        listed = ", ".join(
+        names = ", ".join(
             tr("{name} at {address}", name=each.name, address=each.endpoint.base)
             for each in self.cameras
         )
         raise DeviceError(
-            tr("Several cameras were found: {cameras}.", cameras=listed),
+            tr("Several cameras were found: {cameras}.", cameras=names),
             tr("Give the address of the one you mean."),
             "several-cameras",
         )
@@ -421,7 +421,7 @@ def discover(
     token: Token | None = None,
     link_factory: Callable[[Endpoint], Asker] | None = None,
     browse: Callable[[Callable[[Advert], None], threading.Event], None] = browse_network,
-    remembered: FoundCamera | None = None,
+    last: FoundCamera | None = None,
 ) -> Discovery:
     """Look for cameras in all places at once.
 
@@ -430,9 +430,9 @@ def discover(
     Raises `Cancelled` when the token was cancelled.
     """
     search = _Search(clock, timeout_s, link_factory or _links(clock, timeout_s))
-    before = remembered if remembered is not None else last_camera()
+    before = last if last is not None else last_camera()
     if before is not None:
-        search.known = before
+        search.last_camera = before
         search.ask(before.endpoint, "remembered")
     search.ask(ACCESS_POINT, "access point")
     search.listen(browse)
@@ -485,9 +485,9 @@ def look_at(
         info = None
     finally:
         link.close()
-    known = last_camera()
-    if info is None and known is not None and known.endpoint == endpoint:
-        return _as_known(known, "typed")
+    camera = last_camera()
+    if info is None and camera is not None and camera.endpoint == endpoint:
+        return _as_known(camera, "typed")
     return described(endpoint, "typed", info)
 
 
@@ -495,7 +495,7 @@ def _info(link: Asker, clock: Clock, timeout_s: float, token: Token | None) -> I
     first = FirstContact(clock, silences=_SILENCES)
     while True:
         try:
-            return _asked(link, clock, clock.now() + timeout_s)
+            return _ask_info(link, clock, clock.now() + timeout_s)
         except LOSSES as error:
             if first.hopeless(error):
                 raise
@@ -503,7 +503,7 @@ def _info(link: Asker, clock: Clock, timeout_s: float, token: Token | None) -> I
 
 
 @dataclass(slots=True)
-class _Answer:
+class _Reply:
     """What came of asking one address."""
 
     source: Source
@@ -520,11 +520,11 @@ class _Search:
     clock: Clock
     timeout_s: float
     link_factory: Callable[[Endpoint], Asker]
-    known: FoundCamera | None = None
+    last_camera: FoundCamera | None = None
     stop: threading.Event = field(default_factory=threading.Event)
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _changed: threading.Event = field(default_factory=threading.Event)
-    _answers: dict[Endpoint, _Answer] = field(default_factory=dict)
+    _answers: dict[Endpoint, _Reply] = field(default_factory=dict)
     _notes: list[str] = field(default_factory=list)
     _listening: bool = False
     _start: tuple[float, float] = (0.0, 0.0)
@@ -541,7 +541,7 @@ class _Search:
                 return
             if len(self._answers) >= _MOST or self.stop.is_set():
                 return
-            answer = self._answers[endpoint] = _Answer(source, announced=announced)
+            answer = self._answers[endpoint] = _Reply(source, announced=announced)
         self._run(lambda: self._put(endpoint, answer))
 
     def listen(self, browse: Callable[[Callable[[Advert], None], threading.Event], None]) -> None:
@@ -549,7 +549,7 @@ class _Search:
 
         def run() -> None:
             try:
-                browse(self._heard, self.stop)
+                browse(self._on_advert, self.stop)
             except DeviceError as error:
                 with self._lock:
                     self._notes.append(str(error))
@@ -566,12 +566,12 @@ class _Search:
             token.check()
             with self._lock:
                 busy = any(not answer.done for answer in self._answers.values())
-            passed = max(self.clock.now() - self._start[0], time.monotonic() - self._start[1])
-            if passed >= self.timeout_s + (_LATE_S if busy else 0.0):
+            elapsed_s = max(self.clock.now() - self._start[0], time.monotonic() - self._start[1])
+            if elapsed_s >= self.timeout_s + (_LATE_S if busy else 0.0):
                 return
             if not busy and not self._listening:
                 return
-            if passed >= self.timeout_s:
+            if elapsed_s >= self.timeout_s:
                 self.stop.set()
             self._changed.wait(_STEP_S)
             self._changed.clear()
@@ -581,18 +581,18 @@ class _Search:
         with self._lock:
             answers = {place: answer for place, answer in self._answers.items() if answer.done}
             notes = list(self._notes)
-        found = [self._camera(endpoint, answer) for endpoint, answer in answers.items()]
-        last = self.known
+        answers_in = [self._camera(endpoint, answer) for endpoint, answer in answers.items()]
+        last = self.last_camera
         cameras = tuple(
             replace(camera, used_last=last is not None and same_camera(camera, last))
-            for camera in merged(camera for camera in found if camera is not None)
+            for camera in merged(camera for camera in answers_in if camera is not None)
         )
         # In a home network there is a router, which is not worth a word.
         if not cameras:
             notes += [_trouble(endpoint, answer.error) for endpoint, answer in answers.items()]
         return Discovery(cameras, tuple(dict.fromkeys(note for note in notes if note)))
 
-    def _camera(self, endpoint: Endpoint, answer: _Answer) -> FoundCamera | None:
+    def _camera(self, endpoint: Endpoint, answer: _Reply) -> FoundCamera | None:
         source: Source = answer.source
         if answer.info is not None:
             return described(endpoint, source, answer.info, answer.announced)
@@ -601,11 +601,11 @@ class _Search:
         if answer.announced:
             return described(endpoint, source, None, answer.announced)
         # In its own Wi-Fi no camera asks for a password; a router does.
-        if source == "remembered" and self.known is not None and endpoint != ACCESS_POINT:
-            return _as_known(self.known, source)
+        if source == "remembered" and self.last_camera is not None and endpoint != ACCESS_POINT:
+            return _as_known(self.last_camera, source)
         return None
 
-    def _heard(self, advert: Advert) -> None:
+    def _on_advert(self, advert: Advert) -> None:
         near = [address for address in advert.addresses[:_PER_ADVERT] if is_near(address)]
         # Not both kinds: two questions at once are too much for some cameras.
         plain = [address for address in near if ":" not in address]
@@ -613,7 +613,7 @@ class _Search:
             with suppress(DeviceError):
                 self.ask(Endpoint(address, advert.port), "network", advert.name)
 
-    def _put(self, endpoint: Endpoint, answer: _Answer) -> None:
+    def _put(self, endpoint: Endpoint, answer: _Reply) -> None:
         info: Info | None = None
         error: DeviceError | None = Unreachable(tr("No camera answered."))
         try:
@@ -637,7 +637,7 @@ class _Search:
         deadline, first = self._start[0] + self.timeout_s, FirstContact(self.clock, silences=1)
         while True:
             try:
-                return _asked(link, self.clock, deadline, self.stop)
+                return _ask_info(link, self.clock, deadline, self.stop)
             except LOSSES as error:
                 pause = first.pause_s()
                 late = self.clock.now() + pause >= deadline or self.stop.is_set()
@@ -649,7 +649,9 @@ class _Search:
         threading.Thread(target=work, name="turnlight-discovery", daemon=True).start()
 
 
-def _asked(link: Asker, clock: Clock, deadline: float, stop: threading.Event | None = None) -> Info:
+def _ask_info(
+    link: Asker, clock: Clock, deadline: float, stop: threading.Event | None = None
+) -> Info:
     """Ask what is there; a camera that is busy is asked again until the deadline."""
     while True:
         try:
@@ -677,6 +679,6 @@ def _links(clock: Clock, timeout_s: float) -> Callable[[Endpoint], Asker]:
     return lambda endpoint: Link(endpoint, clock, timeouts=limits)
 
 
-def _as_known(known: FoundCamera, source: Source) -> FoundCamera:
+def _as_known(camera: FoundCamera, source: Source) -> FoundCamera:
     """Describe a camera that says nothing without a password by what it was last time."""
-    return replace(known, source=source, needs_password=True)
+    return replace(camera, source=source, needs_password=True)

@@ -66,8 +66,8 @@ class Endpoint:
         Raises `DeviceError` when it is no address, or asks for https or carries a password; code
         "bad-address".
         """
-        typed = text.strip()
-        rest = _without_scheme(typed).partition("/osc/")[0].rstrip("/")
+        address = text.strip()
+        rest = _without_scheme(address).partition("/osc/")[0].rstrip("/")
         if not rest:
             raise DeviceError(tr("The camera's address is empty."), _HINT, "bad-address")
         if "@" in rest:
@@ -78,7 +78,7 @@ class Endpoint:
             )
         if _is_ipv6(rest):
             return cls(_tidy(rest))
-        host, port = _split_port(rest, typed)
+        host, port = _split_port(rest, address)
         return cls(_tidy(host), port)
 
     @property
@@ -129,11 +129,11 @@ def _check_path(path: str) -> None:
         raise _bad_url(tr("its path leads elsewhere"))
 
 
-def _without_scheme(typed: str) -> str:
-    found = _SCHEME.match(typed)
-    if found is None:
-        return typed
-    scheme = found.group(1).lower()
+def _without_scheme(text: str) -> str:
+    match = _SCHEME.match(text)
+    if match is None:
+        return text
+    scheme = match.group(1).lower()
     if scheme == "https":
         raise DeviceError(
             tr("Cameras of this kind do not support https."),
@@ -141,21 +141,21 @@ def _without_scheme(typed: str) -> str:
             "bad-address",
         )
     if scheme != "http":
-        raise _bad_address(typed)
-    return typed[found.end() :]
+        raise _bad_address(text)
+    return text[match.end() :]
 
 
-def _split_port(rest: str, typed: str) -> tuple[str, int]:
+def _split_port(rest: str, text: str) -> tuple[str, int]:
     if rest.startswith("["):
         host, closed, tail = rest[1:].partition("]")
         if not closed or not _is_ipv6(host) or (tail and not tail.startswith(":")):
-            raise _bad_address(typed)
+            raise _bad_address(text)
         digits = tail[1:] if tail else str(_HTTP_PORT)
     else:
         host, colon, digits = rest.partition(":")
         digits = digits if colon else str(_HTTP_PORT)
     if not (digits.isascii() and digits.isdigit() and len(digits) <= len(str(_LAST_PORT))):
-        raise _bad_address(typed)
+        raise _bad_address(text)
     return host, int(digits)
 
 
@@ -191,10 +191,10 @@ def _is_host(host: str) -> bool:
     return True
 
 
-def _bad_address(typed: str) -> DeviceError:
-    shown = "".join(sign for sign in typed[:60] if sign.isprintable())
+def _bad_address(text: str) -> DeviceError:
+    printable = "".join(sign for sign in text[:60] if sign.isprintable())
     return DeviceError(
-        tr('"{shown}" is not the address of a camera.', shown=shown), _HINT, "bad-address"
+        tr('"{shown}" is not the address of a camera.', shown=printable), _HINT, "bad-address"
     )
 
 

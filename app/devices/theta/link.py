@@ -24,7 +24,7 @@ from urllib3 import BaseHTTPResponse
 from urllib3 import exceptions as urllib3_errors
 
 from app.core.text import tr
-from app.devices.bounded_socket import Transport, Watch
+from app.devices.bounded_socket import Watch, WatchedAdapter
 from app.devices.clock import Clock
 from app.devices.errors import BadReply, CameraRefused, DeviceError, NotACamera, Unreachable
 from app.devices.passwords import (
@@ -155,18 +155,18 @@ def bare_refusal(status: int) -> CameraRefused:
     return refusal(_BY_STATUS.get(status, "unexpected"), status)
 
 
-def refusal(code: str, status: int, said: str = "") -> CameraRefused:
+def refusal(code: str, status: int, message: str = "") -> CameraRefused:
     """Make the error for what a camera answered.
 
     * `code`: the camera's; one that does not look like a code is taken as "unexpected".
-    * `said`: the camera's own sentence, shown only for a code that `REFUSALS` does not know.
+    * `message`: the camera's own sentence, shown only for a code that `REFUSALS` does not know.
 
     With code and status kept.
     """
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)
     if sound not in REFUSALS:
-        sentence = tr('The camera refused: "{said}".', said=said or sound)
+        sentence = tr('The camera refused: "{said}".', said=message or sound)
     return CameraRefused(sentence, hint, sound, status)
 
 
@@ -229,15 +229,15 @@ def _foreign(error: BaseException) -> bool:
 
 def _chain(error: BaseException) -> Iterator[BaseException]:
     """Walk an error and what it carries; each once."""
-    waiting, seen = [error], set()
+    waiting, visited = [error], set()
     while waiting:
         link = waiting.pop()
-        if id(link) in seen:
+        if id(link) in visited:
             continue
-        seen.add(id(link))
+        visited.add(id(link))
         yield link
-        carried = (*link.args, getattr(link, "reason", None), link.__cause__, link.__context__)
-        waiting.extend(item for item in carried if isinstance(item, BaseException))
+        causes = (*link.args, getattr(link, "reason", None), link.__cause__, link.__context__)
+        waiting.extend(item for item in causes if isinstance(item, BaseException))
 
 
 _OK: Final = 200
@@ -300,7 +300,7 @@ class Incoming:
         silent, brings too little, or is closed by `Link.close`.
         """
         idle_s, least = self._timeouts.idle_s, self._timeouts.least_bytes
-        waited, brought = 0.0, 0
+        waits_s, count = 0.0, 0
         pieces = self._pieces(size)
         while True:
             start = self._clock.now()
@@ -308,12 +308,12 @@ class Incoming:
             piece = self._next(pieces)
             if piece is None:
                 return
-            waited += self._clock.now() - start
-            brought += len(piece)
-            if waited >= idle_s:
-                if brought < least:
+            waits_s += self._clock.now() - start
+            count += len(piece)
+            if waits_s >= idle_s:
+                if count < least:
                     raise timeout()
-                waited, brought = 0.0, 0
+                waits_s, count = 0.0, 0
             yield piece
 
     def whole(self, most: int) -> bytes:
@@ -356,14 +356,14 @@ class Incoming:
     def _pieces(self, size: int) -> Iterator[bytes]:
         """Read until the end, and find out whether it came too early."""
         if self.headers.get("content-encoding", "").strip().lower() not in _PLAIN:
-            raise _packed()
+            raise _packed_error()
         if self.headers.get("transfer-encoding", "").strip().lower() not in _WHOLE:
-            raise _packed()
-        received = 0
+            raise _packed_error()
+        count = 0
         for piece in _raw_pieces(self._response, size):
-            received += len(piece)
+            count += len(piece)
             yield piece
-        if self.length is not None and received < self.length:
+        if self.length is not None and count < self.length:
             raise broken()
 
 
@@ -384,7 +384,7 @@ def _length(headers: Mapping[str, str]) -> int | None:
     return int(text) if sound else None
 
 
-def _packed() -> BadReply:
+def _packed_error() -> BadReply:
     return BadReply(
         tr("The camera sent its answer in an unexpected encoding."),
         tr("Switch the camera off and on; if that does not help, update its firmware."),
@@ -465,7 +465,7 @@ class Link:
         self.timeouts = timeouts
         self._clock = clock
         self._digest = Digest(credentials) if credentials is not None else None
-        self._adapter: BaseAdapter = adapter if adapter is not None else Transport()
+        self._adapter: BaseAdapter = adapter if adapter is not None else WatchedAdapter()
         self._session = requests.Session()
         self._session.trust_env = False
         self._session.headers.clear()
@@ -527,9 +527,9 @@ class Link:
         body: Mapping[str, Any] | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> requests.Request:
-        told = {**(_JSON_TYPE if method == "POST" else {}), **(headers or {})}
+        all_headers = {**(_JSON_TYPE if method == "POST" else {}), **(headers or {})}
         data = None if body is None else write_json(body)
-        return requests.Request(method, self.endpoint.url(path), headers=told, data=data)
+        return requests.Request(method, self.endpoint.url(path), headers=all_headers, data=data)
 
     def _exchange(self, request: requests.Request, patience_s: float | None) -> JsonValue:
         quiet_s = min(self.timeouts.read_s, patience_s or self.timeouts.read_s)
@@ -557,20 +557,20 @@ class Link:
     def _open(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
         """Send a request, with a password where the camera wants one; the body is unread."""
         watch.allow(self.timeouts.whole_s)
-        if isinstance(self._adapter, Transport):
+        if isinstance(self._adapter, WatchedAdapter):
             self._adapter.watch = watch
             if self._clock.now() - self._used_s > _KEEP_S:
                 self._adapter.close()
-        answered = False
+        has_answer = False
         for _ in range(_ANSWERS):
             signed = self._digest is not None and self._digest.ready
             reply = self._send(request, watch, quiet_s)
             if reply.status != _UNAUTHORIZED:
                 return reply
             stale = self._challenged(reply)
-            if signed and answered and not stale:
+            if signed and has_answer and not stale:
                 break
-            answered = True
+            has_answer = True
         raise password_refused()
 
     def _challenged(self, reply: Incoming) -> bool:
@@ -589,12 +589,14 @@ class Link:
     def _send(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
         limits = self.timeouts
         try:
-            sent = self._session.prepare_request(request)
+            prepared_request = self._session.prepare_request(request)
             if self._digest is not None and self._digest.ready:
-                answer = self._digest.answer(str(sent.method), str(sent.url))
-                sent.headers["Authorization"] = answer
+                answer = self._digest.answer(
+                    str(prepared_request.method), str(prepared_request.url)
+                )
+                prepared_request.headers["Authorization"] = answer
             response = self._adapter.send(
-                sent, stream=True, timeout=(limits.connect_s, quiet_s), proxies={}
+                prepared_request, stream=True, timeout=(limits.connect_s, quiet_s), proxies={}
             )
         except NETWORK_ERRORS as error:
             raise (broken(CLOSED) if watch.closed else failure(error)) from error

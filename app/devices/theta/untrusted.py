@@ -103,10 +103,10 @@ def write_json(value: Any) -> bytes:
         >>> write_json({"shutterSpeed": 0.00004})
         b'{"shutterSpeed":0.00004}'
     """
-    return _written(value).encode("ascii")
+    return _dump(value).encode("ascii")
 
 
-def _written(value: Any) -> str:
+def _dump(value: Any) -> str:
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError("only finite numbers can be sent to a camera")
@@ -116,14 +116,14 @@ def _written(value: Any) -> str:
     if isinstance(value, dict) or hasattr(value, "items"):
         return _written_table(value)
     if isinstance(value, (list, tuple)):
-        return "[" + ",".join(map(_written, value)) + "]"
+        return "[" + ",".join(map(_dump, value)) + "]"
     raise TypeError(f"{type(value).__name__} cannot be sent to a camera")
 
 
 def _written_table(value: Mapping[str, Any]) -> str:
     if not all(isinstance(key, str) for key in value):
         raise TypeError("keys of JSON are texts")
-    return "{" + ",".join(f"{json.dumps(key)}:{_written(value[key])}" for key in value) + "}"
+    return "{" + ",".join(f"{json.dumps(key)}:{_dump(value[key])}" for key in value) + "}"
 
 
 def table(value: object) -> dict[str, JsonValue]:
@@ -140,8 +140,8 @@ def words(value: object, longest: int = _TEXT) -> str:
 
 def texts(value: object, most: int = 100) -> tuple[str, ...]:
     """Give the texts of a list as `words` does, without empty ones."""
-    found = (words(item) for item in value[:most]) if isinstance(value, list) else ()
-    return tuple(text for text in found if text)
+    items = (words(item) for item in value[:most]) if isinstance(value, list) else ()
+    return tuple(text for text in items if text)
 
 
 def number(value: object) -> float | None:
@@ -153,16 +153,16 @@ def number(value: object) -> float | None:
 
 def fraction(value: object) -> float | None:
     """Give a number from 0 to 1, or None for anything else."""
-    found = number(value)
-    return found if found is not None and 0.0 <= found <= 1.0 else None
+    amount = number(value)
+    return amount if amount is not None and 0.0 <= amount <= 1.0 else None
 
 
 def whole(value: object, most: int = 2**53) -> int | None:
     """Give a whole number from 0 to `most`, or None for anything else; 5.0 is 5."""
-    found = number(value)
-    if found is None or not found.is_integer() or not 0 <= found <= most:
+    amount = number(value)
+    if amount is None or not amount.is_integer() or not 0 <= amount <= most:
         return None
-    return int(found)
+    return int(amount)
 
 
 def flag(value: object) -> bool | None:

@@ -19,7 +19,7 @@ from app.core.base.imaging.video import LARGEST, fitted, open_url
 from app.core.base.native import native_path
 from app.core.text import tr
 from app.devices.clock import Clock
-from app.devices.webcam.opencv import Capture, CaptureStream
+from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, WebcamError
 
 _VIDEO: Final = Manner(
@@ -49,13 +49,13 @@ class VideoFile(CaptureStream):
         clock: Clock,
         *,
         width: int = 0,
-        capture: Callable[[str], Capture] = open_url,
+        capture: Callable[[str], VideoDevice] = open_url,
     ) -> None:
         super().__init__(path.name, clock, _VIDEO, capture)
         self._path = path
         self._width = width
         self._place_s = 0.0
-        self._shown = 0  # since the beginning of the file
+        self._frame_count = 0  # since the beginning of the file
 
     def connect(self) -> None:
         """Begin at its beginning."""
@@ -63,7 +63,7 @@ class VideoFile(CaptureStream):
         capture = self.begin(native_path(self._path.resolve()))
         if capture is None:
             raise _bad(self._path)
-        self._shown = 0
+        self._frame_count = 0
         self._due_s, self._place_s = self._clock.now(), 0.0
         sides = [capture.get(p) for p in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
         if not all(0 < side <= LARGEST for side in sides):
@@ -76,25 +76,25 @@ class VideoFile(CaptureStream):
         if capture is None:
             raise _bad(self._path)
         picture = self.grab(capture)
-        if self._failed:
+        if self._failures:
             self._again()
             return None
         step = self._step(capture)
-        self._shown += 1
+        self._frame_count += 1
         self.pace(step, _BEHIND_S)
         return None if picture is None else fitted(picture, self._width)
 
     def _again(self) -> None:
-        if self._shown == 0:
+        if self._frame_count == 0:
             raise _bad(self._path)
         self.disconnect()
         self.connect()
 
-    def _step(self, capture: Capture) -> float:
+    def _step(self, capture: VideoDevice) -> float:
         """Seconds from the last picture to this one, as the file has them."""
         place = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
         step, self._place_s = place - self._place_s, place
-        if self._shown == 0 or not 0.0 < step < _LONGEST_STEP_S:
+        if self._frame_count == 0 or not 0.0 < step < _LONGEST_STEP_S:
             rate = capture.get(cv2.CAP_PROP_FPS)
             step = 1.0 / (rate if math.isfinite(rate) and 1.0 <= rate <= _MOST_FPS else _VIDEO_FPS)
         return step

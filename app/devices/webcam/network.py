@@ -23,9 +23,9 @@ from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
-from app.devices.webcam.opencv import Capture, CaptureStream
+from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError
-from app.devices.webcam.wire import FAILURES, Address, Wire, gone, unreachable
+from app.devices.webcam.wire import FAILURES, Address, Wire, camera_gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
@@ -86,8 +86,8 @@ class MjpegWebcam(Webcam):
         paths = _GUESSES if self._address.path == "/" else (self._address.path,)
         for place, path in enumerate(paths):
             try:
-                response = self._asked(self._address.at(path))
-                content = _judged(response)
+                response = self._open(self._address.at(path))
+                content = _content_type(response)
             except WebcamError as error:
                 self.disconnect()
                 if error.code != "not-a-stream" or place + 1 == len(paths):
@@ -101,7 +101,7 @@ class MjpegWebcam(Webcam):
         """Give the newest picture."""
         wire, response = self._wire, self._response
         if wire is None or response is None:
-            raise gone()
+            raise camera_gone()
         wire.watch.allow(NETWORK.silence_s)
         newest, current = b"", self._current
         for _ in range(_MOST_CHUNKS):
@@ -111,10 +111,10 @@ class MjpegWebcam(Webcam):
             # it may be the end of a chunk, with nothing behind it until the next picture.
             self._current = time.monotonic() - began > _WAITED_S
             current |= self._current
-            found = self._parser.feed(data)
-            newest = found[-1] if found else newest
+            frames = self._parser.feed(data)
+            newest = frames[-1] if frames else newest
             if not data and not newest:
-                raise gone()
+                raise camera_gone()
             if newest and (not data or current or not wire.ready):
                 break
         # One damaged picture is passed over; the next may be whole.
@@ -136,12 +136,12 @@ class MjpegWebcam(Webcam):
         if wire is not None:
             wire.watch.close()
 
-    def _asked(self, address: Address) -> HTTPResponse:
+    def _open(self, address: Address) -> HTTPResponse:
         """Send the request, with the password where the camera wants one; the body is unread."""
         keys: Credentials | None = None
         headers: dict[str, str] = {}
         for turn in range(_ANSWERS):
-            response = self._sent(address, headers)
+            response = self._send(address, headers)
             if response.status != _UNAUTHORIZED:
                 return response
             challenge = response.getheader("WWW-Authenticate") or ""
@@ -153,9 +153,9 @@ class MjpegWebcam(Webcam):
             if not signed:
                 break
             headers = {"Authorization": signed}
-        raise password_error(refused=keys is not None)
+        raise password_error(is_refused=keys is not None)
 
-    def _sent(self, address: Address, headers: dict[str, str]) -> HTTPResponse:
+    def _send(self, address: Address, headers: dict[str, str]) -> HTTPResponse:
         wire = Wire(address, self._clock)
         self._wire = wire
         wire.connect()
@@ -193,7 +193,7 @@ def _answer(challenge: str, keys: Credentials, address: Address, *, again: bool)
     return f"Basic {base64.b64encode(pair).decode('ascii')}"
 
 
-def _judged(response: HTTPResponse) -> str:
+def _content_type(response: HTTPResponse) -> str:
     """Return the content type of an answer that may hold pictures."""
     status = response.status
     content = (response.getheader("Content-Type") or "").strip()[:1000]
@@ -223,9 +223,9 @@ def no_stream(message: str, hint: str) -> WebcamError:
     return WebcamError(message, hint, "not-a-stream")
 
 
-def password_error(*, refused: bool) -> WebcamError:
+def password_error(*, is_refused: bool) -> WebcamError:
     """Say that a password is wanted, or that it was not the right one."""
-    if refused:
+    if is_refused:
         return WebcamError(
             tr("The camera does not accept this user name and password."),
             tr("You set both in its app."),
@@ -249,7 +249,7 @@ class RtspWebcam(CaptureStream):
         *,
         keys: Keys = no_keys,
         width: int = 0,
-        capture: Callable[[str], Capture] = open_url,
+        capture: Callable[[str], VideoDevice] = open_url,
     ) -> None:
         super().__init__(_name(address), clock, NETWORK, capture)
         self._address = address
@@ -258,13 +258,13 @@ class RtspWebcam(CaptureStream):
 
     def connect(self) -> None:
         """Ask the camera, then let FFmpeg open it."""
-        status = self._asked()
+        status = self._ask_status()
         keys = self._keys() if status == _UNAUTHORIZED else None
         if status == _UNAUTHORIZED and keys is None:
-            raise password_error(refused=False)
+            raise password_error(is_refused=False)
         if self.begin(_url(self._address, keys)) is None:
             raise (
-                password_error(refused=True)
+                password_error(is_refused=True)
                 if keys is not None
                 else no_stream(
                     tr("The network camera’s stream cannot be opened."),
@@ -275,13 +275,13 @@ class RtspWebcam(CaptureStream):
     def read(self) -> Bytes | None:
         """Give the next picture."""
         if self._capture is None:
-            raise gone()
+            raise camera_gone()
         picture = self.grab(self._capture)
-        if self._failed >= _FAILED_READS:
-            raise gone()
+        if self._failures >= _FAILED_READS:
+            raise camera_gone()
         return None if picture is None else fitted(picture, self._width)
 
-    def _asked(self) -> int:
+    def _ask_status(self) -> int:
         """Ask what is at the address: 200 or 401; anything else is an error."""
         wire = Wire(self._address, self._clock)
         wire.connect()
@@ -294,19 +294,19 @@ class RtspWebcam(CaptureStream):
                     "User-Agent: Turnlight",
                 ]
             )
-            found = _STATUS.match(wire.readline(_LONGEST_LINE))
+            match = _STATUS.match(wire.readline(_LONGEST_LINE))
         except TimeoutError as error:
             raise unreachable(error) from None
         except FAILURES:
-            found = None
+            match = None
         finally:
             wire.close()
-        if found is None:
+        if match is None:
             raise no_stream(
                 tr("The device at this address is not an RTSP camera."),
                 tr("Check the address in its app."),
             )
-        status = int(found[1])
+        status = int(match[1])
         if status != _UNAUTHORIZED:
             missing = tr("The camera has no stream at this address.")
             _check_status(status, missing, tr("Check the address in its app."))

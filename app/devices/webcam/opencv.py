@@ -29,7 +29,7 @@ LINUX: Final = Path("/sys/class/video4linux")
 """Where Linux lists what gives or takes pictures."""
 
 _LONGEST: Final = 60
-_ASKED: Final[dict[str, tuple[str, ...]]] = {
+_NAME_COMMANDS: Final[dict[str, tuple[str, ...]]] = {
     "darwin": ("/usr/sbin/system_profiler", "-json", "SPCameraDataType"),
     "win32": (
         "powershell.exe",
@@ -54,7 +54,7 @@ _MOST_INDEX: Final = 5
 _SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
 
 
-class Capture(Protocol):
+class VideoDevice(Protocol):
     """`cv2.VideoCapture` as far as it is used."""
 
     def isOpened(self) -> bool:
@@ -73,7 +73,7 @@ class Capture(Protocol):
         """Let go of it."""
 
 
-def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
+def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice | None:
     """Open what has a name. None where it did not open; what was begun is let go of."""
     try:
         capture = make(name)
@@ -92,32 +92,32 @@ class CaptureStream(Webcam):
     """
 
     def __init__(
-        self, name: str, clock: Clock, manner: Manner, capture: Callable[[Any], Capture]
+        self, name: str, clock: Clock, manner: Manner, capture: Callable[[Any], VideoDevice]
     ) -> None:
         super().__init__(name, None, clock, manner)
         self._make = capture
-        self._capture: Capture | None = None
-        self._failed = 0
+        self._capture: VideoDevice | None = None
+        self._failures = 0
 
-    def begin(self, name: int | str) -> Capture | None:
+    def begin(self, name: int | str) -> VideoDevice | None:
         """Open what has this name and read from it; None where it did not open."""
-        self._capture, self._failed = opened(self._make, name), 0
+        self._capture, self._failures = open_capture(self._make, name), 0
         return self._capture
 
-    def grab(self, capture: Capture) -> Bytes | None:
+    def grab(self, capture: VideoDevice) -> Bytes | None:
         """Give the next picture.
 
         Returns (H, W, 3) uint8 or None: sRGB; None where nothing came, which counts as failed, or
         what is no picture.
         """
         try:
-            done, picture = capture.read()
+            ok, picture = capture.read()
         except cv2.error:
-            done, picture = False, None
-        if done and picture is not None:
-            self._failed = 0
+            ok, picture = False, None
+        if ok and picture is not None:
+            self._failures = 0
             return as_rgb(picture)
-        self._failed += 1
+        self._failures += 1
         return None
 
     def disconnect(self) -> None:
@@ -132,14 +132,14 @@ def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
 
     By index, no name twice.
     """
-    found = []
+    names = []
     for node in folder.glob("video*"):
         number = node.name.removeprefix("video")
         if number.isdecimal() and _first_line(node / "index") in ("0", ""):
             # "HD Webcam: HD Webcam": the product and what of it this is.
             name = _tidy(_first_line(node / "name").partition(":")[0])
-            found.append((int(number), name or tr("Webcam {number}", number=number)))
-    return _distinct(sorted(found))
+            names.append((int(number), name or tr("Webcam {number}", number=number)))
+    return _distinct(sorted(names))
 
 
 def shown_names(
@@ -149,26 +149,26 @@ def shown_names(
 
     "Webcam 1" and so on where the system does not tell, or may mean another one.
     """
-    command = _ASKED.get(system) if indices else None
-    told = (ask or _printed)(command) if command else ""
-    names = _mac_names(told) if system == "darwin" else _windows_names(told)
+    command = _NAME_COMMANDS.get(system) if indices else None
+    output = (ask or _printed)(command) if command else ""
+    names = _mac_names(output) if system == "darwin" else _windows_names(output)
     sure = len(names) == len(indices) and (system == "darwin" or len(names) == 1)
     if not sure:
         names = [tr("Webcam {number}", number=index + 1) for index in indices]
     return _distinct(list(zip(indices, names, strict=True)))
 
 
-def _mac_names(told: str) -> list[str]:
-    table = _json(told)
-    listed = table.get("SPCameraDataType") if isinstance(table, dict) else None
-    rows = [row for row in listed if isinstance(row, dict)] if isinstance(listed, list) else []
+def _mac_names(output: str) -> list[str]:
+    table = _json(output)
+    devices = table.get("SPCameraDataType") if isinstance(table, dict) else None
+    rows = [row for row in devices if isinstance(row, dict)] if isinstance(devices, list) else []
     rows.sort(key=lambda row: str(row.get("spcamera_unique-id", "")))
     return [name for row in rows if (name := _tidy(str(row.get("_name", ""))))]
 
 
-def _windows_names(told: str) -> list[str]:
-    listed = _json(told)
-    rows = listed if isinstance(listed, list) else [listed]
+def _windows_names(output: str) -> list[str]:
+    devices = _json(output)
+    rows = devices if isinstance(devices, list) else [devices]
     names = [_tidy(str(row.get("FriendlyName") or "")) for row in rows if isinstance(row, dict)]
     return [name for name in names if name]
 
@@ -182,7 +182,7 @@ def _json(text: str) -> Any:
 
 def _printed(command: Sequence[str]) -> str:
     try:
-        done = subprocess.run(  # noqa: S603 - commands of this file only
+        result = subprocess.run(  # noqa: S603 - commands of this file only
             command,
             capture_output=True,
             timeout=_PATIENCE_S,
@@ -191,17 +191,17 @@ def _printed(command: Sequence[str]) -> str:
         )
     except (OSError, subprocess.SubprocessError):
         return ""
-    return done.stdout.decode("utf-8", "replace")
+    return result.stdout.decode("utf-8", "replace")
 
 
-def _distinct(found: list[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
+def _distinct(names: list[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
     """Tell apart the names that stand there more than once, by a number."""
-    seen: dict[str, int] = {}
-    shown = []
-    for index, name in found:
-        seen[name] = seen.get(name, 0) + 1
-        shown.append((index, name if seen[name] == 1 else f"{name} ({seen[name]})"))
-    return tuple(shown)
+    counts: dict[str, int] = {}
+    result = []
+    for index, name in names:
+        counts[name] = counts.get(name, 0) + 1
+        result.append((index, name if counts[name] == 1 else f"{name} ({counts[name]})"))
+    return tuple(result)
 
 
 def _tidy(name: str) -> str:
@@ -219,7 +219,7 @@ def _is_there(index: int) -> bool | None:
     return Path(f"/dev/video{index}").exists() if _SYSTEM == "linux" else None
 
 
-def _opened(index: int) -> Capture:
+def _open_index(index: int) -> VideoDevice:
     """Open a device with what is best for looking: enough pixels, at full speed, none old."""
     with quiet():
         capture = cv2.VideoCapture(index)
@@ -246,7 +246,7 @@ class OpenCvWebcam(CaptureStream):
         *,
         name: str = "",
         width: int = SIZE[0],
-        capture: Callable[[int], Capture] = _opened,
+        capture: Callable[[int], VideoDevice] = _open_index,
         is_there: Callable[[int], bool | None] = _is_there,
     ) -> None:
         super().__init__(name or _name(index), clock, WEBCAM, capture)
@@ -275,8 +275,8 @@ class OpenCvWebcam(CaptureStream):
         if self._capture is None:
             raise unplugged()
         picture = self.grab(self._capture)
-        failed = self._failed
-        if failed >= _FAILED_READS or (failed > 0 and self._is_there(self._index) is False):
+        failures = self._failures
+        if failures >= _FAILED_READS or (failures > 0 and self._is_there(self._index) is False):
             raise unplugged()
         return picture
 
@@ -291,26 +291,26 @@ def list_webcams() -> tuple[tuple[int, str], ...]:
     """
     if _SYSTEM == "linux":
         return linux_names(LINUX)
-    return shown_names(_tried(_opened), _SYSTEM)
+    return shown_names(_probe_indices(_open_index), _SYSTEM)
 
 
-def _tried(capture: Callable[[int], Capture]) -> tuple[int, ...]:
-    found = []
+def _probe_indices(capture: Callable[[int], VideoDevice]) -> tuple[int, ...]:
+    indices = []
     for index in range(_MOST_INDEX + 1):
         try:
             device = capture(index)
         except cv2.error:
             continue
         if device.isOpened():
-            found.append(index)
+            indices.append(index)
         device.release()
-    return tuple(found)
+    return tuple(indices)
 
 
 def _name(index: int) -> str:
     """Give the name the system has for it, where that is quickly asked."""
-    known = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
-    return known.get(index, tr("Webcam {number}", number=index + 1))
+    names = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
+    return names.get(index, tr("Webcam {number}", number=index + 1))
 
 
 def _busy() -> WebcamError:

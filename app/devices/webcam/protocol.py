@@ -195,8 +195,8 @@ class Webcam(ABC):
                     # Asking again and again with a wrong password locks some cameras for all.
                     self._note(token, WebcamState.RETRYING, error)
                     return
-                lost = failures == 0 or (failures == 1 and before > 0)
-                self._note(token, WebcamState.LOST if lost else WebcamState.RETRYING, error)
+                is_lost = failures == 0 or (failures == 1 and before > 0)
+                self._note(token, WebcamState.LOST if is_lost else WebcamState.RETRYING, error)
                 pauses = self._manner.pauses_s
                 wait(self._clock, pauses[min(failures, len(pauses) - 1)], token)
                 self._note(token, WebcamState.RETRYING, error)

@@ -24,25 +24,25 @@ from app.core.text import tr
 from app.devices.clock import Clock, SystemClock
 from app.devices.webcam.protocol import WEBCAM, Webcam, WebcamError
 
-_KEPT: Final = 12  # views in memory
+_CACHE_SIZE: Final = 12  # views in memory
 _SKY_M: Final = 1000.0
 _BEHIND_M: Final = 0.45  # what is further behind the sitter's middle is background
 _STEPS: Final = 2  # of finding, from the depth here, the depth there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _View:
+class _SourceView:
     """One view, taken apart.
 
     * `behind`, (H, W, 3) uint8: background; where the sitter hides it, the nearest that is seen.
-    * `seen`, (H, W) uint8: 255 where the background is seen.
+    * `visible`, (H, W) uint8: 255 where the background is seen.
     * `sitter`, (H, W, 4) uint8: sitter times their share, and the share.
     * `depth`, (h, w) float32: along the axis, metres, of half the size; behind the sitter that of
       the background around.
     """
 
     behind: Bytes = field(repr=False)
-    seen: Bytes = field(repr=False)
+    visible: Bytes = field(repr=False)
     sitter: Bytes = field(repr=False)
     depth: Float32 = field(repr=False)
     box: tuple[slice, slice]
@@ -67,15 +67,15 @@ class DemoViews:
             self.fov_deg = float(table["horizontal_fov_deg"])
             there = sorted({float(view["distance_m"]) for view in table["views"]})
             self.distance_m = min(there, key=lambda d: abs(d - distance_m))
-            self._files = self._found(table["views"])
+            self._files = self._find_files(table["views"])
             self._turns = sorted(self._files)
         except (OSError, KeyError, TypeError, ValueError) as error:
             raise _missing() from error
         rows = min(round(self._size[0] / aspect), self._size[1])
         self._rows = slice((self._size[1] - rows) // 2, (self._size[1] - rows) // 2 + rows)
-        self._view = lru_cache(_KEPT)(self._read)
+        self._view = lru_cache(_CACHE_SIZE)(self._read)
 
-    def _found(self, views: list[dict[str, Any]]) -> dict[float, tuple[Path, Path]]:
+    def _find_files(self, views: list[dict[str, Any]]) -> dict[float, tuple[Path, Path]]:
         files = {
             float(view["turn_deg"]): (self._folder / view["image"], self._folder / view["depth"])
             for view in views
@@ -94,10 +94,10 @@ class DemoViews:
         before, after, share = self._neighbours(turn_deg)
         first, second = self._view(before), self._view(after)
         gap = (after - before) % 360.0
-        picture, seen = self._moved(first, share * gap)
+        picture, visible = self._shift(first, share * gap)
         if share > 0.0:
-            other, other_seen = self._moved(second, (share - 1.0) * gap)
-            picture = _mixed((picture, seen), (other, other_seen), share)
+            other, other_seen = self._shift(second, (share - 1.0) * gap)
+            picture = _mixed((picture, visible), (other, other_seen), share)
         _add_sitter(picture, first, second, share)
         return picture
 
@@ -108,7 +108,7 @@ class DemoViews:
         gap = (after - before) % 360.0
         return before, after, ((turn - before) % 360.0) / gap
 
-    def _read(self, turn: float) -> _View:
+    def _read(self, turn: float) -> _SourceView:
         image, depth = self._files[turn]
         try:
             picture = cv2.imdecode(np.fromfile(image, np.uint8), cv2.IMREAD_COLOR_RGB)
@@ -124,7 +124,7 @@ class DemoViews:
         sitter = _sitter(metres, self.distance_m + _BEHIND_M)
         return self._apart(np.asarray(picture, np.uint8), metres, sitter)
 
-    def _apart(self, picture: Bytes, metres: Float32, sitter: Bytes) -> _View:
+    def _apart(self, picture: Bytes, metres: Float32, sitter: Bytes) -> _SourceView:
         wide = cv2.dilate(sitter, np.ones((5, 5), np.uint8))
         behind_m = np.where(wide > 0, np.median(metres[wide == 0]), metres).astype(np.float32)
         behind_m = np.asarray(cv2.medianBlur(behind_m, 5), np.float32)
@@ -136,11 +136,11 @@ class DemoViews:
         down, across = np.nonzero(share)
         box = (slice(down.min(), down.max() + 1), slice(across.min(), across.max() + 1))
         half = slice(self._rows.start // 2, self._rows.stop // 2)
-        return _View(
+        return _SourceView(
             _filled(cut, hidden), 255 - hidden, _shared(cut, share), behind_m[half].copy(), box
         )
 
-    def _moved(self, view: _View, by_deg: float) -> tuple[Bytes, Bytes]:
+    def _shift(self, view: _SourceView, by_deg: float) -> tuple[Bytes, Bytes]:
         """Show a view's background from a camera some degrees further; and where it is seen."""
         rows, columns = view.depth.shape
         focal = self._focal / 2.0
@@ -166,11 +166,11 @@ class DemoViews:
                 )
         size = (view.behind.shape[1], view.behind.shape[0])
         maps = [cv2.resize(m, size) * np.float32(2.0) + np.float32(0.5) for m in (across, down)]
-        moved = cv2.remap(
+        behind = cv2.remap(
             view.behind, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
-        seen = cv2.remap(view.seen, maps[0], maps[1], cv2.INTER_LINEAR)
-        return np.asarray(moved, np.uint8), np.asarray(seen, np.uint8)
+        visible = cv2.remap(view.visible, maps[0], maps[1], cv2.INTER_LINEAR)
+        return np.asarray(behind, np.uint8), np.asarray(visible, np.uint8)
 
 
 def _sitter(metres: Float32, limit_m: float) -> Bytes:
@@ -189,11 +189,11 @@ def _filled(picture: Bytes, hidden: Bytes) -> Bytes:
     _, labels = cv2.distanceTransformWithLabels(
         mask, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    shown = mask == 0
+    visible = mask == 0
     nearest = np.zeros((int(labels.max()) + 1, 3), np.uint8)
-    nearest[labels[shown]] = picture[shown]
+    nearest[labels[visible]] = picture[visible]
     smooth = cv2.blur(nearest[labels], (5, 5))
-    return np.where(shown[..., None], picture, smooth).astype(np.uint8)
+    return np.where(visible[..., None], picture, smooth).astype(np.uint8)
 
 
 def _mixed(first: tuple[Bytes, Bytes], second: tuple[Bytes, Bytes], share: float) -> Bytes:
@@ -215,7 +215,7 @@ def _shared(picture: Bytes, share: Bytes) -> Bytes:
     return np.dstack([part, share])
 
 
-def _add_sitter(picture: Bytes, first: _View, second: _View, share: float) -> None:
+def _add_sitter(picture: Bytes, first: _SourceView, second: _SourceView, share: float) -> None:
     top = min(first.box[0].start, second.box[0].start)
     bottom = max(first.box[0].stop, second.box[0].stop)
     left = min(first.box[1].start, second.box[1].start)

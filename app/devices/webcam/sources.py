@@ -49,9 +49,9 @@ class LiveSource:
         return cls("webcam", str(index))
 
     @classmethod
-    def network(cls, typed: str) -> LiveSource:
+    def network(cls, text: str) -> LiveSource:
         """Mean a network camera; raises `WebcamError` as `Address.parse` does."""
-        return cls("network", str(Address.parse(typed)))
+        return cls("network", str(Address.parse(text)))
 
     @classmethod
     def parse(cls, text: str) -> LiveSource:
@@ -177,7 +177,7 @@ class SourceViews:
         others = {name: view for name, view in self.views.items() if name != source.text}
         return SourceViews({**others, source.text: replace(self.of(source), **changes)})
 
-    def kept(self, source: LiveSource) -> SourceViews:
+    def view_of(self, source: LiveSource) -> SourceViews:
         """Return them without a source that may not be kept."""
         if source.keepable:
             return self

@@ -69,26 +69,26 @@ class Address:
         `WebcamError` when it is no address, has another scheme, or a user name or password in front
         of the host; the code is "bad-address".
         """
-        typed = text.strip()
-        if not typed:
+        address = text.strip()
+        if not address:
             raise _bad(tr("The camera’s address is empty."), _HINT)
-        if len(typed) > LONGEST_ADDRESS:
+        if len(address) > LONGEST_ADDRESS:
             raise _bad(tr("This address is too long."), _HINT)
-        found = _SCHEME.match(typed)
-        scheme = found.group(1).lower() if found else "http"
+        match = _SCHEME.match(address)
+        scheme = match.group(1).lower() if match else "http"
         if scheme not in _PORTS:
             raise _bad(
                 tr("“{scheme}” cannot be used to reach a camera.", scheme=scheme[:20]),
                 tr("The address begins with http://, https:// or rtsp://."),
             )
-        rest = typed[found.end() :] if found else typed
+        rest = address[match.end() :] if match else address
         host, path = _divided(rest)
         if "@" in host:
             raise _bad(
                 tr("An address with a user name or password in it is not accepted."),
                 tr("Type the address alone; you will be asked for both if the camera needs them."),
             )
-        return cls(cast("Scheme", scheme), _endpoint(host, scheme), _checked(path))
+        return cls(cast("Scheme", scheme), _endpoint(host, scheme), _check_path(path))
 
     @property
     def base(self) -> str:
@@ -132,11 +132,11 @@ def _endpoint(host: str, scheme: str) -> Endpoint:
         read = Endpoint.parse(host)
     except DeviceError as error:
         raise _bad(error.message, _HINT) from None
-    given = _HAS_PORT.fullmatch(host) is not None
-    return read if given else Endpoint(read.host, _PORTS[scheme])
+    has_port = _HAS_PORT.fullmatch(host) is not None
+    return read if has_port else Endpoint(read.host, _PORTS[scheme])
 
 
-def _checked(path: str) -> str:
+def _check_path(path: str) -> str:
     """Return a path when nothing is in it that does not belong there."""
     try:
         # The checks are those of every address a camera is asked at.
@@ -258,7 +258,7 @@ def unreachable(error: BaseException) -> WebcamError:
     return WebcamError(message, hint, "unreachable")
 
 
-def gone() -> WebcamError:
+def camera_gone() -> WebcamError:
     """Say that pictures came and stopped."""
     return WebcamError(
         tr("Network camera disconnected."),

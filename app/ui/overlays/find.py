@@ -21,7 +21,7 @@ from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
 from app.ui.shell.commands import Commands
-from app.ui.shell.shortcuts import written
+from app.ui.shell.shortcuts import key_text
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.fields import TextField
@@ -36,7 +36,12 @@ from app.words.styles import full_title
 
 _HEIGHT: Final = 40
 _ENTER: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter})
-_TAKEN: Final = _ENTER | {Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown}
+_LIST_KEYS: Final = _ENTER | {
+    Qt.Key.Key_Up,
+    Qt.Key.Key_Down,
+    Qt.Key.Key_PageUp,
+    Qt.Key.Key_PageDown,
+}
 
 
 class _Things(Lines):
@@ -62,7 +67,7 @@ class ThingList(BareList):
         super().__init__(name)
         self._take = take
         self.setItemDelegate(_Things(self, px(_HEIGHT)))
-        self.itemClicked.connect(self._taken)
+        self.itemClicked.connect(self._on_pick)
 
     def show_things(self, things: Sequence[Findable]) -> None:
         """Show other things; the first is selected."""
@@ -84,10 +89,10 @@ class ThingList(BareList):
         del watched
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
-        taken = Qt.Key(event.key()) in _TAKEN
-        if taken:
+        handled = Qt.Key(event.key()) in _LIST_KEYS
+        if handled:
             self.keyPressEvent(event)
-        return taken
+        return handled
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Choose with Enter."""
@@ -100,9 +105,9 @@ class ThingList(BareList):
         """Choose what is selected."""
         item = self.currentItem()
         if item is not None:
-            self._taken(item)
+            self._on_pick(item)
 
-    def _taken(self, item: QListWidgetItem) -> None:
+    def _on_pick(self, item: QListWidgetItem) -> None:
         self._take(item.data(THING))
 
 
@@ -119,7 +124,7 @@ class FindBody(QWidget):
             *_heads(commands),
             *_settings(commands),
         ]
-        self._kept: list[Findable] = []
+        self._items: list[Findable] = []
         self.field = TextField(
             tr("Find anything"),
             tr("A style, a place, a lamp, a setting, something to do…"),
@@ -140,21 +145,21 @@ class FindBody(QWidget):
         services.runner.submit(
             "find-kept",
             lambda *_: (list_places(folders.places), list_lamps(lamps_of(folders))[0]),
-            done=self._found,
+            done=self._on_entries,
         )
 
-    def _found(self, kept: tuple[tuple[PlaceSummary, ...], tuple[LampEntry, ...]]) -> None:
+    def _on_entries(self, entries: tuple[tuple[PlaceSummary, ...], tuple[LampEntry, ...]]) -> None:
         commands = self._commands
         today = commands.services.today()
-        places, lamps = kept
-        self._kept = [_lamp(commands, own_key(one.name), one.title) for one in lamps]
-        self._kept += [
+        places, lamps = entries
+        self._items = [_lamp(commands, own_key(one.name), one.title) for one in lamps]
+        self._items += [
             Findable(
                 one.name,
                 tr("place of {time}", time=time_words(one.made_at, today)),
                 "places",
                 "",
-                partial(commands.desk.open_place, one.folder),
+                partial(commands.place_controller.open_place, one.folder),
             )
             for one in places
         ]
@@ -163,10 +168,10 @@ class FindBody(QWidget):
             self._show()
 
     def _show(self) -> None:
-        found = best(self.field.text(), [*self._things, *self._kept])
-        self.list.show_things(found)
-        self.nothing.set_text("" if found else nothing_words(self.field.text()))
-        self._pages.setCurrentWidget(self.list if found else self.nothing)
+        matches = best(self.field.text(), [*self._things, *self._items])
+        self.list.show_things(matches)
+        self.nothing.set_text("" if matches else nothing_words(self.field.text()))
+        self._pages.setCurrentWidget(self.list if matches else self.nothing)
 
     def _take(self, thing: Findable) -> None:
         self._commands.close_overlay()
@@ -176,14 +181,14 @@ class FindBody(QWidget):
 
 def _actions(commands: Commands) -> list[Findable]:
     # What a screen offers of the window's own is in the list once.
-    offered = {
+    actions = {
         f"{one.words} {one.about}".strip(): one
         for one in commands.all_actions()
         if one.key != "find" and one.enabled()
     }
     return [
-        Findable(words, "", one.icon or "chevron-right", written(one.shortcut), one.run)
-        for words, one in offered.items()
+        Findable(words, "", one.icon or "chevron-right", key_text(one.shortcut), one.run)
+        for words, one in actions.items()
     ]
 
 
@@ -197,7 +202,7 @@ def _settings(commands: Commands) -> list[Findable]:
             partial(commands.show_setting, entry.key),
         )
         for entry in TABLE
-        if entry.shown
+        if entry.visible
     ]
 
 
@@ -229,8 +234,8 @@ def _styles(commands: Commands) -> list[Findable]:
 
 
 def _heads(commands: Commands) -> list[Findable]:
-    desk = commands.desk
+    place_controller = commands.place_controller
     return [
-        Findable(title, tr("head"), "person", "", partial(desk.load_head, name))
-        for name, title in desk.heads()
+        Findable(title, tr("head"), "person", "", partial(place_controller.load_head, name))
+        for name, title in place_controller.heads()
     ]

@@ -18,7 +18,7 @@ from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.shell.commands import STEPS, Commands
 from app.ui.shell.notify import Message
-from app.ui.shell.shortcuts import written
+from app.ui.shell.shortcuts import key_text
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.buttons import Button
@@ -41,7 +41,7 @@ def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
     """List keys with what each does: one line for each key, with its own words."""
     lines: dict[str, str] = {}
     for one in actions:
-        keys = written(one.shortcut) if one.shortcut else one.keys
+        keys = key_text(one.shortcut) if one.shortcut else one.keys
         if keys:
             lines.setdefault(keys, one.words)
     return list(lines.items())
@@ -83,8 +83,8 @@ class ManualBody(QWidget):
         self._leads: dict[str, Text] = {}
         lines: list[QBoxLayout] = []
         for block in _BLOCKS.split(words)[1:]:
-            found = _BLOCK.fullmatch(" ".join(block.split()))
-            marks, lead, rest = found.groups("") if found else ("", "", "")
+            match = _BLOCK.fullmatch(" ".join(block.split()))
+            marks, lead, rest = match.groups("") if match else ("", "", "")
             plain = re.sub(r"[*`]", "", rest).strip(" |").replace(" | ", ": ")
             size, weight = {0: (14, 400), 3: (16, 600)}.get(len(marks), (20, 600))
             body = Text(plain, size, weight, "text" if marks else "dim", wrap=True)
@@ -125,8 +125,8 @@ class MessagesBody(QWidget):
         name, role, says = KINDS[message.kind]
         icon = Icon(name, 20, "dim" if message.kind == "info" else role, says=says)
         moment = Text(f"{message.moment:%H:%M}", 12, role="dim")
-        said = column(Text(message.text, 14, wrap=True), self._buttons(message), gap=8)
-        return row((icon, 0, _TOP), (moment, 0, _TOP), (said, 1), gap=12)
+        texts = column(Text(message.text, 14, wrap=True), self._buttons(message), gap=8)
+        return row((icon, 0, _TOP), (moment, 0, _TOP), (texts, 1), gap=12)
 
     def _buttons(self, message: Message) -> QHBoxLayout:
         """Offer again what could be done about it."""
@@ -167,9 +167,9 @@ class TourBody(QWidget):
             self._commands.close_overlay()
             return
         self._pages.setCurrentIndex(page)
-        shown = self._pages.currentWidget()
-        assert isinstance(shown, _Page)
-        shown.read()
+        current = self._pages.currentWidget()
+        assert isinstance(current, _Page)
+        current.read()
         self._count.set_text(tr("{page} of {pages}", page=page + 1, pages=len(STEPS)))
         self._back.setEnabled(page > 0)
         self._next.set_text(tr("Begin") if page == len(STEPS) - 1 else tr("Next"))
@@ -185,10 +185,10 @@ class _Page(QWidget):
         self._file = resources() / "tour" / f"{name}-{theme().name}.webp"
         self._picture = Picture(tr("The screen: {title}", title=title))
         # In a low window it makes way for the words.
-        self._picture.wanted = _PICTURE
+        self._picture.preferred_size = _PICTURE
         self._picture.setMaximumSize(*(px(side) for side in _PICTURE))
-        said = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
-        column((self._picture, 0, Qt.AlignmentFlag.AlignHCenter), 8, *said, ..., into=self, gap=8)
+        texts = Text(title, 20, 600), Text(words, 16, role="dim", wrap=True)
+        column((self._picture, 0, Qt.AlignmentFlag.AlignHCenter), 8, *texts, ..., into=self, gap=8)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the picture's proportions: all of the screen is shown."""

@@ -21,7 +21,9 @@ class LayersBody(QWidget):
         super().__init__()
         self._commands = commands
         words = tr("This file has several pictures. Renderers call the light beauty or combined.")
-        self.buttons = [Button(name, do=partial(self._take, name)) for name in commands.desk.layers]
+        self.buttons = [
+            Button(name, do=partial(self._take, name)) for name in commands.place_controller.layers
+        ]
         inside = QWidget()
         column(*self.buttons, ..., into=inside, gap=8, margins=(0, 0, 16, 0))
         column(Text(words, wrap=True), (Scroll(inside, 320, tr("Layers")), 1), into=self, gap=16)
@@ -30,4 +32,4 @@ class LayersBody(QWidget):
 
     def _take(self, name: str) -> None:
         self._commands.close_overlay()
-        self._commands.desk.choose_layer(name)
+        self._commands.place_controller.choose_layer(name)

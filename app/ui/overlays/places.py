@@ -32,11 +32,11 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, boxed, clear, column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import box, put_text, tag_size
-from app.ui.widgets.surfaces import Frame, Menu, PictureLine, Scroll
+from app.ui.widgets.surfaces import Menu, OutlineBox, PictureLine, Scroll
 
 _PICTURE: Final = (176, 88)
 _BAR: Final = 24  # room at the right edge that the scroll bar lies in
-_SEARCHED: Final = 4  # a shorter list needs no search
+_MOST_UNSEARCHED: Final = 4  # a shorter list needs no search
 _AT_ONCE: Final = 3  # lines that come or go in one event
 
 _WIDE: Final = 368  # for each of up to three spots
@@ -47,7 +47,7 @@ _ONE_ROW: Final = 4
 class _Pick(Pressable):
     """A small box that picks a place to be compared."""
 
-    wanted = (24, 32)
+    preferred_size = (24, 32)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         area = self.rect().adjusted(px(2), px(6), -px(2), -px(6))
@@ -72,15 +72,15 @@ class _Tag(Pressable):
         put_text(painter, self.rect(), self.text(), t.font(12), t.c.text, middle)
 
 
-class _Line(PictureLine):
+class _PlaceLine(PictureLine):
     """One place."""
 
     def __init__(self, place: PlacesListRow, body: PlacesBody) -> None:
         super().__init__(place.name, place.thumbnail, _PICTURE, raised=place.current)
         self.place, self._body = place, body
         when = tr("{time}, open now", time=place.hour) if place.current else place.hour
-        said = [Text(place.name, 14, 600, elide=True), Text(when, 12, role="dim", elide=True)]
-        add(self.words, ..., *said)
+        texts = [Text(place.name, 14, 600, elide=True), Text(when, 12, role="dim", elide=True)]
+        add(self.words, ..., *texts)
         if place.detail:
             mark = (Icon("warning", 16, says=tr("warning")),) if place.trouble else ()
             detail = Text(place.detail, 12, role="dim", wrap=place.trouble, elide=True)
@@ -92,9 +92,9 @@ class _Line(PictureLine):
         add(self.words, ...)
         self.pick = _Pick(tr("Compare {name}", name=place.name), "")
         self.pick.clicked.connect(lambda: body.presenter.pick(place.folder))
-        shown = self.pick if place.can_compare else QWidget()
-        shown.setFixedWidth(px(24))
-        self.row.insertWidget(0, shown)
+        lead = self.pick if place.can_compare else QWidget()
+        lead.setFixedWidth(px(24))
+        self.row.insertWidget(0, lead)
         more = IconButton("more", tr("More about {name}", name=place.name), kind="quiet",
                           size="small")  # fmt: skip
         more.clicked.connect(lambda: body.show_more(place, more))
@@ -105,10 +105,10 @@ class _Line(PictureLine):
     def _add_opener(self) -> None:
         """Offer to open or to finish it; of one without any frame nothing can be made."""
         place = self.place
-        if place.left is not None and not place.left.can_finish:
+        if place.unfinished is not None and not place.unfinished.can_finish:
             return
         words, name = tr("Open"), tr("Open {name}", name=place.name)
-        if place.left is not None:
+        if place.unfinished is not None:
             words, name = tr("Finish"), tr("Finish {name}", name=place.name)
         elif place.current:
             words = tr("Open again")
@@ -127,7 +127,7 @@ class _Edit(KeysSheet):
         super().__init__(host, tr("Name, tags and notes"), 560)
         name = TextField(tr("Name of the place"), place.name)
         tags = TextField(tr("Tags, with commas between them"), tr("north light, brick"))
-        notes, frame, label = QPlainTextEdit(place.notes), Frame("raised", "ctl"), tr("Notes")
+        notes, frame, label = QPlainTextEdit(place.notes), OutlineBox("raised", "ctl"), tr("Notes")
         name.set_text(place.name)
         tags.set_text(", ".join(place.tags))
         notes.setFont(theme().font(14))
@@ -146,8 +146,8 @@ class _EmptyTrash(KeysSheet):
 
     def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
         super().__init__(host, tr("Delete these places for good?"), 440)
-        said = tr("{places}, with their photos. This cannot be undone.", places=words)
-        self.body.addWidget(Text(said, 14, wrap=True))
+        message = tr("{places}, with their photos. This cannot be undone.", places=words)
+        self.body.addWidget(Text(message, 14, wrap=True))
 
         def go() -> None:
             self.shut()
@@ -157,7 +157,7 @@ class _EmptyTrash(KeysSheet):
         self.add_button(Button(tr("Delete"), kind="primary", do=go))
 
 
-class _Spot(Frame):
+class _Spot(OutlineBox):
     """One place: the picture here, what it gives, and a way there; the best one has an edge."""
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
@@ -167,7 +167,7 @@ class _Spot(Frame):
             fill, edge, width = "raised", "sel", 4 if theme().contrast else 2
         super().__init__(fill, edge, width=width)
         self.setAccessibleName(". ".join(filter(None, (
-            tr("Best spot") if card.best else "", card.name, card.turn, card.told, card.why
+            tr("Best spot") if card.best else "", card.name, card.turn, card.grade_words, card.why
         ))))  # fmt: skip
         picture = Picture(tr("Picture at {name}", name=card.name))
         picture.setFixedHeight(high)
@@ -178,13 +178,13 @@ class _Spot(Frame):
         meter.set(card.match, limit=None)
         opener = Button(tr("Open"), size="small", do=lambda: open_it(card.folder))
         opener.setAccessibleName(tr("Open {name}", name=card.name))
-        shown: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
-        shown += [meter, Text(card.told, 12, wrap=True)] if card.told else []
-        shown += [Text(card.why, 12, role="dim", wrap=True)] if card.why else []
+        parts: list[QWidget] = [Text(card.turn, 16, 600, elide=True)] if card.turn else []
+        parts += [meter, Text(card.grade_words, 12, wrap=True)] if card.grade_words else []
+        parts += [Text(card.why, 12, role="dim", wrap=True)] if card.why else []
         column(
             picture, 4, Text(card.name, 14, 600, elide=True),
             row((when, 1), *(mark if card.best else ()), gap=4),
-            *shown, ...,
+            *parts, ...,
             row(..., opener), into=self, gap=4, margins=8,
         )  # fmt: skip
 
@@ -199,7 +199,7 @@ class SpotsSheet(Sheet):
         leave: Callable[[Callable[[], None]], None],
     ) -> None:
         super().__init__(commands.window, tr("Which spot is best?"), _WIDE * min(len(folders), 3))
-        self._presenter = SpotsPresenter(commands.services, commands.desk, folders)
+        self._presenter = SpotsPresenter(commands.services, commands.place_controller, folders)
         self._leave, self._state = leave, SpotsState()
         self._style = ListField(tr("Style"), icon="styles")
         self._style.chosen.connect(self._presenter.choose)
@@ -232,8 +232,8 @@ class SpotsSheet(Sheet):
         # In a small window the words below are worth more than the whole of the head.
         high = min(px(_HIGH[flat]), self.window().height() // (3 if flat else 5))
         for number, card in enumerate(state.cards):
-            shown = _Spot(card, high, self._go_to)
-            self._grid.addWidget(shown, *divmod(number, across))
+            widget = _Spot(card, high, self._go_to)
+            self._grid.addWidget(widget, *divmod(number, across))
             self._grid.setColumnStretch(number % across, 1)
 
     def _go_to(self, folder: Path) -> None:
@@ -247,19 +247,19 @@ class PlacesBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        self.presenter = PlacesListPresenter(commands.services, commands.desk)
+        self.presenter = PlacesListPresenter(commands.services, commands.place_controller)
         self._state: PlacesListState | None = None
-        self._lines: dict[PlacesListRow, _Line] = {}
-        self._shown: tuple[object, object] = (None, None)
+        self._lines: dict[PlacesListRow, _PlaceLine] = {}
+        self._last: tuple[object, object] = (None, None)
         self._heads: list[QWidget] = []
-        self._gone: list[QWidget] = []
+        self._deleted_rows: list[QWidget] = []
         self._stops: list[QWidget] = []
         self._rest: Iterator[bool] = iter(())
         self._making = QTimer(self)
         self._making.timeout.connect(self._lay_more)
         self._demo = Button(tr("Try the demo place"), "pin")
         self._files = Button(tr("Open files…"), "file", do=lambda: self.leave(commands.open_files))
-        self._demo.clicked.connect(lambda: self.leave(commands.desk.open_demo))
+        self._demo.clicked.connect(lambda: self.leave(commands.place_controller.open_demo))
         example = tr("Name, date, style, tag or notes")
         self._search = TextField(tr("Search places"), example, "search", False)
         self._search.changed.connect(self._show_found)
@@ -283,7 +283,7 @@ class PlacesBody(QWidget):
         """Show the list."""
         if state != self._state:
             self._state = state
-            self._search.setVisible(len(state.rows) >= _SEARCHED)
+            self._search.setVisible(len(state.rows) >= _MOST_UNSEARCHED)
             self._show_picked()
             self._show_found()
 
@@ -299,24 +299,24 @@ class PlacesBody(QWidget):
 
     def _lay(self, state: PlacesListState) -> Iterator[bool]:
         """Make the lines that are missing, then show what is found; in steps of a few lines."""
-        shown, step = (state.rows, state.deleted), 0
-        if shown != self._shown:
-            self._shown = (None, None)
+        rows, step = (state.rows, state.deleted), 0
+        if rows != self._last:
+            self._last = (None, None)
             yield from self._fill(state)
-            self._shown = shown
+            self._last = rows
             self._order_stops(state)
             self._show_picked()
-        wanted = self._search.text() if len(state.rows) >= _SEARCHED else ""
-        found = {place for place in state.rows if place.has(wanted)}
+        query = self._search.text() if len(state.rows) >= _MOST_UNSEARCHED else ""
+        matches = {place for place in state.rows if place.has(query)}
         none = tr("No place measured yet. The demo place needs no camera.")
         self._none.set(tr("No places match.") if state.rows else none)
-        self._none.setVisible(not (found or state.busy))
+        self._none.setVisible(not (matches or state.busy))
         for head, (_, places) in zip(self._heads, state.days, strict=True):
-            head.setVisible(not found.isdisjoint(places))
+            head.setVisible(not matches.isdisjoint(places))
             for place in places:
                 line = self._lines[place]
-                if line.isHidden() == (place in found):
-                    line.setVisible(place in found)
+                if line.isHidden() == (place in matches):
+                    line.setVisible(place in matches)
                     step += 1
                     if step % _AT_ONCE == 0:
                         yield False
@@ -324,35 +324,35 @@ class PlacesBody(QWidget):
 
     def _fill(self, state: PlacesListState) -> Iterator[bool]:
         """Put the places under their days; lines that are there already are used again."""
-        left = [line for place, line in self._lines.items() if place not in set(state.rows)]
-        for widget in (*self._heads, *self._gone, *left):
+        stale = [line for place, line in self._lines.items() if place not in set(state.rows)]
+        for widget in (*self._heads, *self._deleted_rows, *stale):
             self._column.removeWidget(widget)
             widget.hide()
             widget.deleteLater()
-        self._heads, self._gone, at = [], [], 1
-        self._lines = {one.place: one for one in self._lines.values() if one not in left}
+        self._heads, self._deleted_rows, at = [], [], 1
+        self._lines = {one.place: one for one in self._lines.values() if one not in stale}
         for day, places in state.days:
             self._heads.append(self._head(day, places))
             self._column.insertWidget(at, self._heads[-1])
             for place in places:
                 at += 1
-                known = self._lines.get(place)
-                if known is None or self._column.indexOf(known) != at:
-                    self._lines[place] = line = known or _Line(place, self)
+                old_line = self._lines.get(place)
+                if old_line is None or self._column.indexOf(old_line) != at:
+                    self._lines[place] = line = old_line or _PlaceLine(place, self)
                     self._column.insertWidget(at, line)
-                if known is None and len(self._lines) % 2 == 0:
+                if old_line is None and len(self._lines) % 2 == 0:
                     yield False
             at += 1
         if state.deleted:
-            gone = (self._deleted_line(each) for each in state.deleted)
-            self._gone = [self._deleted_head(), *gone]
-        for widget in self._gone:
+            lines = (self._deleted_line(each) for each in state.deleted)
+            self._deleted_rows = [self._deleted_head(), *lines]
+        for widget in self._deleted_rows:
             self._column.insertWidget(self._column.count() - 1, widget)
 
     def _order_stops(self, state: PlacesListState) -> None:
         """Make the places one stop for Tab, before the buttons that stand below them."""
         parts: list[Sequence[QWidget]] = [self._lines[place].stops for place in state.rows]
-        parts += [one.findChildren(Button) for one in (*self._heads, *self._gone)]
+        parts += [one.findChildren(Button) for one in (*self._heads, *self._deleted_rows)]
         self._stops = [stop for part in parts for stop in part]
         self._roving.set_members(self._stops)
         if self._stops and self._demo.hasFocus():
@@ -369,12 +369,12 @@ class PlacesBody(QWidget):
 
     def _show_picked(self) -> None:
         state = self._state or PlacesListState()
-        count = len(state.picked)
+        count = len(state.picks)
         for line in self._lines.values():
-            picked = line.place.folder in state.picked
-            line.pick.set_selected(picked)
+            is_picked = line.place.folder in state.picks
+            line.pick.set_selected(is_picked)
             full = tr("At most {count} spots are compared at once.", count=count)
-            line.pick.set_available(picked or state.can_pick, full)
+            line.pick.set_available(is_picked or state.can_pick, full)
         words = tr_plural("Compare {count} spot", "Compare {count} spots", count)
         self._compare.set_text(words if count else tr("Compare spots"))
         self._compare.set_available(count > 1, tr("Pick 2 to 6 places by the boxes before them."))
@@ -391,8 +391,8 @@ class PlacesBody(QWidget):
 
     def pressed(self, place: PlacesListRow) -> None:
         """Open a place, or with Ctrl held pick it to be compared."""
-        held = QGuiApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier
-        if held and place.can_compare:
+        modifiers = QGuiApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier
+        if modifiers and place.can_compare:
             self.presenter.pick(place.folder)
         else:
             self.open(place)
@@ -402,8 +402,8 @@ class PlacesBody(QWidget):
         self.leave(lambda: self.presenter.open(place.folder))
 
     def _compare_picked(self) -> None:
-        picked = self._state.picked if self._state else ()
-        self._over(SpotsSheet(self._commands, picked, self.leave))
+        folders = self._state.picks if self._state else ()
+        self._over(SpotsSheet(self._commands, folders, self.leave))
 
     def _head(self, day: str, places: Sequence[PlacesListRow]) -> QWidget:
         """Make a heading; two and more places of a day are compared from there."""
@@ -411,11 +411,11 @@ class PlacesBody(QWidget):
         count = tr_plural("{count} place", "{count} places", len(places))
         words = [Text(day, 16, 600), Text(count, 12, role="dim")]
 
-        def picked() -> None:
+        def on_pick() -> None:
             self.presenter.pick(*folders)
             self._compare_picked()
 
-        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small", do=picked)
+        compare = Button(tr("Compare spots"), "grid", kind="quiet", size="small", do=on_pick)
         compare.setAccessibleName(tr("Compare spots of {day}", day=day))
         head = boxed(row(*words, ..., *([compare] if len(folders) > 1 else []), gap=8,
                          margins=(0, 8, 0, 0)))  # fmt: skip
@@ -431,13 +431,13 @@ class PlacesBody(QWidget):
         words = self._state.trash if self._state else ""
         self._over(_EmptyTrash(self.window(), words, self.presenter.empty_trash))
 
-    def _deleted_line(self, gone: DeletedRow) -> QWidget:
-        frame = PictureLine(gone.name, None, _PICTURE)
-        frame.words.addWidget(Text(gone.name, 14, role="dim", elide=True))
-        frame.words.addWidget(Text(gone.detail, 12, role="dim", elide=True))
+    def _deleted_line(self, deleted: DeletedRow) -> QWidget:
+        frame = PictureLine(deleted.name, None, _PICTURE)
+        frame.words.addWidget(Text(deleted.name, 14, role="dim", elide=True))
+        frame.words.addWidget(Text(deleted.detail, 12, role="dim", elide=True))
         back = Button(tr("Bring back"), "undo", size="small")
-        back.setAccessibleName(tr("Bring back {name}", name=gone.name))
-        back.clicked.connect(lambda: self.presenter.restore(gone.folder))
+        back.setAccessibleName(tr("Bring back {name}", name=deleted.name))
+        back.clicked.connect(lambda: self.presenter.restore(deleted.folder))
         frame.row.addWidget(back)
         return frame
 

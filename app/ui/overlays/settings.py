@@ -35,9 +35,9 @@ class SettingsBody(QWidget):
         self._controls: dict[str, QWidget] = {}
         self._lines: list[tuple[str, QWidget]] = []
         absent = () if commands.services.sounds.speaks else ("voice",)
-        shown = [entry for entry in TABLE if entry.shown and entry.key not in absent]
+        settings = [entry for entry in TABLE if entry.visible and entry.key not in absent]
         for section in SECTIONS:
-            entries = [entry for entry in shown if entry.section == section]
+            entries = [entry for entry in settings if entry.section == section]
             if entries:
                 heading = " ".join(words.search_words(entry) for entry in entries)
                 self._lines += [(heading, Text(words.SECTIONS[section], 16, 600))]
@@ -56,13 +56,13 @@ class SettingsBody(QWidget):
         column(self.field, self._area, into=self, gap=16)
         self.setFocusProxy(self.field)
 
-    def _filter(self, typed: str) -> None:
+    def _filter(self, query: str) -> None:
         """Show the settings that fit a few letters: of a title, a choice, or a word for it."""
-        shown = [not typed.strip() or score(typed, about) > 0 for about, _ in self._lines]
-        for (_, line), fits in zip(self._lines, shown, strict=True):
+        visible = [not query.strip() or score(query, about) > 0 for about, _ in self._lines]
+        for (_, line), fits in zip(self._lines, visible, strict=True):
             line.setVisible(fits)
-        nothing = tr("No setting fits “{typed}”. Try another word for it.", typed=typed.strip())
-        self.nothing.say("" if any(shown) else nothing)
+        nothing = tr("No setting fits “{typed}”. Try another word for it.", typed=query.strip())
+        self.nothing.say("" if any(visible) else nothing)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc takes back what was typed; the next one closes the sheet."""
@@ -110,7 +110,8 @@ class SettingsBody(QWidget):
     def _choice(self, entry: Setting, value: Value) -> QWidget:
         heads = entry.offers == "heads"
         field = ListField(
-            words.title(entry), self._commands.desk.heads() if heads else words.choices(entry)
+            words.title(entry),
+            self._commands.place_controller.heads() if heads else words.choices(entry),
         )
         field.choose(str(value))
         field.chosen.connect(lambda key: self._change(entry, key))
@@ -134,8 +135,8 @@ class SettingsBody(QWidget):
     def _text(self, entry: Setting, value: Value) -> TextField:
         field = TextField(words.title(entry), words.empty_means(entry))
         field.set_text(str(value))
-        told = field.entered if entry.kind == "folder" else field.changed
-        told.connect(lambda text: self._change(entry, text, field))
+        signal = field.entered if entry.kind == "folder" else field.changed
+        signal.connect(lambda text: self._change(entry, text, field))
         return field
 
     def _folder(self, entry: Setting, value: Value) -> QWidget:

@@ -136,7 +136,7 @@ _NAMES = {
 class TurnArrow(Plot):
     """A thick curved arrow in amber, or a green check."""
 
-    wanted = (320, 104)
+    preferred_size = (320, 104)
     policies = (QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def __init__(self) -> None:

@@ -41,7 +41,7 @@ _CLEAR: Final = 76  # a word this near to the lamp makes way for it
 class _HeadView(LampPlot):
     """What both drawings share: scale, ring, frame and title."""
 
-    wanted = least = (200, 180)
+    preferred_size = least = (200, 180)
 
     @property
     def ring(self) -> float:

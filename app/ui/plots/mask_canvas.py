@@ -85,7 +85,7 @@ _WHITE: Final = 245
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
 
 
-class Drawn(Protocol):
+class MaskPicture(Protocol):
     """What is painted on, and with which brush; see `app.ui.screens.light.mask.MaskState`."""
 
     @property
@@ -101,7 +101,7 @@ class Drawn(Protocol):
         """Azimuth and elevation where looking begins, deg."""
 
     @property
-    def lit(self) -> bool:
+    def adds_lamp(self) -> bool:
         """Whether the brush adds."""
 
     @property
@@ -116,7 +116,7 @@ class MaskCanvas(Plot):
     move the brush by 1°, with Shift by 10°; Enter or Space paints a dab; + and − zoom.
     """
 
-    wanted = (720, 360)
+    preferred_size = (720, 360)
     least = (320, 160)
 
     pressed = Signal(float, float)
@@ -129,7 +129,7 @@ class MaskCanvas(Plot):
 
     def __init__(self) -> None:
         super().__init__(tr("Where the lamp is"))
-        self._state: Drawn | None = None
+        self._state: MaskPicture | None = None
         self._layer = self.panel.add(PanoramaLayer())
         self._ring = self.panel.add(Mark(self._draw_brush, 0.0))
         self._ring.hide()
@@ -139,7 +139,7 @@ class MaskCanvas(Plot):
         for widget in (self, self.panel.viewport()):
             widget.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
-        self._kept: tuple[object, object] = (None, None)
+        self._last: tuple[object, object] = (None, None)
         self._view = Viewport(720.0)
         self._brush: Point | None = None
         self._reach = (0.0, 0.0)  # of the brush, across and up, logical pixels
@@ -149,20 +149,20 @@ class MaskCanvas(Plot):
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.setToolTip(tr("Paint with the mouse. Wheel zooms, the right button moves the picture"))
 
-    def show_state(self, state: Drawn) -> None:
+    def show_state(self, state: MaskPicture) -> None:
         """Show another mask or brush."""
         first = self._state is None
         self._state = state
-        if self._kept[0] is not state.picture:
+        if self._last[0] is not state.picture:
             self._lamp_picture = _tinted(state.picture)
-        if self._kept[0] is not state.picture or self._kept[1] is not state.alpha:
-            self._layer.set_pixels(_drawn(state.picture, self._lamp_picture, state.alpha))
-            self._kept = (state.picture, state.alpha)
+        if self._last[0] is not state.picture or self._last[1] is not state.alpha:
+            self._layer.set_pixels(_draw(state.picture, self._lamp_picture, state.alpha))
+            self._last = (state.picture, state.alpha)
         if first:
             self._brush = state.centre
             self._look(replace(self._sized(), zoom=_fitting(state.alpha)).moved_to(*state.centre))
         words = tr("The brush, {radius:.1f}° around, takes away", radius=state.radius_deg)
-        if state.lit:
+        if state.adds_lamp:
             words = tr("The brush, {radius:.1f}° around, adds to the lamp", radius=state.radius_deg)
         self.say(words)
         self._show_brush()
@@ -304,7 +304,7 @@ class MaskCanvas(Plot):
         for colour, width in inks:
             painter.setPen(QPen(colour, width))
             painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))
-            if self._state.lit:
+            if self._state.adds_lamp:
                 painter.drawLine(QPointF(x, y - arm), QPointF(x, y + arm))
 
 
@@ -322,7 +322,7 @@ def _fitting(alpha: NDArray[np.float32]) -> float:
     return max((zoom for zoom in _ZOOMS if tall * zoom <= 100.0), default=1.0)
 
 
-def _drawn(
+def _draw(
     picture: NDArray[np.uint8], tinted: NDArray[np.uint8], alpha: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
     """Picture with the lamp tinted, and its outline in white on black."""
@@ -331,6 +331,6 @@ def _drawn(
     outer = cv2.dilate(inside, around) - inside
     inner = inside - cv2.erode(inside, around, borderValue=1)
     # Ten times as quick as numpy's choosing by a mask.
-    shown = cv2.copyTo(tinted, inside, picture.copy())
-    shown = cv2.copyTo(np.zeros_like(shown), outer, shown)
-    return np.asarray(cv2.copyTo(np.full_like(shown, _WHITE), inner, shown))
+    result = cv2.copyTo(tinted, inside, picture.copy())
+    result = cv2.copyTo(np.zeros_like(result), outer, result)
+    return np.asarray(cv2.copyTo(np.full_like(result, _WHITE), inner, result))

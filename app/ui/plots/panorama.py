@@ -71,7 +71,7 @@ class PanoramaView(Plot):
         self.view = Viewport(864.0)
         self._front = self.marker_deg = 0.0  # azimuths, deg in (-180, 180]
         self._lamps: tuple[SceneLamp, ...] = ()
-        self._shown = {"clipped": True, "lamps": True, "grid": False, "marker": True}
+        self._visible = {"clipped": True, "lamps": True, "grid": False, "marker": True}
         self._drag: QPointF | None = None
         self._leading = False
         policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -136,9 +136,9 @@ class PanoramaView(Plot):
         self._lamps = tuple(lamps)
         self._changed()
 
-    def set_shown(self, **shown: bool) -> None:
+    def set_shown(self, **parts: bool) -> None:
         """Show or hide ``clipped``, ``lamps``, ``grid`` or ``marker`` over the picture."""
-        self._shown |= shown
+        self._visible |= parts
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
@@ -221,18 +221,18 @@ class PanoramaView(Plot):
         """Put the grip onto the marker's line, inside the picture."""
         area = self.picture_rect
         places = self.view.xs_of(self.marker_deg)
-        shown = self._picture is not None and self._shown["marker"]
-        shown = shown and bool(places)
-        if shown:
+        visible = self._picture is not None and self._visible["marker"]
+        visible = visible and bool(places)
+        if visible:
             edge = px(8)
             width = self.grip.width()
             x = area.left() + places[0] - width / 2.0
             x = min(max(x, area.left() + edge), area.right() + 1 - edge - width)
             y = area.bottom() + 1 - px(16) - self.grip.height()
             self.grip.move(round(x), y)
-        if not shown and self.grip.hasFocus():
+        if not visible and self.grip.hasFocus():
             self.setFocus(Qt.FocusReason.OtherFocusReason)
-        self.grip.setVisible(shown)
+        self.grip.setVisible(visible)
 
     def _lead(self, x: float) -> None:
         self._move_marker(self.view.azimuth_at(x - self.picture_rect.left()))
@@ -245,8 +245,8 @@ class PanoramaView(Plot):
     def _move_marker(self, azimuth_deg: float) -> None:
         self._glide.stop()
         self.marker_deg = wrap(azimuth_deg)
-        moved = difference(self.marker_deg, self._front)
-        self.grip.set_moving(turn_words(moved) if moved else "")
+        shift = difference(self.marker_deg, self._front)
+        self.grip.set_moving(turn_words(shift) if shift else "")
         self._changed()
         self.marker_moved.emit(self.marker_deg)
 
@@ -286,10 +286,10 @@ class PanoramaView(Plot):
         here = self._picture is not None
         return Marks(
             self._front,
-            self.marker_deg if here and self._shown["marker"] else None,
-            self._lamps if here and self._shown["lamps"] else (),
-            grid=here and self._shown["grid"],
-            clipped=self._shown["clipped"],
+            self.marker_deg if here and self._visible["marker"] else None,
+            self._lamps if here and self._visible["lamps"] else (),
+            grid=here and self._visible["grid"],
+            clipped=self._visible["clipped"],
         )
 
     def _describe(self) -> None:
@@ -299,16 +299,16 @@ class PanoramaView(Plot):
         ahead = difference(self.view.azimuth_deg, self._front)
         words = [tr("Zoom {zoom:.0f} %", zoom=self.view.zoom * 100)]
         words.append(tr("In the middle: {turn}", turn=_turn(ahead)))
-        if moved := difference(self.marker_deg, self._front):
+        if shift := difference(self.marker_deg, self._front):
             marker = self.grip.accessibleName()
-            words.append(tr("{marker}, moved {turn}", marker=marker, turn=_turn(moved)))
+            words.append(tr("{marker}, moved {turn}", marker=marker, turn=_turn(shift)))
         for lamp in self._lamps:
             way = _turn(difference(lamp.azimuth_deg, self._front))
-            told = {"letter": lamp.letter, "way": way, "degrees": round(abs(lamp.elevation_deg))}
+            values = {"letter": lamp.letter, "way": way, "degrees": round(abs(lamp.elevation_deg))}
             if lamp.elevation_deg >= 0:
-                words.append(tr("Lamp {letter}: {way}, {degrees}° up", **told))
+                words.append(tr("Lamp {letter}: {way}, {degrees}° up", **values))
             else:
-                words.append(tr("Lamp {letter}: {way}, {degrees}° down", **told))
+                words.append(tr("Lamp {letter}: {way}, {degrees}° down", **values))
         self.say(". ".join(words) + ".")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -320,7 +320,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def _near_marker(self, x: float) -> bool:
-        if self._picture is None or not self._shown["marker"]:
+        if self._picture is None or not self._visible["marker"]:
             return False
         left = self.picture_rect.left()
         return any(abs(x - left - place) <= _NEAR for place in self.view.xs_of(self.marker_deg))

@@ -13,7 +13,7 @@ from app.core.base.arrays import Bytes
 from app.ui.plots.panel import Panel
 from app.ui.plots.parts.base import disc, draw_text
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import Group, Line, Mark, around
+from app.ui.plots.parts.items import Group, Mark, PlotLine, around
 from app.ui.plots.parts.layers import Hatching, PanoramaLayer
 from app.ui.plots.parts.mapping import Viewport
 from app.ui.plots.parts.marks import Marks, SceneLamp
@@ -89,15 +89,15 @@ class PanoramaDrawing:
                 mark.setPos(across, -view.elevation_at(y))
 
 
-def _grid(colour: QColor, wider: float) -> list[Line]:
+def _grid(colour: QColor, wider: float) -> list[PlotLine]:
     """Make lines on both sides of an azimuth and at every height, the horizon stronger."""
     lines = []
     for azimuth in range(-5 * _AROUND_DEG, 5 * _AROUND_DEG + 1, _AROUND_DEG):
-        lines.append(Line(pen(colour, 1.0 + wider)))
+        lines.append(PlotLine(pen(colour, 1.0 + wider)))
         lines[-1].setPos(azimuth)
     for elevation in range(-60, 61, _UP_DEG):
         width = 2.0 if elevation == 0 else 1.0
-        lines.append(Line(pen(colour, width + wider), upright=False))
+        lines.append(PlotLine(pen(colour, width + wider), upright=False))
         lines[-1].setPos(elevation)
     return lines
 

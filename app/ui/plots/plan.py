@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFont, QPainter
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import arc_width, at_turn, difference
-from app.core.guidance.plan import Kind, Mark, Plan
+from app.core.guidance.plan import Kind, PlanDrawing, PlanMark
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot, closed_path, disc, draw_text, polygon
 from app.ui.plots.parts.geometry import Point, head_outline, sector
@@ -43,10 +43,10 @@ class PlanView(Plot):
     def __init__(self) -> None:
         super().__init__(tr("From above"))
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._plan, self._words = Plan(), PlanWords()
-        self._taken: list[QRectF] = []
+        self._plan, self._words = PlanDrawing(), PlanWords()
+        self._boxes: list[QRectF] = []
 
-    def set_plan(self, plan: Plan, words: PlanWords) -> None:
+    def set_plan(self, plan: PlanDrawing, words: PlanWords) -> None:
         """Show another one."""
         if (plan, words) != (self._plan, self._words):
             self._plan, self._words = plan, words
@@ -94,10 +94,10 @@ class PlanView(Plot):
         painter.setBrush(t.c.raised)
         turn, head = plan.nose_deg - plan.up_deg, min(float(self._px(_HEAD)), self.ring / 4.0)
         painter.drawPath(closed_path(head_outline(self.centre, head, turn)))
-        self._taken = [_around(self.centre, head)]
+        self._boxes = [_around(self.centre, head)]
         for mark in reversed(plan.marks):
             if mark.kind == "light":
-                self._taken.append(self._draw_arrow(painter, mark.turn_deg, (0.86, 0.62)))
+                self._boxes.append(self._draw_arrow(painter, mark.turn_deg, (0.86, 0.62)))
             elif mark.kind == "nose":
                 self._draw_nose(painter, mark)
             elif mark.kind != "background":
@@ -134,7 +134,7 @@ class PlanView(Plot):
         painter.setBrush(ink)
         painter.drawPolygon(polygon([sides[0], self._at(tip, self.ring), sides[1]]))
 
-    def _draw_token(self, painter: QPainter, mark: Mark) -> None:
+    def _draw_token(self, painter: QPainter, mark: PlanMark) -> None:
         colours = theme().c
         size, share, fill, ink, icon = _TOKENS[mark.kind]
         place, radius = self._at(mark.turn_deg, share * self.ring), float(self._px(size))
@@ -143,16 +143,16 @@ class PlanView(Plot):
         if icon:
             side = round(1.25 * radius)
             draw_icon(painter, icon, _around(place, side / 2.0), side, edge)
-        self._taken.append(_around(place, radius))
+        self._boxes.append(_around(place, radius))
 
-    def _draw_nose(self, painter: QPainter, mark: Mark) -> None:
+    def _draw_nose(self, painter: QPainter, mark: PlanMark) -> None:
         """Draw where the nose points, and how the lens looks at it where that is another way."""
         lens = self._plan.lens_deg
         if self._plan.yaw_deg:
             self._draw_arrow(painter, lens, (0.86, 0.34), (3.0, 3.0))
             spots = [self._at(lens, self.ring * share) for share in (0.75, 0.6, 0.45)]
-            self._taken += [_around(spot, self._px(6)) for spot in spots]
-        self._taken.append(self._draw_arrow(painter, mark.turn_deg, (0.28, 0.54)))
+            self._boxes += [_around(spot, self._px(6)) for spot in spots]
+        self._boxes.append(self._draw_arrow(painter, mark.turn_deg, (0.28, 0.54)))
 
     def _draw_arrow(
         self,
@@ -183,7 +183,7 @@ class PlanView(Plot):
                 arc = (turn - _BEHIND_DEG, turn + _BEHIND_DEG)
                 painter.drawPolygon(polygon(sector(self.centre, self.ring, arc)))
 
-    def _draw_words(self, painter: QPainter, mark: Mark, label: str) -> None:
+    def _draw_words(self, painter: QPainter, mark: PlanMark, label: str) -> None:
         """Draw a mark's word beside it, in the first place where nothing else is."""
         t, bold = theme(), mark.kind in ("now", "goal")
         font = self._font(600 if bold else 400)
@@ -191,13 +191,13 @@ class PlanView(Plot):
         title = QRectF(0, 0, wide, self._px(28))
         for area in self._places(mark, text_width(font, label)):
             inside = QRectF(self.rect()).adjusted(px(4), px(_TOP), -px(4), -px(2)).contains(area)
-            if inside and not any(area.intersects(one) for one in (title, *self._taken)):
-                self._taken.append(area)
+            if inside and not any(area.intersects(one) for one in (title, *self._boxes)):
+                self._boxes.append(area)
                 middle, ink = area.center(), t.c.text if bold else t.c.dim
                 draw_text(painter, (middle.x(), middle.y()), label, font, ink)
                 return
 
-    def _places(self, mark: Mark, wide: float) -> Iterator[QRectF]:
+    def _places(self, mark: PlanMark, wide: float) -> Iterator[QRectF]:
         """Go through the places for a word: outside and inside the ring, or beside an arrow."""
         inner = mark.kind in ("nose", "light", "lamp", "background")
         beside = self.ring * (0.45 if mark.kind == "nose" else 0.64 if inner else 1.0)

@@ -28,7 +28,7 @@ from app.ui.plots.parts.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.parts.items import Curve, Draw, Mark, Marks, Pieces
+from app.ui.plots.parts.items import Curve, Draw, Mark, MarkGroup, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 from app.words.phrases.turns import arc_words, turn_words
@@ -92,7 +92,7 @@ class PolarPlot(TurnPlot):
         self._arc = add(Curve(fill=faint(t.c.amberfill, _ARC_FILL)))
         self._rim, self._ticks = add(Curve(thin)), add(Pieces(thin))
         self._curve = add(Curve(line))
-        self._peaks, self._marks = add(Marks()), add(Marks())
+        self._peaks, self._marks = add(MarkGroup()), add(MarkGroup())
         self._ends = [add(Mark(partial(_draw_words, text), px(32))) for text in _ENDS]
         self._head = Curve(line, fill=t.c.raised)
         self._needle_line = Curve(pen(t.c.amber, 2.0 * t.line_width))
@@ -237,16 +237,16 @@ class PolarPlot(TurnPlot):
 
     def _show_needle(self) -> None:
         """Turn head and needle; a number makes way for the dot."""
-        shown = bool(self._data.curve)
+        has_curve = bool(self._data.curve)
         self._turned.setRotation(self.needle)
-        self._needle_line.setVisible(shown)
-        self._dot.setVisible(shown)
+        self._needle_line.setVisible(has_curve)
+        self._dot.setVisible(has_curve)
         dial = self.dial
         dot = at_turn(_O, dial.rim, self.needle)
         for number, text in zip(self._ends, _ENDS, strict=True):
             place, room = number.pos(), px(12) + px(4) * len(text)
             aside = abs(place.x() - dot[0]) > room or abs(place.y() - dot[1]) > px(20)
-            number.setVisible(aside or not shown)
+            number.setVisible(aside or not has_curve)
 
     def set_needle(self, turn_deg: float) -> None:
         """Move the needle without a signal."""

@@ -67,7 +67,7 @@ class SkyMap(LampPlot):
     Azimuth grows to the right, which is toward the sitter's left as the camera sees it.
     """
 
-    wanted = (616, 136 + _LABELS + _ABOVE)
+    preferred_size = (616, 136 + _LABELS + _ABOVE)
     least = (280, 72 + _LABELS + _ABOVE)
 
     ground = "bg"

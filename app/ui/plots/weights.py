@@ -156,8 +156,8 @@ def tinted(
     share = np.abs(values) / largest if largest > 0.0 else np.zeros_like(values)
     opacity = _STRONGEST * share**_GAMMA
     colours = np.array([(*plus[::-1], 255), (*minus[::-1], 255)], np.float32)
-    chosen = colours[(values < 0.0).astype(np.intp)]
-    return np.asarray(chosen * opacity[..., np.newaxis] + 0.5, np.uint8)
+    inks = colours[(values < 0.0).astype(np.intp)]
+    return np.asarray(inks * opacity[..., np.newaxis] + 0.5, np.uint8)
 
 
 class WeightPanorama(TurnPlot):
@@ -177,7 +177,7 @@ class WeightPanorama(TurnPlot):
         behind: str = tr("Behind"),
     ) -> None:
         super().__init__(name)
-        self.wanted = size
+        self.preferred_size = size
         self._words = (sitter, behind)
         self._picture: Bytes | None = None
         self._front = 0.0
@@ -256,21 +256,21 @@ class WeightPanorama(TurnPlot):
 
     def draw_over(self, painter: QPainter, _ratio: float) -> None:
         """Paint the tags of the lines, the second below the first where they would meet."""
-        taken = QRectF()
+        box = QRectF()
         for words, turn in zip(self._words, (self.needle, self.needle + 180.0), strict=True):
             if words:
-                taken = self._tag_area(self.view.x_of(turn), words, taken)
-                draw_label(painter, (taken.x(), taken.y()), words)
+                box = self._tag_area(self.view.x_of(turn), words, box)
+                draw_label(painter, (box.x(), box.y()), words)
         draw_corners(painter, self.rect(), theme().c.panel)
 
-    def _tag_area(self, x: float, words: str, taken: QRectF) -> QRectF:
+    def _tag_area(self, x: float, words: str, box: QRectF) -> QRectF:
         """Place a tag beside its line: to the right where there is room, else to the left."""
         gap = px(6)
         area = label_area((x + gap, gap), words)
         if area.right() > self.width() - gap:
             area.moveRight(round(x - gap))
-        if area.intersects(taken.adjusted(-gap, 0, gap, 0)):
-            area.moveTop(taken.bottom() + px(4))
+        if area.intersects(box.adjusted(-gap, 0, gap, 0)):
+            area.moveTop(box.bottom() + px(4))
         return area
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

@@ -13,7 +13,7 @@ from app.core.text import tr
 _WORDS: Final = re.compile(r"[^\W_]+")
 _MOST: Final = 50
 
-SEARCHED: Final = tr("an action, a style, a place, a lamp, a head or a setting")
+SEARCH_SCOPE: Final = tr("an action, a style, a place, a lamp, a head or a setting")
 """What can be found."""
 
 
@@ -31,7 +31,7 @@ class Findable:
     run: Callable[[], None]
 
 
-def score(wanted: str, words: str) -> float:
+def score(query: str, words: str) -> float:
     """Say how well a few letters fit some words; 0 when they do not.
 
     Every word that is typed must begin a word, or else be found inside one. What begins with
@@ -46,41 +46,41 @@ def score(wanted: str, words: str) -> float:
         >>> score("cafe", "Café")
         1.0
     """
-    typed = _WORDS.findall(_plain(wanted))
-    known = _WORDS.findall(_plain(words))
-    if not typed or not known:
+    query_words = _WORDS.findall(_plain(query))
+    haystack = _WORDS.findall(_plain(words))
+    if not query_words or not haystack:
         return 0.0
     total = 0.0
-    for number, part in enumerate(typed):
-        begins = [at for at, word in enumerate(known) if word.startswith(part)]
+    for number, part in enumerate(query_words):
+        begins = [at for at, word in enumerate(haystack) if word.startswith(part)]
         if begins:
             total += 1.0 - 0.1 * min(abs(begins[0] - number), 5)
-        elif any(part in word for word in known):
+        elif any(part in word for word in haystack):
             total += 0.3
         else:
             return 0.0
-    length = sum(map(len, typed)) / max(sum(map(len, known)), 1)
-    return total / len(typed) * (0.9 + 0.1 * min(length, 1.0))
+    length = sum(map(len, query_words)) / max(sum(map(len, haystack)), 1)
+    return total / len(query_words) * (0.9 + 0.1 * min(length, 1.0))
 
 
-def best(wanted: str, things: Iterable[Findable]) -> Sequence[Findable]:
+def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
     """Choose what fits, the best first."""
-    if not wanted.strip():
+    if not query.strip():
         return list(things)[:_MOST]
     rated = [
-        (max(score(wanted, one.words), 0.8 * score(wanted, f"{one.words} {one.detail}")), one)
+        (max(score(query, one.words), 0.8 * score(query, f"{one.words} {one.detail}")), one)
         for one in things
     ]
     fitting = [pair for pair in rated if pair[0] > 0.0]
     return [one for _, one in sorted(fitting, key=lambda pair: -pair[0])][:_MOST]
 
 
-def nothing_words(wanted: str) -> str:
+def nothing_words(query: str) -> str:
     """Say that nothing fits, and what could."""
     return tr(
         "Nothing found for “{typed}”. Type a few letters of {searched}.",
-        typed=wanted.strip(),
-        searched=SEARCHED,
+        typed=query.strip(),
+        searched=SEARCH_SCOPE,
     )
 
 

@@ -24,7 +24,7 @@ from app.core.painting.library import (
 )
 from app.core.painting.session import bring_draft_back, put_draft_away
 from app.core.painting.user_style import UserStyle, read_user_style, text_path
-from app.core.storage.library import Trashed
+from app.core.storage.library import TrashedItem
 from app.core.text import tr
 from app.ui.presenters.model import Event
 from app.ui.presenters.services import Services
@@ -50,7 +50,7 @@ class SerialQueue:
     def submit(self, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]) -> None:
         """Do it once everything before it has ended; see `Runner.submit`."""
         done, cancelled = how.get("done"), how.get("cancelled")
-        told = how.get("failed") or self.services.notify.tell_error
+        on_error = how.get("failed") or self.services.notify.tell_error
 
         def begin() -> None:
             self.services.runner.submit(
@@ -58,7 +58,7 @@ class SerialQueue:
                 work,
                 title=how.get("title", ""),
                 done=lambda answer: self._ended(done, answer),
-                failed=lambda error: self._ended(told, error),
+                failed=lambda error: self._ended(on_error, error),
                 cancelled=lambda: self._ended(cancelled),
             )
 
@@ -93,18 +93,18 @@ class FileChange(Generic[T]):
         make: Callable[[], T],
         back: Callable[[T], Any],
         *,
-        made: Callable[[T], None],
+        on_apply: Callable[[T], None],
         undone: Callable[[Any], None],
         failed: Callable[[Exception], None] | None = None,
         before: Callable[[], None] = lambda: None,
     ) -> None:
         self._stack, self._files = files.services.undo, files
         self._make, self._back = make, back
-        self._made, self._undone = made, undone
+        self._on_apply, self._undone = on_apply, undone
         self._failed = failed or files.services.notify.tell_error
         self._before = before
-        self._kept: T | None = None
-        self.step = Undoable(words, self._take_back, self._again, kept=lambda: self._kept)
+        self._result: T | None = None
+        self.step = Undoable(words, self._take_back, self._again, result=lambda: self._result)
 
     def begin(self) -> None:
         """Do it for the first time."""
@@ -124,18 +124,18 @@ class FileChange(Generic[T]):
 
     def _take_back(self) -> None:
         def work() -> Any:
-            return None if self._kept is None else self._back(self._kept)
+            return None if self._result is None else self._back(self._result)
 
         def done(answer: Any) -> None:
-            if self._kept is not None:
-                self._kept = None
+            if self._result is not None:
+                self._result = None
                 self._undone(answer)
 
         self._submit(work, done, lambda: self._stack.failed(self.step, undoing=True))
 
-    def _is_made(self, kept: T) -> None:
-        self._kept = kept
-        self._made(kept)
+    def _is_made(self, result: T) -> None:
+        self._result = result
+        self._on_apply(result)
 
     def _submit(
         self, work: Callable[[], Any], done: Callable[[Any], None], undo_list: Callable[[], None]
@@ -153,25 +153,27 @@ def delete_with_undo(
     put_away: Callable[[], T],
     bring_back: Callable[[T], K],
     *,
-    gone: Callable[[T], str],
+    message: Callable[[T], str],
     returned: Callable[[K], str],
     before: Callable[[], None] = lambda: None,
 ) -> None:
     """Put something away; undo, or the message that tells so, brings it back.
 
-    `gone` and `returned` are called once it is, and give the title that is told.
+    `message` and `returned` are called once it is, and give the title that is told.
     """
     tell = files.services.notify.tell
 
-    def made(trashed: T) -> None:
-        words = tr("{title} deleted", title=gone(trashed))
+    def on_apply(trashed: T) -> None:
+        words = tr("{title} deleted", title=message(trashed))
         tell(words, kind="done", actions=[(tr("Undo"), change.take_back)])
 
-    def undone(kept: K) -> None:
-        tell(tr("{title} is back.", title=returned(kept)), kind="done")
+    def undone(result: K) -> None:
+        tell(tr("{title} is back.", title=returned(result)), kind="done")
 
     what = tr("delete {title}", title=title)
-    change = FileChange(files, what, put_away, bring_back, made=made, undone=undone, before=before)
+    change = FileChange(
+        files, what, put_away, bring_back, on_apply=on_apply, undone=undone, before=before
+    )
     change.begin()
 
 
@@ -213,7 +215,7 @@ class OwnStyles:
             return rename(folder, read_user_style(text_path(folder, style.name)), text)
 
         def renamed(other: UserStyle) -> None:
-            self._put([other if one.name == other.name else one for one in self._known()])
+            self._put([other if one.name == other.name else one for one in self._styles()])
             self.renamed.emit(other)
             done()
 
@@ -222,7 +224,7 @@ class OwnStyles:
             tr("rename {title}", title=style.title),
             lambda: call(title),
             lambda _: call(style.title),
-            made=renamed,
+            on_apply=renamed,
             undone=renamed,
             failed=told_beside(self._services, trouble),
         ).begin()
@@ -240,35 +242,35 @@ class OwnStyles:
         was = {key: getattr(model, key) for key in front} if style.name == model.chosen else {}
         name = style.name
 
-        def put_away() -> Trashed:
+        def put_away() -> TrashedItem:
             trashed = delete(folders.styles, read_user_style(text_path(folders.styles, name)))
             put_draft_away(folders.drafts, name, trashed.folder)
             return trashed
 
-        def bring_back(trashed: Trashed) -> UserStyle:
-            kept = restore(folders.styles, trashed)
-            bring_draft_back(folders.drafts, kept.name, trashed.folder)
-            return kept
+        def bring_back(trashed: TrashedItem) -> UserStyle:
+            restored = restore(folders.styles, trashed)
+            bring_draft_back(folders.drafts, restored.name, trashed.folder)
+            return restored
 
-        def gone(trashed: Trashed) -> str:
-            others = [one for one in self._known() if one.name != trashed.name]
+        def message(trashed: TrashedItem) -> str:
+            others = [one for one in self._styles() if one.name != trashed.name]
             self._put(others, **(dict.fromkeys(front) if trashed.name == model.chosen else {}))
             self.gone.emit(trashed.name)
             return trashed.title
 
-        def returned(kept: UserStyle) -> str:
+        def returned(restored: UserStyle) -> str:
             nonlocal name
-            former, name = name, kept.name
-            self._put(self._among(kept), **({**was, "chosen": kept.name} if was else {}))
-            self.back.emit(former, kept)
-            return kept.title
+            former, name = name, restored.name
+            self._put(self._among(restored), **({**was, "chosen": restored.name} if was else {}))
+            self.back.emit(former, restored)
+            return restored.title
 
         delete_with_undo(
             self._files,
             style.title,
             put_away,
             bring_back,
-            gone=gone,
+            message=message,
             returned=returned,
             before=lambda: self.leaving.emit(name),
         )
@@ -294,17 +296,17 @@ class OwnStyles:
         folder = self._services.folders.styles
         self._files.submit(lambda *_: import_style(folder, path), done=done)
 
-    def add(self, style: UserStyle, *, chosen: bool = True, **changes: Any) -> None:
+    def add(self, style: UserStyle, *, choose: bool = True, **changes: Any) -> None:
         """Put a style among those of the model, in the place of one of the same name."""
-        if chosen:
+        if choose:
             changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
         self._put(self._among(style), **changes)
 
     def _among(self, style: UserStyle) -> list[UserStyle]:
-        others = [one for one in self._known() if one.name != style.name]
+        others = [one for one in self._styles() if one.name != style.name]
         return sorted([*others, style], key=lambda one: one.name)
 
-    def _known(self) -> tuple[UserStyle, ...]:
+    def _styles(self) -> tuple[UserStyle, ...]:
         return self._services.model.user_styles
 
     def _put(self, styles: list[UserStyle], **changes: Any) -> None:

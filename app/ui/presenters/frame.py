@@ -13,7 +13,7 @@ from app.words.phrases.quantities import time_words
 
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
-_SHOWN: Final = frozenset(
+_FIELDS: Final = frozenset(
     {
         "step",
         "place",
@@ -61,15 +61,15 @@ class FramePresenter(Presenter[View]):
         super().__init__(services)
         services.model.changed.connect(self._model_changed)
         services.undo.changed.connect(lambda: self._undone(""))
-        services.undo.told.connect(self._undone)
-        self._said = ""
+        services.undo.reported.connect(self._undone)
+        self._message = ""
 
     def resolve(self) -> FrameState:
         """Work out what the frame shows now."""
         model, undo = self._services.model, self._services.undo
         camera = model.camera
         place = model.place
-        status, icon = (self._said, "undo") if self._said else _status(self._services)
+        status, icon = (self._message, "undo") if self._message else _status(self._services)
         return FrameState(
             step=model.step,
             place=place.name if place is not None else tr("No place yet"),
@@ -86,19 +86,19 @@ class FramePresenter(Presenter[View]):
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _LEAVES:
-            self._said = ""
-        if names & _SHOWN:
+            self._message = ""
+        if names & _FIELDS:
             self._refresh()
 
     def _undone(self, sentence: str) -> None:
         """Say at the foot what was undone, until something else is done or comes to the front."""
-        self._said = sentence
+        self._message = sentence
         self._refresh()
 
 
 def camera_words(camera: CameraSeen) -> str:
     """Say which camera it is: "THETA V, 82 %, 1.9 GB free"."""
-    name = camera.found.model.removeprefix("RICOH ") or camera.found.name
+    name = camera.device.model.removeprefix("RICOH ") or camera.device.name
     parts = [name, battery_words(camera)]
     if camera.free_bytes is not None:
         parts.append(tr("{size:.1f} GB free", size=camera.free_bytes / 1e9))

@@ -19,13 +19,13 @@ def lamps_here(light: PlaceLight, capture: CaptureFacts | None) -> Findings:
         capture: How the light was measured; None where that is not known.
     """
     if capture is None:
-        return _found(light, None, None)
+        return _findings(light, None, None)
     # A bracket that held all the light has nothing at its level but chance.
     stops = tuple(frame.ev for frame in capture.frames) if capture.clipped_share else ()
-    return _found(light, clip_level(stops), capture.white_cd_m2)
+    return _findings(light, clip_level(stops), capture.white_cd_m2)
 
 
 @lru_cache(maxsize=_PLACES)
-def _found(light: PlaceLight, level: float | None, white: float | None) -> Findings:
+def _findings(light: PlaceLight, level: float | None, white: float | None) -> Findings:
     clipped = light.environment.clipped if level is None else None
     return find(light.environment.radiance, level, white, clipped)

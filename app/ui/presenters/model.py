@@ -14,7 +14,7 @@ from app.core.places.place import Place
 from app.core.portrait.head import Head
 from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.solver.turn_choice import Objective
-from app.core.storage.library import Damaged
+from app.core.storage.library import DamagedItem
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import Studio
 from app.core.text import tr
@@ -62,7 +62,7 @@ class Event:
 
     def disconnect(self, callback: Callback) -> None:
         """Do not call `callback` any more; who never asked is not missed."""
-        self._callbacks = tuple(known for known in self._callbacks if known != callback)
+        self._callbacks = tuple(each for each in self._callbacks if each != callback)
 
     def emit(self, *values: Any) -> None:
         """Tell all who asked.
@@ -97,7 +97,7 @@ class CameraSeen:
     `battery`: 0 to 1, None when it does not say.
     """
 
-    found: FoundCamera
+    device: FoundCamera
     battery: float | None = None
     free_bytes: int | None = None
     busy: bool = False
@@ -178,7 +178,7 @@ class Model:
     results: tuple[StyleResult, ...] = ()
     answered: Selection | None = None
     user_styles: tuple[UserStyle, ...] = ()
-    damaged_styles: tuple[Damaged, ...] = ()
+    damaged_styles: tuple[DamagedItem, ...] = ()
     chosen: str | None = None
     needle_deg: float | None = None
     goal_deg: float | None = None
@@ -303,8 +303,8 @@ class Model:
             return None
         off = difference(self.azimuth_of(self.goal_deg), plan.result.turn_refined_deg)
         same = plan.head is self.head and plan.light is self.light and abs(off) < _SAME_DEG
-        asked = plan.selection
-        if asked is not None and not asked.matches_apart_from_front(self.selection):
+        question = plan.selection
+        if question is not None and not question.matches_apart_from_front(self.selection):
             return None
         return plan if same else None
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings", "place"})
 _DEMO: Final = tr("Demo café at the court")
-_KEPT: Final = frozenset(
+_SAVED_FIELDS: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
 )
 _FALLBACK_HEAD: Final = "generic"
@@ -63,7 +63,7 @@ class PlaceController:
 
     def __init__(self, services: Services) -> None:
         self._services = services
-        self._asked: tuple[Selection, Head] | None = None
+        self._question: tuple[Selection, Head] | None = None
         self._head_wanted = ""
         self._arrivals = SerialQueue(services, "open-arrived")
         self.file_work = SerialQueue(services, "files")
@@ -100,12 +100,12 @@ class PlaceController:
             "open", work, done=self._reopened, failed=self._open_failed, cancelled=self._no_longer
         )
 
-    def _reopened(self, opened: OpenPlace | None) -> None:
-        if opened is None:
+    def _reopened(self, new_place: OpenPlace | None) -> None:
+        if new_place is None:
             self._no_longer()
             return
         # Whoever has gone on to another step meanwhile stays there.
-        self._opened(opened, self._services.model.step)
+        self._opened(new_place, self._services.model.step)
 
     def keep_all(self) -> bool:
         """Write what is not yet on the disk; give whether all is kept. Why not has been told."""
@@ -138,18 +138,18 @@ class PlaceController:
         It is the selected head from now on: answers for the one before no longer count.
         """
         self._head_wanted = name
-        known = pack_names()
-        wanted = name if name in known or name.endswith(".npz") else _FALLBACK_HEAD
+        names = pack_names()
+        head_name = name if name in names or name.endswith(".npz") else _FALLBACK_HEAD
         looks = self._services.model.settings.looks
         # An answer on its way is for the head before.
-        self._asked = None
+        self._question = None
         self._services.runner.cancel("solve")
-        self._services.model.update(head_name=wanted)
+        self._services.model.update(head_name=head_name)
         self._services.runner.submit(
             "head",
-            lambda *_: load_head(wanted, *looks),
+            lambda *_: load_head(head_name, *looks),
             done=lambda head: self._services.model.update(head=head),
-            failed=lambda error: self._head_failed(error, wanted),
+            failed=lambda error: self._head_failed(error, head_name),
         )
 
     def _head_failed(self, error: Exception, name: str) -> None:
@@ -169,8 +169,8 @@ class PlaceController:
         self._services.runner.submit(
             "user-styles",
             lambda *_: list_user_styles(folder),
-            done=lambda found: self._services.model.update(
-                user_styles=found[0], damaged_styles=found[1]
+            done=lambda styles: self._services.model.update(
+                user_styles=styles[0], damaged_styles=styles[1]
             ),
         )
 
@@ -215,23 +215,25 @@ class PlaceController:
         self._no_longer()
         actions = []
         if isinstance(error, NotFinished):
-            left = error.left
-            actions.append((tr("Finish it"), lambda: self.finish(left)))
+            unfinished = error.unfinished
+            actions.append((tr("Finish it"), lambda: self.finish(unfinished)))
         if isinstance(error, LayerError) and self.layer_asker is not None:
             self.layers = error.layers
             self.layer_asker()
             return
         self._services.notify.tell_error(error, actions=actions, about="open")
 
-    def finish(self, left: UnfinishedPlace) -> None:
+    def finish(self, unfinished: UnfinishedPlace) -> None:
         """Finish a place: merge the photographs that are here, or resume its capture."""
-        if left.session is not None:
+        if unfinished.session is not None:
             if self.finisher is not None:
                 self._services.model.update(step=Step.PROBE)
-                self.finisher(left)
+                self.finisher(unfinished)
             return
         settings = self._services.model.settings
-        self._open(lambda token, report: finish_files(left, settings, token, report), left.name)
+        self._open(
+            lambda token, report: finish_files(unfinished, settings, token, report), unfinished.name
+        )
 
     def take_in(self, paths: Sequence[Path]) -> None:
         """Open what has arrived by itself; the next that arrives waits until this is done."""
@@ -263,24 +265,24 @@ class PlaceController:
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
         """Open a place that was kept, at a screen and with a style where one is given."""
         model = self._services.model
-        asked: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
+        fields: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:
-            model.update(step=Step.STYLES, painting=None, **asked)
+            model.update(step=Step.STYLES, painting=None, **fields)
             return
 
         def work(token: Token, report: Report) -> OpenPlace:
             opened = load_place(folder, self.saving.unkept(folder))
-            return replace(opened, place=replace(opened.place, **asked)) if style else opened
+            return replace(opened, place=replace(opened.place, **fields)) if style else opened
 
         self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
 
-    def take_capture(self, captured: CapturedPlace) -> None:
+    def take_capture(self, capture: CapturedPlace) -> None:
         """Show what a camera measured, at once; it is kept while it is looked at."""
         settings = self._services.model.settings
-        place = replace(captured.place, head=settings.head, studios=settings.studios)
-        opened = OpenPlace(captured.folder, place, captured.light)
-        self._opened(opened)
-        self.saving.store(opened)
+        place = replace(capture.place, head=settings.head, studios=settings.studios)
+        new_place = OpenPlace(capture.folder, place, capture.light)
+        self._opened(new_place)
+        self.saving.store(new_place)
 
     def close(self) -> None:
         """Keep the open place and put it away; none is open then."""
@@ -367,8 +369,8 @@ class PlaceController:
             turn = wrap(by - model.front_deg)
             model.update(
                 front_deg=by,
-                needle_deg=_moved(model.needle_deg, turn),
-                goal_deg=_moved(model.goal_deg, turn),
+                needle_deg=_shift_turn(model.needle_deg, turn),
+                goal_deg=_shift_turn(model.goal_deg, turn),
             )
 
         self._do(tr("move the marker"), move, before, after)
@@ -383,13 +385,13 @@ class PlaceController:
         `way`: what photographs are taken for; as it is set where nothing is said. `layer`: of a
         panorama that has several.
         """
-        given, unkept = tuple(paths), self.saving.unkept
+        files, unkept = tuple(paths), self.saving.unkept
         options = self._options(name=name, way=way, layer=layer)
 
         def work(token: Token, report: Report) -> OpenPlace:
-            return open_paths(given, options, token, report, unkept)
+            return open_paths(files, options, token, report, unkept)
 
-        return work, name or (given[0].name if given else "")
+        return work, name or (files[0].name if files else "")
 
     def _options(self, **more: str) -> OpenOptions:
         """How files that are opened now become a place."""
@@ -397,24 +399,24 @@ class PlaceController:
         settings, now = services.model.settings, services.today()
         return OpenOptions(services.folders.places, now, settings, **more)
 
-    def _opened(self, opened: OpenPlace, step: str = Step.PROBE) -> None:
-        if opened.folder is not None and not opened.folder.is_dir():
+    def _opened(self, new_place: OpenPlace, step: str = Step.PROBE) -> None:
+        if new_place.folder is not None and not new_place.folder.is_dir():
             # It was deleted while it was read.
             self._no_longer()
             return
         self.saving.keep_now()
-        place, notify = opened.place, self._services.notify
+        place, notify = new_place.place, self._services.notify
         self._services.undo.forget_places()
-        self._asked = None
+        self._question = None
         self._want_head(place.head)
         for about in ("open", "keep"):
             notify.mended(about)
         self._services.model.update(
             opening="",
             unkept="",
-            place_folder=opened.folder,
+            place_folder=new_place.folder,
             place=place,
-            light=opened.light,
+            light=new_place.light,
             front_deg=place.front_deg,
             results=place.results,
             answered=None,
@@ -426,8 +428,8 @@ class PlaceController:
         )
         for remark in place.remarks:
             notify.tell(remark_words(remark), kind="warning")
-        self._remember(opened.folder)
-        self.saving.hold(opened)
+        self._remember(new_place.folder)
+        self.saving.hold(new_place)
 
     def _want_head(self, name: str) -> None:
         """Load the head of a place before its light is there: else another would be lit."""
@@ -449,7 +451,7 @@ class PlaceController:
         head, looks = self._services.model.head, self._services.model.settings.looks
         if "settings" in names and head is not None and (head.hair, head.in_place) != looks:
             self.load_head(head.name)
-        if names & _KEPT and "place_folder" not in names:
+        if names & _SAVED_FIELDS and "place_folder" not in names:
             self.saving.keep()
 
     def _solve(self) -> None:
@@ -457,24 +459,26 @@ class PlaceController:
         light, head, settings, studios = model.light, model.head, model.settings, model.studios
         if head is None or (light is None and head.studios == studios):
             # The answer on its way is for a place that was closed.
-            self._asked = None
+            self._question = None
             self._services.runner.cancel("solve")
             return
         if self._services.runner.running("head"):
             # With the head that is loading, as soon as it is there.
             return
         selection = model.selection
-        asked = selection, head.published or head
-        if self._asked is not None and self._asked == asked:
+        question = selection, head.published or head
+        if self._question is not None and self._question == question:
             return
-        self._asked = asked
+        self._question = question
 
         def work(token: Token, report: Report) -> tuple[Head, tuple[StyleResult, ...]]:
-            lit = head.lit_by(selection.studios)
+            studio_head = head.lit_by(selection.studios)
             if light is None:
-                return lit, ()
+                return studio_head, ()
             front, lens = selection.front_deg, selection.lens
-            return lit, solve_place(lit, light, selection.styles, settings, front, lens)
+            return studio_head, solve_place(
+                studio_head, light, selection.styles, settings, front, lens
+            )
 
         def failed(error: Exception) -> None:
             # No answers rather than those of another selection.
@@ -508,8 +512,8 @@ def _followed(
     if model.goal_deg is None or now is None:
         return {}
     if model.plan is not None and model.plan.result.name == model.chosen:
-        asked = model.plan.selection
-        return {} if asked is None or asked.matches_apart_from_front(selection) else _NO_GOAL
+        question = model.plan.selection
+        return {} if question is None or question.matches_apart_from_front(selection) else _NO_GOAL
     if before is None:
         return {}
     front = model.front_deg if answered is None else answered.front_deg
@@ -519,5 +523,5 @@ def _followed(
     return {"goal_deg": now.turn_refined_deg}
 
 
-def _moved(turn_deg: float | None, by_deg: float) -> float | None:
+def _shift_turn(turn_deg: float | None, by_deg: float) -> float | None:
     return None if turn_deg is None else wrap(turn_deg - by_deg)

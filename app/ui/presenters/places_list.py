@@ -39,7 +39,7 @@ _MOST_PICTURES: Final = 500
 MOST_SPOTS: Final = 6
 """As many places are compared at once."""
 
-_Looked: TypeAlias = tuple[
+_Reading: TypeAlias = tuple[
     tuple[PlaceSummary, ...],
     dict[Path, NDArray[np.uint8]],
     dict[Path, UnfinishedPlace],
@@ -61,7 +61,7 @@ class PlacesListRow:
     time: str
     detail: str
     trouble: bool
-    left: UnfinishedPlace | None
+    unfinished: UnfinishedPlace | None
     thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
     current: bool
     day: str = ""
@@ -72,8 +72,8 @@ class PlacesListRow:
 
     def has(self, words: str) -> bool:
         """Whether all these words are somewhere in what is said of it, in either case."""
-        said = (self.name, self.time, self.detail, *self.tags, self.notes)
-        text = " ".join(said).casefold()
+        texts = (self.name, self.time, self.detail, *self.tags, self.notes)
+        text = " ".join(texts).casefold()
         return all(word in text for word in words.casefold().split())
 
 
@@ -94,7 +94,7 @@ class PlacesListState:
     deleted: tuple[DeletedRow, ...] = field(default=())
     trash: str = ""  # "3 places, 184 MB"; empty where nothing was deleted
     busy: bool = False
-    picked: tuple[Path, ...] = field(default=())
+    picks: tuple[Path, ...] = field(default=())
     can_pick: bool = True
 
     @property
@@ -109,31 +109,31 @@ class PlacesListPresenter(Presenter[View]):
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         most: int = _MOST_PICTURES,
         key: str = "places",
     ) -> None:
         super().__init__(services)
-        self._desk = desk
+        self._place_controller = place_controller
         self._most, self._key = most, key
-        self._left: dict[Path, UnfinishedPlace] = {}
-        self._found: tuple[PlaceSummary, ...] | None = None
+        self._unfinished: dict[Path, UnfinishedPlace] = {}
+        self._summaries: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
         self._trash_size = (0, 0)
-        self._picked: tuple[Path, ...] = ()
+        self._picks: tuple[Path, ...] = ()
 
     def attach(self, view: View) -> None:
         """Show the list in `view` from now on, and read the folder again."""
         super().attach(view)
-        self._desk.places_changed.connect(self.refresh)
+        self._place_controller.places_changed.connect(self.refresh)
         self._services.model.changed.connect(self._model_changed)
         self.refresh()
 
     def detach(self) -> None:
         """Show nothing any more."""
         super().detach()
-        self._desk.places_changed.disconnect(self.refresh)
+        self._place_controller.places_changed.disconnect(self.refresh)
         self._services.model.changed.disconnect(self._model_changed)
 
     def _model_changed(self, names: frozenset[str]) -> None:
@@ -147,7 +147,7 @@ class PlacesListPresenter(Presenter[View]):
 
     def resolve(self) -> PlacesListState:
         """Work out what the list shows now."""
-        if self._found is None:
+        if self._summaries is None:
             return PlacesListState(busy=True)
         today = self._services.today()
         current = self._services.model.place_folder
@@ -159,7 +159,7 @@ class PlacesListPresenter(Presenter[View]):
                     time=time_words(one.made_at, today),
                     detail=self._detail_of(one),
                     trouble=one.trouble is not None or self._left_of(one) is not None,
-                    left=self._left_of(one),
+                    unfinished=self._left_of(one),
                     thumbnail=self._pictures.get(one.folder),
                     current=one.folder == current,
                     day=day_words(one.made_at, today),
@@ -168,7 +168,7 @@ class PlacesListPresenter(Presenter[View]):
                     notes=self._said_of(one).notes,
                     can_compare=one.has_light,
                 )
-                for one in self._found
+                for one in self._summaries
             ),
             tuple(
                 DeletedRow(
@@ -179,8 +179,8 @@ class PlacesListPresenter(Presenter[View]):
                 for one in self._trash
             ),
             trash=_size_words(*self._trash_size),
-            picked=self._picked,
-            can_pick=len(self._picked) < MOST_SPOTS,
+            picks=self._picks,
+            can_pick=len(self._picks) < MOST_SPOTS,
         )
 
     def pick(self, *folders: Path) -> None:
@@ -188,37 +188,39 @@ class PlacesListPresenter(Presenter[View]):
 
         At most `MOST_SPOTS` are picked; none at all drops all.
         """
-        before = self._picked if len(folders) == 1 else ()
+        before = self._picks if len(folders) == 1 else ()
         after = tuple(one for one in before if one not in folders)
         new = tuple(one for one in folders if one not in before)
-        self._picked = (*after, *new)[:MOST_SPOTS]
+        self._picks = (*after, *new)[:MOST_SPOTS]
         self._refresh()
 
     def open(self, folder: Path) -> None:
         """Open a place; one that is not finished is finished first."""
-        left = self._left.get(folder)
-        if left is not None and left.can_finish:
-            self._desk.finish(left)
+        unfinished = self._unfinished.get(folder)
+        if unfinished is not None and unfinished.can_finish:
+            self._place_controller.finish(unfinished)
         else:
-            self._desk.open_place(folder)
+            self._place_controller.open_place(folder)
 
     def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
         """Keep what the user says of a place; tags have commas between them. Can be undone."""
         before = next((row for row in self.resolve().rows if row.folder == folder), None)
         if before is None:
             return
-        said: dict[str, Any] = {
+        changes: dict[str, Any] = {
             "name": clean_name(name) if name.strip() else before.name,
             "tags": clean_tags(tags.split(",")),
             "notes": clean_notes(notes)[:LONGEST_NOTES],
         }
-        old = {key: getattr(before, key) for key in said}
+        old = {key: getattr(before, key) for key in changes}
         words = tr("change {name}", name=before.name)
-        if said != old and before.current:
-            self._desk.change(words, **said)
-        elif said != old:
+        if changes != old and before.current:
+            self._place_controller.change(words, **changes)
+        elif changes != old:
             self._change(
-                words, lambda: change_place(folder, **said), lambda _: change_place(folder, **old)
+                words,
+                lambda: change_place(folder, **changes),
+                lambda _: change_place(folder, **old),
             )
 
     def delete(self, folder: Path) -> None:
@@ -229,26 +231,26 @@ class PlacesListPresenter(Presenter[View]):
             nonlocal was_open
             was_open = folder == model.place_folder
             if was_open:
-                self._desk.close()
+                self._place_controller.close()
 
-        def gone(_: Path) -> str:
-            self._desk.places_changed.emit()
+        def message(_: Path) -> str:
+            self._place_controller.places_changed.emit()
             return name
 
         def returned(back: Path) -> str:
             nonlocal folder
             folder = back
-            self._desk.places_changed.emit()
+            self._place_controller.places_changed.emit()
             if was_open and model.place_folder is None:
-                self._desk.open_place(folder)
+                self._place_controller.open_place(folder)
             return name
 
         delete_with_undo(
-            self._desk.file_work,
+            self._place_controller.file_work,
             name,
             lambda: delete_place(folder),
             restore_place,
-            gone=gone,
+            message=message,
             returned=returned,
             before=close,
         )
@@ -282,7 +284,7 @@ class PlacesListPresenter(Presenter[View]):
             self.refresh()
             notify.tell_error(error)
 
-        self._desk.file_work.submit(
+        self._place_controller.file_work.submit(
             lambda token, report: empty_trash(folder, token, report),
             title=tr("Emptying the trash"),
             done=done,
@@ -292,10 +294,10 @@ class PlacesListPresenter(Presenter[View]):
 
     def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
         def done(_: Any) -> None:
-            self._desk.places_changed.emit()
+            self._place_controller.places_changed.emit()
 
-        files = self._desk.file_work
-        FileChange(files, words, make, back, made=done, undone=done).begin()
+        files = self._place_controller.file_work
+        FileChange(files, words, make, back, on_apply=done, undone=done).begin()
 
     def _title(self, folder: Path) -> str:
         return next((row.name for row in self.resolve().rows if row.folder == folder), tr("Place"))
@@ -303,19 +305,19 @@ class PlacesListPresenter(Presenter[View]):
     def _left_of(self, one: PlaceSummary) -> UnfinishedPlace | None:
         # The light of the open one may be on its way to the disk.
         here = one.folder == self._services.model.place_folder
-        return None if here else self._left.get(one.folder)
+        return None if here else self._unfinished.get(one.folder)
 
     def _detail_of(self, one: PlaceSummary) -> str:
-        left = self._left_of(one)
-        if left is not None:
-            return _unfinished_words(left)
-        reached, every, best = one.answers
+        unfinished = self._left_of(one)
+        if unfinished is not None:
+            return _unfinished_words(unfinished)
+        reach_count, every, best = one.answers
         if one.trouble or not every:
             return "" if one.trouble is None else trouble_words(one.trouble)
-        told = {"reached": reached, "every": every, "best": best}
-        if not reached:
-            return tr("None of {every} styles in reach", **told)
-        return tr("{reached} of {every} in reach, best {best}", **told)
+        values = {"reached": reach_count, "every": every, "best": best}
+        if not reach_count:
+            return tr("None of {every} styles in reach", **values)
+        return tr("{reached} of {every} in reach, best {best}", **values)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
         """What the user says of a place; of the open one it may be newer than the disk's."""
@@ -323,32 +325,36 @@ class PlacesListPresenter(Presenter[View]):
         here = place is not None and one.folder == self._services.model.place_folder
         return place if here and place is not None else one
 
-    def _read(self, looked: _Looked) -> None:
-        self._found, self._pictures, self._left, self._trash, self._trash_size = looked
-        there = {one.folder for one in self._found if one.has_light}
-        self._picked = tuple(one for one in self._picked if one in there)
+    def _read(self, reading: _Reading) -> None:
+        self._summaries, self._pictures, self._unfinished, self._trash, self._trash_size = reading
+        there = {one.folder for one in self._summaries if one.has_light}
+        self._picks = tuple(one for one in self._picks if one in there)
         self._refresh()
 
 
-def _look(folder: Path, most: int) -> _Looked:
+def _look(folder: Path, most: int) -> _Reading:
     """List the places of a folder, read their small pictures, and list what was deleted."""
-    found = list_places(folder)
-    left = {one.folder: each for one in found if (each := find_unfinished(one)) is not None}
+    places = list_places(folder)
+    unfinished = {one.folder: each for one in places if (each := find_unfinished(one)) is not None}
     pictures = {}
-    for one in found[:most]:
+    for one in places[:most]:
         picture = _thumbnail(one.thumbnail)
         if picture is not None:
             pictures[one.folder] = picture
-    return found, pictures, left, list_trash(folder), trash_size(folder)
+    return places, pictures, unfinished, list_trash(folder), trash_size(folder)
 
 
-def _unfinished_words(left: UnfinishedPlace) -> str:
+def _unfinished_words(unfinished: UnfinishedPlace) -> str:
     """State of a place in the list: "Unfinished: 3 of 7 frames"."""
-    if left.total:
-        return tr("Unfinished: {here} of {total} frames", here=left.here, total=left.total)
-    if left.files:
+    if unfinished.total:
+        return tr(
+            "Unfinished: {here} of {total} frames", here=unfinished.here, total=unfinished.total
+        )
+    if unfinished.files:
         return tr_plural(
-            "Unfinished: {count} photograph", "Unfinished: {count} photographs", len(left.files)
+            "Unfinished: {count} photograph",
+            "Unfinished: {count} photographs",
+            len(unfinished.files),
         )
     return tr("Unfinished: no frames yet")
 

@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.files import DiskTrouble, disk_trouble, is_full
 from app.core.base.progress import Report, Token
-from app.core.places.place import Asked, OpenPlace, Place, PlaceError, Source, to_json
+from app.core.places.place import AnswerBasis, OpenPlace, Place, PlaceError, PlaceSource, to_json
 from app.core.places.save import (
     FolderState,
     folder_state,
@@ -74,15 +74,15 @@ class Autosave:
         self._lock = threading.Lock()
         self._writing = threading.Lock()
         self._waiting: dict[Path, Place] = {}
-        self._begun = False
-        self._last: dict[Path, tuple[Source | None, Facts]] = {}
+        self._running = False
+        self._last: dict[Path, tuple[PlaceSource | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
         """Write a place soon; what is handed over until then takes its place."""
         with self._lock:
-            begun, self._begun = self._begun, True
+            running, self._running = self._running, True
             self._waiting[folder] = place
-        if not begun:
+        if not running:
             self._services.runner.submit("keep", self._soon, done=self._done, failed=self._failed)
 
     def keep_now(self, folder: Path, place: Place) -> Conflicts:
@@ -121,7 +121,7 @@ class Autosave:
         # Only writers wait for the disk, never who hands something over.
         with self._writing:
             with self._lock:
-                self._begun = False
+                self._running = False
                 waiting = tuple(self._waiting.items())
             trouble: PlaceError | None = None
             conflicts: Conflicts = []
@@ -135,7 +135,7 @@ class Autosave:
                     # It waits on: a disk that is full now may have room later.
                     trouble = trouble or error
                 else:
-                    self._written(folder, place)
+                    self._after_write(folder, place)
         if trouble is not None:
             raise trouble
         return conflicts
@@ -148,10 +148,10 @@ class Autosave:
         before, last = self._last.get(folder, (None, None))
         if source is None or before is not source:
             # What was found damaged is written whole.
-            last = None if source is None or place.remarks else source.found
+            last = None if source is None or place.remarks else source.file_facts
         return facts == last
 
-    def _written(self, folder: Path, place: Place) -> None:
+    def _after_write(self, folder: Path, place: Place) -> None:
         self._last[folder] = (place.source, to_json(place))
         with self._lock:
             if self._waiting.get(folder) is place:
@@ -171,7 +171,7 @@ class Saving:
     def __init__(self, services: Services, file_work: SerialQueue) -> None:
         self._services = services
         self._file_work = file_work
-        self._keeper = Autosave(services, self._written, self._not_written)
+        self._keeper = Autosave(services, self._after_write, self._not_written)
         self._conflicting: set[Path] = set()
         self._away = False
         self._storing: dict[Path, OpenPlace] = {}
@@ -200,7 +200,7 @@ class Saving:
         except (CoreError, OSError) as error:
             self._not_written(error)
             return False
-        self._written(conflicts)
+        self._after_write(conflicts)
         return True
 
     def keep_all(self) -> bool:
@@ -211,8 +211,8 @@ class Saving:
         if folder is not None and place is not None and light is not None and not place.environment:
             waiting[folder] = self._storing[folder] = OpenPlace(folder, place, light)
         try:
-            for opened in waiting.values():
-                self._stored(save_place(opened, open_since=True))
+            for place_to_save in waiting.values():
+                self._stored(save_place(place_to_save, open_since=True))
         except (CoreError, OSError) as error:
             self._not_kept(error)
             return False
@@ -220,11 +220,11 @@ class Saving:
 
     # -- a new light ---------------------------------------------------------------------------
 
-    def store(self, opened: OpenPlace) -> None:
+    def store(self, place_to_save: OpenPlace) -> None:
         """Write the light of a place that is shown already."""
-        assert opened.folder is not None
-        folder = opened.folder
-        self._storing[folder] = opened
+        assert place_to_save.folder is not None
+        folder = place_to_save.folder
+        self._storing[folder] = place_to_save
 
         def failed(error: Exception) -> None:
             self._storing.pop(folder, None)
@@ -232,30 +232,30 @@ class Saving:
 
         # Quietly, without a line at the foot: no one waits for it, and it cannot be stopped.
         self._file_work.submit(
-            lambda *_: save_place(opened, open_since=True), done=self._stored, failed=failed
+            lambda *_: save_place(place_to_save, open_since=True), done=self._stored, failed=failed
         )
 
-    def _stored(self, kept: OpenPlace) -> None:
-        folder, model = kept.folder, self._services.model
+    def _stored(self, open_place: OpenPlace) -> None:
+        folder, model = open_place.folder, self._services.model
         if folder is None or self._storing.pop(folder, None) is None:
             return
         if model.place_folder == folder and model.place is not None:
-            model.update(place=with_light_of(model.place, kept.place))
-            self._kept()
+            model.update(place=with_light_of(model.place, open_place.place))
+            self._note_saved()
             return
 
         # It was written once more since, when another place was opened.
         self._file_work.submit(
-            lambda *_: write_place(folder, with_light_of(read_place(folder), kept.place))
+            lambda *_: write_place(folder, with_light_of(read_place(folder), open_place.place))
         )
 
     # -- another folder ------------------------------------------------------------------------
 
-    def hold(self, opened: OpenPlace) -> None:
+    def hold(self, place_to_save: OpenPlace) -> None:
         """Take a place that could not be kept: it is shown all the same, and said once."""
-        self._files = opened.files
-        if opened.trouble is not None:
-            self._not_kept(opened.trouble)
+        self._files = place_to_save.files
+        if place_to_save.trouble is not None:
+            self._not_kept(place_to_save.trouble)
 
     def ask_elsewhere(self) -> None:
         """Ask for another folder and keep the open place there."""
@@ -271,19 +271,23 @@ class Saving:
             return
         files = self._files or original_files(before)
 
-        def done(kept: OpenPlace) -> None:
-            if model.light is not light or model.place is None or kept.folder is None:
+        def done(open_place: OpenPlace) -> None:
+            if model.light is not light or model.place is None or open_place.folder is None:
                 return
             self._files = ()
             if before is not None:
                 self._keeper.forget(before)
             model.update(
-                place_folder=kept.folder,
-                place=replace(with_light_of(model.place, kept.place), source=kept.place.source),
+                place_folder=open_place.folder,
+                place=replace(
+                    with_light_of(model.place, open_place.place), source=open_place.place.source
+                ),
             )
-            self._kept()
+            self._note_saved()
             self.keep()
-            self._services.notify.tell(tr("Saved in {folder}.", folder=kept.folder), kind="done")
+            self._services.notify.tell(
+                tr("Saved in {folder}.", folder=open_place.folder), kind="done"
+            )
 
         self._file_work.submit(
             lambda token, report: save_new_place(root, place, light, files, token),
@@ -329,20 +333,22 @@ class Saving:
         if folder is None:
             self.save_in(self._services.folders.places)
         elif place is not None and light is not None and (folder_state(folder) is FolderState.GONE):
-            opened = self._storing[folder] = OpenPlace(folder, place, light)
+            place_to_save = self._storing[folder] = OpenPlace(folder, place, light)
 
             def failed(error: Exception) -> None:
                 self._storing.pop(folder, None)
                 self._not_kept(error)
 
-            self._file_work.submit(lambda *_: save_again(opened), done=self._stored, failed=failed)
+            self._file_work.submit(
+                lambda *_: save_again(place_to_save), done=self._stored, failed=failed
+            )
         elif place is not None and light is not None and not place.environment:
             self.store(OpenPlace(folder, place, light))
         else:
             self.keep()
 
-    def _written(self, conflicts: Conflicts) -> None:
-        self._kept()
+    def _after_write(self, conflicts: Conflicts) -> None:
+        self._note_saved()
         for name, other in conflicts:
             folder = other.parent
             if folder in self._conflicting:
@@ -359,7 +365,7 @@ class Saving:
                 stay=True,
             )
 
-    def _kept(self) -> None:
+    def _note_saved(self) -> None:
         model = self._services.model
         if model.place_folder is None or model.place is None or not model.place.environment:
             return
@@ -370,7 +376,7 @@ class Saving:
         folder = self._services.model.place_folder
         if folder is not None and self._keeper.unkept(folder) is None:
             # That was a place of before: it has been said of it.
-            self._kept()
+            self._note_saved()
         else:
             self._not_kept(error)
 
@@ -426,9 +432,9 @@ class Saving:
         if model.place is None or model.head is None:
             return None
         answered = model.answered
-        asked = model.place.asked
+        basis = model.place.asked
         if answered is not None:
-            asked = Asked(
+            basis = AnswerBasis(
                 answered.head.name if answered.head is not None else model.head.name,
                 answered.objective,
             )
@@ -436,7 +442,7 @@ class Saving:
             model.place,
             front_deg=model.front_deg,
             head=model.head_name,
-            asked=asked,
+            asked=basis,
             results=model.results,
             chosen=model.chosen,
             needle_deg=model.needle_deg,

@@ -56,9 +56,9 @@ class Sounds:
         """Say something in the system's own voice."""
 
 
-def sound_words(wanted: bool, sounds: Sounds) -> tuple[str, str]:
+def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
     """Say whether the guidance is heard, and with which icon."""
-    if not wanted:
+    if not enabled:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
         return NO_LOUDSPEAKER, "sound-off"

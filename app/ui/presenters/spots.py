@@ -58,13 +58,13 @@ class Spot:
 
 @dataclass(frozen=True, slots=True)
 class SpotCard:
-    """What is shown of a place; `told`: grade, match and leeway; `why`: what is wrong with it."""
+    """A place as shown; `grade_words`: grade, match and leeway; `why`: what is wrong with it."""
 
     folder: Path
     name: str
     time: str
     turn: str = ""
-    told: str = ""
+    grade_words: str = ""
     why: str = ""
     match: float = 0.0
     best: bool = False
@@ -85,9 +85,11 @@ class SpotsState:
 class SpotsPresenter(Presenter[View]):
     """Reads the places and ranks them for the chosen style."""
 
-    def __init__(self, services: Services, desk: PlaceController, folders: Sequence[Path]) -> None:
+    def __init__(
+        self, services: Services, place_controller: PlaceController, folders: Sequence[Path]
+    ) -> None:
         super().__init__(services)
-        self._desk, self._folders = desk, tuple(folders)
+        self._place_controller, self._folders = place_controller, tuple(folders)
         self._spots: tuple[Spot, ...] = ()
         self._style = services.model.chosen or ""
 
@@ -108,13 +110,13 @@ class SpotsPresenter(Presenter[View]):
 
     def open(self, folder: Path) -> None:
         """Open one of the places, with the style that is compared."""
-        self._desk.open_place(folder, self.resolve().style)
+        self._place_controller.open_place(folder, self.resolve().style)
 
     def resolve(self) -> SpotsState:
         """Work out what the comparison shows now."""
-        told = {"number": len(self._spots) + 1, "every": len(self._folders)}
-        if told["number"] <= told["every"]:
-            return SpotsState(verdict=tr("Reading place {number} of {every}…", **told))
+        values = {"number": len(self._spots) + 1, "every": len(self._folders)}
+        if values["number"] <= values["every"]:
+            return SpotsState(verdict=tr("Reading place {number} of {every}…", **values))
         read = [spot for spot in self._spots if spot.results]
         rest = [_card(spot, "", False) for spot in self._spots if not spot.results]
         if not read:
@@ -141,18 +143,18 @@ class SpotsPresenter(Presenter[View]):
         if self._view is None or len(self._spots) == len(self._folders):
             return
         folder, model = self._folders[len(self._spots)], self._services.model
-        unkept, today = self._desk.saving.unkept(folder), self._services.today()
-        known, own, settings = model.head, model.user_styles, model.settings
+        unkept, today = self._place_controller.saving.unkept(folder), self._services.today()
+        head, own, settings = model.head, model.user_styles, model.settings
         self._services.runner.submit(
             _JOB,
-            lambda *_: _answer(known, own, settings, today, folder, unkept),
+            lambda *_: _answer(head, own, settings, today, folder, unkept),
             title=tr("Comparing spots"),
             done=self._read_next,
         )
 
 
 def _answer(
-    known: Head | None,
+    open_head: Head | None,
     own: Sequence[UserStyle],
     settings: Settings,
     today: datetime,
@@ -161,25 +163,25 @@ def _answer(
 ) -> Spot:
     """Answer one place, and light the head there at the best turn of every style."""
     try:
-        opened, head = (
+        spot_place, head = (
             load_place(folder, unkept),
-            known or load_head(settings.head, *settings.looks),
+            open_head or load_head(settings.head, *settings.looks),
         )
     except CoreError as error:
         return Spot(folder, folder.name, trouble=error.message)
-    place, light = opened.place, opened.light
+    place, light = spot_place.place, spot_place.light
     results = solve_place(head, light, own, settings, place.front_deg, place.lens)
     turns = [wrap(one.turn_refined_deg + place.front_deg) for one in results]
-    lit = [Facing(light, turn) for turn in turns]
-    shown = head.portraits(pictures_at(head.transport, light, turns), _SIZE, lit)
+    lights = [Facing(light, turn) for turn in turns]
+    portraits = head.portraits(pictures_at(head.transport, light, turns), _SIZE, lights)
     pictures = {
         one.name: picture if one.attainable else greyed(picture)
-        for one, picture in zip(results, shown, strict=True)
+        for one, picture in zip(results, portraits, strict=True)
     }
     styles = {style.name: style for style in (*head.pack.styles, *(each.style for each in own))}
     titles = {one.name: full_title(styles[one.name]) for one in results}
-    found = {one.name: one for one in results}
-    return Spot(folder, place.name, time_words(place.made_at, today), found, pictures, titles)
+    by_name = {one.name: one for one in results}
+    return Spot(folder, place.name, time_words(place.made_at, today), by_name, pictures, titles)
 
 
 def _where(names: Sequence[str]) -> str:
@@ -188,7 +190,7 @@ def _where(names: Sequence[str]) -> str:
     return tr("in reach at {names}", names=listed(names, 2))
 
 
-def _told(result: StyleResult) -> str:
+def _result_words(result: StyleResult) -> str:
     grade = (result.grade or "yes") if result.attainable else "no"
     match, leeway = max(math.floor(result.match), 0), leeway_words(result.arc_deg)
     return _GRADES[grade].format(match=match, leeway=leeway)
@@ -199,7 +201,8 @@ def _card(spot: Spot, style: str, best: bool) -> SpotCard:
     if result is None:
         return SpotCard(spot.folder, spot.name, spot.time, why=spot.trouble)
     return SpotCard(
-        spot.folder, spot.name, spot.time, turn_words(result.turn_refined_deg), _told(result),
+        spot.folder, spot.name, spot.time, turn_words(result.turn_refined_deg),
+        _result_words(result),
         reason_sentence(result.shortfall), result.match, best and result.attainable,
         spot.pictures[style],
     )  # fmt: skip
@@ -207,8 +210,8 @@ def _card(spot: Spot, style: str, best: bool) -> SpotCard:
 
 def _verdict(best: Spot, style: str) -> str:
     result = best.results[style]
-    told = {"style": best.titles[style], "name": best.name, "why": _told(result)}
+    values = {"style": best.titles[style], "name": best.name, "why": _result_words(result)}
     if result.attainable:
-        return tr("Best spot for {style}: {name}. {why}.", **told)
-    told["why"] = reason_sentence(result.shortfall) or told["why"]
-    return tr("No spot here gives {style}. {name} comes nearest: {why}.", **told)
+        return tr("Best spot for {style}: {name}. {why}.", **values)
+    values["why"] = reason_sentence(result.shortfall) or values["why"]
+    return tr("No spot here gives {style}. {name} comes nearest: {why}.", **values)

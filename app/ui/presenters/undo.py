@@ -21,7 +21,7 @@ class Undoable:
         words: What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My
             Rembrandt".
         place: Folder of the place that has to be open for it; None where any may be, or none.
-        kept: Gives what it put away, by which other lists can find it; None for nothing.
+        result: Gives what it put away, by which other lists can find it; None for nothing.
     """
 
     words: str
@@ -29,7 +29,7 @@ class Undoable:
     redo: Callable[[], None]
     size: int = 64
     place: Path | None = None
-    kept: Callable[[], object] = lambda: None
+    result: Callable[[], object] = lambda: None
 
 
 class UndoStack:
@@ -41,16 +41,16 @@ class UndoStack:
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
         self.changed = Event()
-        self.told = Event()
+        self.reported = Event()
         self.give_up: Callable[[], bool] = lambda: False
-        self._done: list[Undoable] = []
+        self._past: list[Undoable] = []
         self._undone: list[Undoable] = []
         self._most_bytes = most_bytes
 
     @property
     def undo_words(self) -> str:
         """What `undo` would take back; empty when there is nothing."""
-        return self._done[-1].words if self._done else ""
+        return self._past[-1].words if self._past else ""
 
     @property
     def redo_words(self) -> str:
@@ -59,44 +59,44 @@ class UndoStack:
 
     def push(self, step: Undoable) -> None:
         """Note something that has been done; what was undone before is forgotten."""
-        self._done.append(step)
+        self._past.append(step)
         self._undone.clear()
-        while len(self._done) > 1 and sum(one.size for one in self._done) > self._most_bytes:
-            del self._done[0]
+        while len(self._past) > 1 and sum(one.size for one in self._past) > self._most_bytes:
+            del self._past[0]
         self.changed.emit()
 
     def undo(self) -> None:
         """Take the last step back; without one nothing happens."""
-        if not self.give_up() and self._done:
-            self.take_back(self._done[-1])
+        if not self.give_up() and self._past:
+            self.take_back(self._past[-1])
 
     def redo(self) -> None:
         """Do the last undone step again; without one nothing happens."""
         self.give_up()
         if self._undone:
             step = self._undone.pop()
-            self._done.append(step)
+            self._past.append(step)
             step.redo()
-            self._tell(step, self._done, tr("Redone: {step}.", step=step.words))
+            self._tell(step, self._past, tr("Redone: {step}.", step=step.words))
 
     def take_back(self, step: Undoable) -> None:
         """Take a certain step back, as its own message offers, if it has not been by now."""
-        if step in self._done:
-            self._done.remove(step)
+        if step in self._past:
+            self._past.remove(step)
             self._undone.append(step)
             step.undo()
             self._tell(step, self._undone, tr("Undone: {step}.", step=step.words))
 
-    def take_back_what(self, kept: object) -> bool:
+    def take_back_what(self, result: object) -> bool:
         """Take back what put something away, as a list of such things offers; gives whether."""
-        step = next((one for one in self._done if one.kept() == kept), None)
+        step = next((one for one in self._past if one.result() == result), None)
         if step is not None:
             self.take_back(step)
         return step is not None
 
     def failed(self, step: Undoable, *, undoing: bool) -> None:
         """Note that a step that takes its time was not taken back, or not done again."""
-        source, target = (self._undone, self._done) if undoing else (self._done, self._undone)
+        source, target = (self._undone, self._past) if undoing else (self._past, self._undone)
         if step in source:
             source.remove(step)
             target.append(step)
@@ -104,14 +104,14 @@ class UndoStack:
 
     def drop(self, step: Undoable) -> None:
         """Forget a step that came to nothing."""
-        for steps in (self._done, self._undone):
+        for steps in (self._past, self._undone):
             if step in steps:
                 steps.remove(step)
         self.changed.emit()
 
     def forget_places(self) -> None:
         """Forget what belongs to the open place, as when it is closed; the rest stays."""
-        for steps in (self._done, self._undone):
+        for steps in (self._past, self._undone):
             steps[:] = [one for one in steps if one.place is None]
         self.changed.emit()
 
@@ -119,4 +119,4 @@ class UndoStack:
         self.changed.emit()
         # One that could not be done is back where it was, and has been told.
         if step in where:
-            self.told.emit(words)
+            self.reported.emit(words)

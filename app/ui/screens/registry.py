@@ -24,10 +24,10 @@ class ScreenPresenter(Protocol):
     def detach(self) -> None:
         """Show nothing any more; the view is going away."""
 
-    def entered(self) -> None:
+    def enter(self) -> None:
         """Begin: the screen has come to the front."""
 
-    def left(self) -> None:
+    def leave(self) -> None:
         """Pause: the screen is no longer in front."""
 
     def actions(self) -> Sequence[Action]:
@@ -61,10 +61,12 @@ class ScreenSpec:
         """Whether this screen is to be seen now."""
         return model.step == self.key if self.in_front is None else self.in_front(model)
 
-    def make_presenter(self, services: Services, desk: PlaceController) -> ScreenPresenter:
+    def make_presenter(
+        self, services: Services, place_controller: PlaceController
+    ) -> ScreenPresenter:
         """Make the presenter; it lives as long as the window."""
-        made: ScreenPresenter = self._part("screen", "Presenter")(services, desk)
-        return made
+        presenter: ScreenPresenter = self._part("screen", "Presenter")(services, place_controller)
+        return presenter
 
     def make_view(self, presenter: ScreenPresenter, compact: bool) -> Any:
         """Make the view, a `QWidget`; it is rebuilt when theme, scale or layout change."""
@@ -76,8 +78,8 @@ class ScreenSpec:
         self._part("screen_view", "Screen")
 
     def _part(self, module: str, kind: str) -> Any:
-        found = import_module(f"app.ui.screens.{self.key}.{module}")
-        return getattr(found, f"{self.key.title()}{kind}")
+        imported = import_module(f"app.ui.screens.{self.key}.{module}")
+        return getattr(imported, f"{self.key.title()}{kind}")
 
 
 def _style(model: Model) -> tuple[str, str]:

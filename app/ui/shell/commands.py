@@ -94,11 +94,11 @@ class DemoBar(Surface):
         self._bar = Bar()
         self._pause = Button(tr("Pause"), "pause", do=pause)
         self._next = Button(tr("Next"), "chevron-right", do=further)
-        said = column(self._title, self._words, gap=2)
+        texts = column(self._title, self._words, gap=2)
         far = column(..., self._count, self._bar, ..., gap=4)
         leave_it = Button(tr("Leave the demo"), "close", do=leave)
         buttons = (leave_it, self._pause, self._next)
-        row((said, 1), far, *buttons, into=self, gap=12, margins=(24, 12, 24, 12))
+        row((texts, 1), far, *buttons, into=self, gap=12, margins=(24, 12, 24, 12))
         self._bar.setFixedWidth(px(80))
 
     def show_step(self, number: int, share: float, paused: bool) -> None:
@@ -115,10 +115,15 @@ class DemoBar(Surface):
 class GuidedDemo(QObject):
     """Walks through the screens by itself, then calls `ended`; the own place is brought back."""
 
-    def __init__(self, window: Window, desk: PlaceController, services: Services,
+    def __init__(self, window: Window, place_controller: PlaceController, services: Services,
                  ended: Callable[[], None]) -> None:  # fmt: skip
         super().__init__(window)
-        self._window, self._desk, self._services, self._ended = window, desk, services, ended
+        self._window, self._place_controller, self._services, self._ended = (
+            window,
+            place_controller,
+            services,
+            ended,
+        )
         self._model: Model = services.model
         self._came_from = (self._model.place_folder, self._model.step)
         self.number, self._over_s, self._paused = -1, 0.0, False
@@ -128,7 +133,7 @@ class GuidedDemo(QObject):
         self._timer.timeout.connect(self.tick)
         window.set_foot(self._make_bar)
         if not self._model.demo_open:
-            desk.open_demo()
+            place_controller.open_demo()
         self._timer.start()
 
     def leave(self) -> None:
@@ -139,7 +144,7 @@ class GuidedDemo(QObject):
         self._model.update(painting=None, needle_deg=None)
         # Whoever opened another place meanwhile stays there.
         if self._model.demo_open and folder not in (None, self._model.place_folder):
-            self._desk.open_place(folder, step=step)
+            self._place_controller.open_place(folder, step=step)
         self._ended()
         self.deleteLater()
 
@@ -147,8 +152,8 @@ class GuidedDemo(QObject):
         """Let a tenth of a second pass."""
         opening = self._services.runner.running("open")
         ready = self._model.demo_open and self._model.results and not opening
-        covered = bool(Sheet.over(self._window))
-        if not ready or (self.number >= 0 and (self._paused or covered)):
+        is_covered = bool(Sheet.over(self._window))
+        if not ready or (self.number >= 0 and (self._paused or is_covered)):
             return
         whole_s = SECONDS.get(STEPS[self.number][0], 0.0)
         if self.number < 0 or self._over_s >= whole_s:
@@ -221,16 +226,16 @@ class Commands:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         notify: Notify,
         open_overlay: Callable[[str, Commands], Sheet],
     ) -> None:
         self.services = services
-        self.desk = desk
+        self.place_controller = place_controller
         self._window: Window | None = None
         self.overlay: Sheet | None = None
         self.guided: GuidedDemo | None = None
-        self._asked = ""
+        self._question = ""
         self._notify = notify
         self._open_overlay = open_overlay
         self._writing = threading.Lock()
@@ -243,8 +248,8 @@ class Commands:
         """Act on this window from now on."""
         self._window = window
         window.asked.connect(self.ask)
-        self.desk.saving.folder_asker = lambda title: ask_folder(window, title)
-        self.desk.layer_asker = lambda: self.ask("layers")
+        self.place_controller.saving.folder_asker = lambda title: ask_folder(window, title)
+        self.place_controller.layer_asker = lambda: self.ask("layers")
 
     @property
     def window(self) -> Window:
@@ -259,7 +264,7 @@ class Commands:
                 tr("New here? Five steps show the way, and a demo place is ready to try."),
                 actions=[
                     (tr("Take the tour"), lambda: self.ask("tour")),
-                    (tr("Demo place"), self.desk.open_demo),
+                    (tr("Demo place"), self.place_controller.open_demo),
                 ],
                 about="tour",
                 stay=True,
@@ -286,7 +291,7 @@ class Commands:
             *screens,
             Action("open-files", tr("Open files…"), self.open_files, "file", "Ctrl+O"),
             Action("open-folder", tr("Open a folder…"), self.open_folder, "folder", "Ctrl+Shift+O"),
-            Action("demo", tr("Try the demo place"), self.desk.open_demo, "pin"),
+            Action("demo", tr("Try the demo place"), self.place_controller.open_demo, "pin"),
             Action("guided-demo", tr("Watch the two-minute demo"), self.guide, "play"),
             Action("undo", tr("Undo"), undo.undo, "undo", "Ctrl+Z",
                    lambda: bool(undo.undo_words), about=undo.undo_words),
@@ -315,7 +320,7 @@ class Commands:
         elif what == "sitter":
             self._choose_sitter(at or self.window.mapToGlobal(QPoint(0, 0)))
         else:
-            self._asked = what
+            self._question = what
             self.overlay = self._open_overlay(what, self)
             self.overlay.closed.connect(self._overlay_closed)
 
@@ -323,7 +328,9 @@ class Commands:
         """Show the program by itself, for two minutes or until it is left."""
         self.close_overlay()
         if self.guided is None:
-            self.guided = GuidedDemo(self.window, self.desk, self.services, self._unguided)
+            self.guided = GuidedDemo(
+                self.window, self.place_controller, self.services, self._unguided
+            )
 
     def _unguided(self) -> None:
         self.guided = None
@@ -344,7 +351,7 @@ class Commands:
     def reopen(self) -> None:
         """Make what lies over the screen again, as after a change of theme."""
         if self.overlay is not None:
-            self.ask(self._asked)
+            self.ask(self._question)
 
     def messages(self) -> tuple[Message, ...]:
         """Give what was told since the start; from now on it counts as read."""
@@ -359,9 +366,9 @@ class Commands:
     def _choose_sitter(self, at: QPoint) -> None:
         selected = self.services.model.head_name
         menu = Menu(self.window, tr("Who is lit"))
-        for name, title in self.desk.heads():
+        for name, title in self.place_controller.heads():
             icon = "check" if name == selected else "person"
-            menu.add(title, partial(self.desk.load_head, name), icon)
+            menu.add(title, partial(self.place_controller.load_head, name), icon)
         menu.add(tr("Choose a file…"), self.choose_head, "folder")
         menu.popup(at)
 
@@ -370,7 +377,7 @@ class Commands:
         title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
         path = ask_file(self.window, title, kinds)
         if path is not None:
-            self.desk.choose_head(path)
+            self.place_controller.choose_head(path)
 
     def open_files(self) -> None:
         """Ask for files and open them."""
@@ -387,7 +394,7 @@ class Commands:
     def open_paths(self, paths: Sequence[Path]) -> None:
         """Open files that were chosen or dropped; what lies over the screen makes way."""
         self.close_overlay()
-        self.desk.open_paths(paths)
+        self.place_controller.open_paths(paths)
 
     def change(self, key: str, value: object) -> None:
         """Change one setting and keep it."""
@@ -442,12 +449,12 @@ class Commands:
     def _write_settings(self) -> Path | None:
         # One after the other, and only the newest: an older one never comes last.
         with self._writing:
-            wanted = self._unkept
-            if wanted is None:
+            settings = self._unkept
+            if settings is None:
                 return None
             file = self.services.folders.home / FILE
-            other = write_settings(file, wanted, self._saved)
-            self._saved = wanted
-            if self._unkept is wanted:
+            other = write_settings(file, settings, self._saved)
+            self._saved = settings
+            if self._unkept is settings:
                 self._unkept = None
             return other

@@ -26,7 +26,7 @@ from app.ui.widgets.dialogs import path_of
 from app.ui.widgets.displays import Bar
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.layouts import clear, column, row
-from app.ui.widgets.paint import MIDDLE, Painted, box, faint, hover_fill, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, PaintedWidget, box, faint, hover_fill, put_text, text_width
 from app.ui.widgets.surfaces import Surface
 
 PLACES: Final = "places"
@@ -155,29 +155,29 @@ class JobLineBar(Surface):
         self._words = Text("", 12, elide=True)
         self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._bar = Bar()
-        self._left = Text("", 12, role="dim")
+        self._time_left = Text("", 12, role="dim")
         # In the low line its edges would touch those of the line.
         kind: Kind = "quiet" if compact else "outlined"
         self._cancel = Button(tr("Cancel"), "", kind, "small", do=lambda: cancel(self._key))
         self._hints = QWidget()
         self._hint_row = row(into=self._hints, gap=16)
         self._bell = Button("", "bell", kind="quiet", size="small", do=show_messages)
-        left = (self._mark, self._words, self._bar, self._left, self._cancel)
-        row(*left, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
+        parts = (self._mark, self._words, self._bar, self._time_left, self._cancel)
+        row(*parts, ..., self._hints, self._bell, into=self, gap=8, margins=(24, 0, 24, 0))
         self.show_unread(0)
         self.show_job(None)
 
     def show_job(self, job: JobLine | None, stopped_above: bool = False) -> None:
         """Show what runs, cancelled here or `stopped_above`; None goes back to the last words."""
         running = job is not None
-        for widget in (self._bar, self._left):
+        for widget in (self._bar, self._time_left):
             widget.setVisible(running)
         self._cancel.setVisible(running and not stopped_above)
         self._mark.setVisible(not running and bool(self._words.text()))
         if job is not None:
             self._key = job.key
             self._words.set_text(job.message or job.title)
-            self._left.set_text(f"{round(100 * job.fraction)} %")
+            self._time_left.set_text(f"{round(100 * job.fraction)} %")
             self._bar.set(job.fraction)
             self._bar.setAccessibleName(f"{job.title}: {round(100 * job.fraction)} %")
             self._cancel.setAccessibleName(tr("Cancel: {title}", title=job.title))
@@ -207,11 +207,11 @@ _FRAME: Final = QMargins(4, 32, 4, 4)
 """Title bar and edges of the usual desktops; what they are is known once the window is shown."""
 
 
-def fitted(wanted: QRect, room: QRect) -> QRect:
+def fitted(rect: QRect, room: QRect) -> QRect:
     """Make a rectangle as small as the room, then move it inside; both in the same pixels."""
-    size = wanted.size().boundedTo(room.size())
-    left = min(max(wanted.left(), room.left()), room.left() + room.width() - size.width())
-    top = min(max(wanted.top(), room.top()), room.top() + room.height() - size.height())
+    size = rect.size().boundedTo(room.size())
+    left = min(max(rect.left(), room.left()), room.left() + room.width() - size.width())
+    top = min(max(rect.top(), room.top()), room.top() + room.height() - size.height())
     return QRect(left, top, size.width(), size.height())
 
 
@@ -226,15 +226,15 @@ def fit_on_screen(window: QWidget, smallest: QSize) -> None:
         return
     room = room_for(window)
     window.setMinimumSize(smallest.boundedTo(room.size()))
-    wanted = fitted(window.geometry(), room)
-    if wanted != window.geometry():
-        window.setGeometry(wanted)
+    rect = fitted(window.geometry(), room)
+    if rect != window.geometry():
+        window.setGeometry(rect)
 
 
 def _frame_of(window: QWidget) -> QMargins:
     handle: QWindow | None = window.windowHandle()
-    known = QMargins() if handle is None else handle.frameMargins()
-    return _FRAME if known.isNull() else known
+    margins = QMargins() if handle is None else handle.frameMargins()
+    return _FRAME if margins.isNull() else margins
 
 
 _MOST_FILES: Final = 500
@@ -247,7 +247,7 @@ def dropped_paths(data: QMimeData) -> list[Path]:
     return [path_of(url) for url in urls if url.isLocalFile()]
 
 
-class DropVeil(Painted):
+class DropVeil(PaintedWidget):
     """Lies over the window while files are held over it."""
 
     def __init__(self, parent: QWidget) -> None:

@@ -55,7 +55,7 @@ class Notify:
         self.changed = Event()
         self._today = today
         self._toasts: Toasts | None = None
-        self._kept: deque[Message] = deque(maxlen=_MOST_KEPT)
+        self._messages: deque[Message] = deque(maxlen=_MOST_KEPT)
         self._standing: list[Message] = []
         self._unread: list[Message] = []
         self._waiting: list[Message] = []
@@ -63,7 +63,7 @@ class Notify:
     @property
     def messages(self) -> tuple[Message, ...]:
         """What was told since the start, the newest last."""
-        return tuple(self._kept)
+        return tuple(self._messages)
 
     @property
     def unread(self) -> int:
@@ -95,7 +95,7 @@ class Notify:
         if about:
             self.mended(about)
         one = Message(self._today(), message, kind, tuple(actions), about)
-        self._kept.append(one)
+        self._messages.append(one)
         if kind != "done":
             self._unread = [*self._unread, one][-_MOST_KEPT:]
         if kind in ("warning", "error"):
@@ -125,7 +125,7 @@ class Notify:
     def mended(self, about: str) -> None:
         """Take off the screen what speaks of this: it is over."""
         for message in [each for each in self._standing if each.about == about]:
-            self._seen(message)
+            self._mark_read(message)
             if self._toasts is not None:
                 self._toasts.drop(message.text)
 
@@ -149,10 +149,10 @@ class Notify:
             kind=message.kind,
             actions=message.actions,
             stay=message in self._standing,
-            closed=lambda: self._seen(message),
+            closed=lambda: self._mark_read(message),
         )
 
-    def _seen(self, message: Message) -> None:
+    def _mark_read(self, message: Message) -> None:
         """Forget what was closed by hand, or is mended."""
         self._standing = [each for each in self._standing if each is not message]
         self._unread = [each for each in self._unread if each is not message]
@@ -186,7 +186,7 @@ class Speaker(Sounds):
         self._device: Any = None
         self._tried = False
         self._sound = b""
-        self._wanted = threading.Event()
+        self._wake = threading.Event()
         self._closing = False
 
     @property
@@ -206,7 +206,7 @@ class Speaker(Sounds):
         if self.available:
             louder = samples * min(max(volume, 0.0), 1.0)
             self._sound = louder.astype(samples.dtype).tobytes()
-            self._wanted.set()
+            self._wake.set()
 
     def stop(self) -> None:
         """Be quiet."""
@@ -224,14 +224,14 @@ class Speaker(Sounds):
 
     def _run(self) -> None:
         """Keep the device running while there is something to hear."""
-        while self._wanted.wait() and not self._closing:
+        while self._wake.wait() and not self._closing:
             frames = self._frames()
             next(frames)
             try:
                 self._device.start(frames)
-                while self._wanted.is_set() and not self._closing:
-                    self._wanted.clear()
-                    self._wanted.wait(_QUIET_S + len(self._sound) / (2.0 * RATE))
+                while self._wake.is_set() and not self._closing:
+                    self._wake.clear()
+                    self._wake.wait(_QUIET_S + len(self._sound) / (2.0 * RATE))
                 self._device.stop()
             except Exception as error:  # noqa: BLE001 - a broken loudspeaker stops no work
                 _log.info("no sound: %s", error)
@@ -241,19 +241,19 @@ class Speaker(Sounds):
 
     def _frames(self) -> Generator[bytes, int, None]:
         """Give the device what is to be heard next; it adds silence to what is too short."""
-        sound, heard = b"", 0
+        sound, position = b"", 0
         frames = yield b""
         while True:
             if sound is not self._sound:
-                sound, heard = self._sound, 0
-            part = sound[heard : heard + 2 * frames]
-            heard += len(part)
+                sound, position = self._sound, 0
+            part = sound[position : position + 2 * frames]
+            position += len(part)
             frames = yield part
 
     def _close(self, thread: threading.Thread) -> None:
         """Stop before Python ends: the device calls into it."""
         self._closing = True
-        self._wanted.set()
+        self._wake.set()
         thread.join(_CLOSING_S)
 
 
@@ -275,8 +275,8 @@ _VOICES: Final = {
 def _voice() -> tuple[str, ...]:
     """Find the command that says aloud what follows it, or `_SAYS`; empty where there is none."""
     for program, *options in _VOICES.get(sys.platform, ()):
-        if (found := shutil.which(program)) is not None:
-            return (found, *options)
+        if (path := shutil.which(program)) is not None:
+            return (path, *options)
     return ()
 
 

@@ -173,8 +173,8 @@ def _hand_over(home: Path, paths: Sequence[Path]) -> bool:
     address = _read_address(home)
     if address is None:
         return False
-    wanted = [str(each.absolute()) for each in paths][:_MOST_PATHS]
-    message = json.dumps({"key": address.key, "paths": wanted}).encode() + b"\n"
+    texts = [str(each.absolute()) for each in paths][:_MOST_PATHS]
+    message = json.dumps({"key": address.key, "paths": texts}).encode() + b"\n"
     socket = QLocalSocket()
     socket.connectToServer(address.name)
     try:

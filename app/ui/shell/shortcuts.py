@@ -20,7 +20,7 @@ class Shortcuts:
         self._window = window
         self._resting = False
         self._actions: dict[str, Action] = {}
-        self._made: dict[str, QShortcut] = {}
+        self._shortcuts: dict[str, QShortcut] = {}
 
     def bind(self, actions: Sequence[Action]) -> None:
         """Take the place of the group's former shortcuts."""
@@ -31,9 +31,9 @@ class Shortcuts:
             if keys.strip()
         }
         # Those that are there already are used again: making one takes a millisecond.
-        for keys in self._actions.keys() - self._made.keys():
-            self._made[keys] = QShortcut(QKeySequence(keys), self._window)
-            self._made[keys].activated.connect(partial(self._run, keys))
+        for keys in self._actions.keys() - self._shortcuts.keys():
+            self._shortcuts[keys] = QShortcut(QKeySequence(keys), self._window)
+            self._shortcuts[keys].activated.connect(partial(self._run, keys))
         self._enable()
 
     def rest(self, resting: bool) -> None:
@@ -43,7 +43,7 @@ class Shortcuts:
             self._enable()
 
     def _enable(self) -> None:
-        for keys, shortcut in self._made.items():
+        for keys, shortcut in self._shortcuts.items():
             shortcut.setEnabled(keys in self._actions and not self._resting)
 
     def _run(self, keys: str) -> None:
@@ -61,11 +61,11 @@ def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
     Returns list of (str, str). Keys and words.
     """
     return [
-        (action.keys or written(action.shortcut), action.hint) for action in actions if action.hint
+        (action.keys or key_text(action.shortcut), action.hint) for action in actions if action.hint
     ]
 
 
-def written(shortcut: str) -> str:
+def key_text(shortcut: str) -> str:
     """Write the first of an action's shortcuts as keys are named on screen: "Ctrl K"."""
     first = shortcut.split(";")[0].strip()
     names = {"Return": "Enter", "Escape": "Esc"}

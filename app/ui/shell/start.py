@@ -184,17 +184,17 @@ class App:
             folders=_folders(home, settings),
             sounds=Speaker(),
         )
-        self.desk = PlaceController(self.services)
+        self.place_controller = PlaceController(self.services)
         self._warned = False
         self.ended_by = 0
-        self._worn = self._wanted(settings)
+        self._worn = self._look(settings)
         set_theme(*self._worn)
         apply(application)
-        self.commands = Commands(self.services, self.desk, self.notify, open_overlay)
+        self.commands = Commands(self.services, self.place_controller, self.notify, open_overlay)
         self.window = Window(
             application,
             self.services,
-            self.desk,
+            self.place_controller,
             self.runner,
             self.notify,
             self.commands.everywhere(),
@@ -207,7 +207,7 @@ class App:
         self.window.closed.connect(self.shut)
         look = QTimer(self.window)
         look.setInterval(_LOOK_MS)
-        look.timeout.connect(self.desk.saving.look)
+        look.timeout.connect(self.place_controller.saving.look)
         look.start()
         self.window.paths_dropped.connect(self.commands.open_paths)
         for note in notes:
@@ -233,8 +233,8 @@ class App:
         _log.info("ending by signal %d", number)
         self.ended_by, self._warned = number, True
         try:
-            if not self.desk.keep_all():
-                _log.warning("saved elsewhere: %s", self.desk.saving.rescue())
+            if not self.place_controller.keep_all():
+                _log.warning("saved elsewhere: %s", self.place_controller.saving.rescue())
             self.window.close()
         finally:
             self.application.quit()
@@ -272,7 +272,7 @@ class App:
 
     def _may_close(self) -> bool:
         """Keep everything; what cannot be kept holds the window open once."""
-        if self.desk.keep_all() or self._warned:
+        if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True
         self.notify.tell(
@@ -287,7 +287,7 @@ class App:
     def _begin(self) -> None:
         paths = self.options.paths
         # A demo begins where a first start does.
-        self.desk.begin(reopen=not (self.options.demo or paths))
+        self.place_controller.begin(reopen=not (self.options.demo or paths))
         self.commands.begin()
         folders = self.services.folders
         self.runner.submit("tighten", lambda token, _: tighten(folders.home, folders.places, token))
@@ -295,7 +295,7 @@ class App:
             self.commands.open_paths(paths)
         threading.Thread(target=_load_libraries).start()
 
-    def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
+    def _look(self, settings: Settings) -> tuple[ThemeName, float]:
         name = self.options.theme or settings.theme
         if name == "system":
             scheme = QGuiApplication.styleHints().colorScheme()
@@ -304,10 +304,10 @@ class App:
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "settings" in names:
-            wanted = self._wanted(self.model.settings)
-            if wanted != self._worn:
-                self._worn = wanted
-                self.window.wear(*wanted)
+            look = self._look(self.model.settings)
+            if look != self._worn:
+                self._worn = look
+                self.window.wear(*look)
                 self.commands.reopen()
 
     def _kept_geometry(self) -> QByteArray | None:
@@ -338,10 +338,10 @@ class _AfterFirstPaint(QObject):
 
 
 def _folders(home: Path, settings: Settings) -> Folders:
-    chosen = settings.places_folder
+    folder = settings.places_folder
     return Folders(
         home=home,
-        places=Path(chosen).expanduser() if chosen else home / "places",
+        places=Path(folder).expanduser() if folder else home / "places",
         styles=home / "styles",
         drafts=home / "drafts",
         demo=resources() / "demo" / "cafe",

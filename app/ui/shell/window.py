@@ -65,7 +65,7 @@ class Window(QWidget):
         self,
         application: QApplication,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         runner: QtRunner,
         notify: Notify,
         actions: Sequence[Action] = (),
@@ -73,7 +73,7 @@ class Window(QWidget):
         super().__init__()
         self._application = application
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._notify = notify
         self._runner = runner
         self._presenters: dict[str, ScreenPresenter] = {}
@@ -118,8 +118,8 @@ class Window(QWidget):
             self._failed = ""
         self._state = state
         model = self._services.model
-        done = {spec.key for spec in SCREENS if spec.done(model)}
-        self._rail.show_steps(state.step, done, {one.key: one.note(model) for one in SCREENS})
+        is_covered = {spec.key for spec in SCREENS if spec.done(model)}
+        self._rail.show_steps(state.step, is_covered, {one.key: one.note(model) for one in SCREENS})
         self._top.show_state(state)
         self.say(state.status, state.status_icon)
         self._show_screen()
@@ -248,7 +248,7 @@ class Window(QWidget):
             return
         before = self.front_presenter
         if before is not None and self._front in self._views:
-            before.left()
+            before.leave()
         presenter = self._presenter_of(key)
         if key not in self._views:
             view = spec.make_view(presenter, self._compact)
@@ -262,7 +262,7 @@ class Window(QWidget):
             presenter.attach(view)
         self._front = key
         self._stack.setCurrentWidget(self._views[key])
-        presenter.entered()
+        presenter.enter()
         self.refresh_actions()
         # The keys go to the screen, not to the rail that was clicked.
         view = self._views[key]
@@ -270,7 +270,9 @@ class Window(QWidget):
 
     def _presenter_of(self, key: str) -> ScreenPresenter:
         if key not in self._presenters:
-            self._presenters[key] = screen(key).make_presenter(self._services, self._desk)
+            self._presenters[key] = screen(key).make_presenter(
+                self._services, self._place_controller
+            )
         return self._presenters[key]
 
     def _expect_styles(self) -> None:
@@ -380,10 +382,10 @@ class Window(QWidget):
         """Let the screens stop their devices, then go."""
         presenter = self.front_presenter
         if presenter is not None:
-            presenter.left()
+            presenter.leave()
         if not self.before_closing():
             if presenter is not None:
-                presenter.entered()
+                presenter.enter()
             event.ignore()
             return
         self.closed.emit()

@@ -288,7 +288,7 @@ class FocusRing(QObject):
             self._later.start()
         return False
 
-    def _wanted(self) -> QWidget | None:
+    def _next_target(self) -> QWidget | None:
         target = self._target
         if target is None or not shiboken6.isValid(target) or not self._by_keyboard:
             return None
@@ -300,7 +300,7 @@ class FocusRing(QObject):
         ring = self._ring
         if ring is not None and not shiboken6.isValid(ring):
             ring = self._ring = None
-        target = self._wanted()
+        target = self._next_target()
         if target is None:
             if ring is not None:
                 ring.hide()
@@ -324,8 +324,8 @@ class FocusRing(QObject):
 
 def install(app: QApplication) -> FocusRing:
     """Give the application its focus ring, once."""
-    found = app.findChild(FocusRing)
-    return found if isinstance(found, FocusRing) else FocusRing(app)
+    ring = app.findChild(FocusRing)
+    return ring if isinstance(ring, FocusRing) else FocusRing(app)
 
 
 def apply(app: QApplication) -> None:

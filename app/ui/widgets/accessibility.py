@@ -111,8 +111,8 @@ class Roving(QObject):
         if event.type() == QEvent.Type.FocusIn and isinstance(watched, QWidget):
             self.set_stop(watched)
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
-            held = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-            if held == Qt.KeyboardModifier.NoModifier and isinstance(watched, QWidget):
+            modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+            if modifiers == Qt.KeyboardModifier.NoModifier and isinstance(watched, QWidget):
                 return self._step(watched, Qt.Key(event.key()))
         return False
 

@@ -150,7 +150,7 @@ class Button(Pressable):
         self._icon = icon
         self._trailing = trailing
         self._busy: str | None = None
-        self._kept = QSize()
+        self._last_size = QSize()
         self._beat = Beat(self)
         self.setCheckable(checkable)
         self.setText(text)
@@ -169,7 +169,7 @@ class Button(Pressable):
     def set_busy(self, label: str | None) -> None:
         """Show "Saving…" and a ring at the same size, and take no press, until it is None again."""
         if label is not None and self._busy is None:
-            self._kept = self.size() if self.isVisible() else self.sizeHint()
+            self._last_size = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
         self.setAccessibleDescription(label or "")
         self._beat.run(label is not None)
@@ -193,8 +193,8 @@ class Button(Pressable):
 
     def sizeHint(self) -> QSize:
         """Room for icons and words, at the height of its size."""
-        if self._busy is not None and not self._kept.isEmpty():
-            return self._kept
+        if self._busy is not None and not self._last_size.isEmpty():
+            return self._last_size
         size = self._size
         width = text_width(self.font(), self.text()) + 2 * px(_PADDING[size])
         width += sum(px(_ICON[size] + 8) for each in (self._icon, self._trailing) if each)
@@ -267,7 +267,7 @@ class IconButton(Pressable):
         self._icon = icon
         self._kind: Kind = kind
         self._size: Size = size
-        self.wanted = (_HEIGHT[size], _HEIGHT[size])
+        self.preferred_size = (_HEIGHT[size], _HEIGHT[size])
         self.setCheckable(checkable)
         self.setMinimumSize(side, side)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)

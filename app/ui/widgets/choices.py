@@ -17,7 +17,7 @@ from app.ui.widgets.layouts import row
 from app.ui.widgets.paint import (
     MIDDLE,
     RIGHT,
-    Painted,
+    PaintedWidget,
     Paints,
     box,
     hover_fill,
@@ -295,7 +295,7 @@ class _Part(Pressable):
         put_text(painter, below, self.second, t.font(12), second_ink, MIDDLE)
 
 
-class Segmented(Painted):
+class SegmentedChoice(PaintedWidget):
     """A choice of one among a few, one stop for Tab; arrows move inside it.
 
     The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all

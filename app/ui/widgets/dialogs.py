@@ -20,8 +20,8 @@ from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Role, Text
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import Painted, faint, pen, put_text, text_width
-from app.ui.widgets.surfaces import Frame
+from app.ui.widgets.paint import PaintedWidget, faint, pen, put_text, text_width
+from app.ui.widgets.surfaces import OutlineBox
 from app.words.explanations import EXPLANATIONS
 
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
@@ -72,7 +72,7 @@ _SCRIM: Final = 0.6
 _MARGIN: Final = 24
 
 
-class Sheet(Painted):
+class Sheet(PaintedWidget):
     """A panel with title and close button over a darkened window.
 
     It opens only because the user asked for it: in the middle, near the top, or as a column at
@@ -89,9 +89,9 @@ class Sheet(Painted):
     def over(cls, host: QWidget) -> list[Sheet]:
         """List the sheets that lie open over a window, the uppermost last."""
         sheets = [one for one in (each() for each in cls._open) if one is not None]
-        shown = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
-        cls._open[:] = map(weakref.ref, shown)
-        return [one for one in shown if one._host is host]
+        visible = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
+        cls._open[:] = map(weakref.ref, visible)
+        return [one for one in visible if one._host is host]
 
     def __init__(
         self,
@@ -108,7 +108,7 @@ class Sheet(Painted):
         self.setAccessibleName(title)
         self.setProperty("focusHost", True)
         edge, radius = ("line", 0) if side == "right" else ("ctl", 8)
-        self._panel = Frame("panel", edge, radius=radius, parent=self)
+        self._panel = OutlineBox("panel", edge, radius=radius, parent=self)
         self._title = Text(title, 20, 600)
         self._close = IconButton("close", tr("Close"), kind="quiet", shortcut="Esc", do=self.shut)
         self.body = column(gap=16)
@@ -146,10 +146,10 @@ class Sheet(Painted):
             self.hide()
             if self._back is not None and shiboken6.isValid(self._back):
                 self._back.setFocus(Qt.FocusReason.OtherFocusReason)
-            left = QApplication.focusWidget()
-            if left is not None and self.isAncestorOf(left):
+            focus = QApplication.focusWidget()
+            if focus is not None and self.isAncestorOf(focus):
                 # What had the keyboard is gone or hidden. Left in here, keys would reach nothing.
-                left.clearFocus()
+                focus.clearFocus()
             self._back = None
             self.closed.emit()
 
@@ -175,16 +175,16 @@ class Sheet(Painted):
 
     def _stops(self) -> list[QWidget]:
         """List what Tab comes to, in order, the close button last."""
-        found: list[QWidget] = []
+        stops: list[QWidget] = []
         widget = self.nextInFocusChain()
         while widget is not None and widget is not self:
             inside = self.isAncestorOf(widget) and widget.isVisible() and widget.isEnabled()
             if inside and widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
                 proxied = widget.focusProxy() is not None
-                if not proxied and widget is not self._close and widget not in found:
-                    found.append(widget)
+                if not proxied and widget is not self._close and widget not in stops:
+                    stops.append(widget)
             widget = widget.nextInFocusChain()
-        return [*found, self._close]
+        return [*stops, self._close]
 
     def focusNextPrevChild(self, forward: bool) -> bool:
         """Keep Tab inside."""
@@ -321,8 +321,8 @@ class Term(Pressable):
         """Change the name, and what it is the name of; without words it is hidden."""
         self.key = key or self.key
         self.setText(words)
-        asked = tr("{name}: what does it mean?", name=words)
-        describe(self, asked, tip=tr("What {name} means", name=EXPLANATIONS[self.key][0]))
+        question = tr("{name}: what does it mean?", name=words)
+        describe(self, question, tip=tr("What {name} means", name=EXPLANATIONS[self.key][0]))
         if not words or self.parent() is not None:
             self.setVisible(bool(words))
         self.updateGeometry()
@@ -355,12 +355,12 @@ class Term(Pressable):
     def _explain(self) -> None:
         title, words = EXPLANATIONS[self.key]
         sheet = KeysSheet(self.window(), title, 360, under=self)
-        asked = getattr(self.window(), "asked", None)
+        signal = getattr(self.window(), "asked", None)
 
         def read() -> None:
             sheet.shut()
-            if asked is not None:
-                asked.emit(f"manual#{title}", QPoint())
+            if signal is not None:
+                signal.emit(f"manual#{title}", QPoint())
 
         sheet.body.addWidget(Text(words, 14, wrap=True))
         sheet.add_button(Button(tr("More in the manual"), size="small", do=read))

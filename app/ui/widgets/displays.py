@@ -13,7 +13,7 @@ from shiboken6 import isValid
 
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
-from app.ui.widgets.paint import Painted, Paints, box, draw_tag, faint, mix, pen, tag_size
+from app.ui.widgets.paint import PaintedWidget, Paints, box, draw_tag, faint, mix, pen, tag_size
 
 _STEPS: Final = 1000
 _TICK_MS: Final = 40
@@ -42,13 +42,13 @@ class Beat(QObject):
         super().__init__()
         self._widget = widget
         self.phase_deg = 0.0
-        self._wanted = False
+        self._is_on = False
         self._timer: QTimer | None = None
 
-    def run(self, wanted: bool) -> None:
+    def run(self, on: bool) -> None:
         """Start or stop."""
-        self._wanted = wanted
-        if wanted and self._timer is None:
+        self._is_on = on
+        if on and self._timer is None:
             # Every button has a beat, and few are ever busy.
             self._timer = QTimer(self._widget)
             self._timer.setInterval(_TICK_MS)
@@ -64,7 +64,7 @@ class Beat(QObject):
 
     def _follow(self) -> None:
         if self._timer is not None and isValid(self._timer):
-            moving = self._wanted and self._widget.isVisible()
+            moving = self._is_on and self._widget.isVisible()
             if moving != self._timer.isActive():
                 self._timer.start() if moving else self._timer.stop()
 
@@ -73,7 +73,7 @@ class Beat(QObject):
         self._widget.update()
 
 
-class Spinner(Painted):
+class Spinner(PaintedWidget):
     """A ring that turns while something is under way."""
 
     def __init__(self, name: str = tr("Working")) -> None:
@@ -168,27 +168,27 @@ def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None
         box(painter, part, rail.height() / 2, colour)
 
 
-class Meter(Painted):
+class Meter(PaintedWidget):
     """A meter 4 high."""
 
-    wanted, least = (120, _TICK), (24, _TICK)
+    preferred_size, least = (120, _TICK), (24, _TICK)
 
     def __init__(self, name: str = tr("Match")) -> None:
         super().__init__()
         self._name = name
-        self._shown: tuple[float, float | None, float | None] = (0.0, 45, None)
+        self._values: tuple[float, float | None, float | None] = (0.0, 45, None)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self._describe()
 
     def set(self, value: float, limit: float | None = 45, before: float | None = None) -> None:
         """Show a value of 0 to 100; a limit of None has no tick."""
-        if (value, limit, before) != self._shown:
-            self._shown = (value, limit, before)
+        if (value, limit, before) != self._values:
+            self._values = (value, limit, before)
             self._describe()
             self.update()
 
     def _describe(self) -> None:
-        value, _limit, before = self._shown
+        value, _limit, before = self._values
         words = tr("{name} {value} of 100", name=self._name, value=int(value))
         if before is not None:
             words = tr("{match}, before {before}", match=words, before=int(before))
@@ -196,7 +196,7 @@ class Meter(Painted):
 
     def paint_on(self, painter: QPainter, _t: Theme) -> None:
         """Paint it in the current theme."""
-        value, limit, before = self._shown
+        value, limit, before = self._values
         draw_meter(painter, self.rect(), value, limit, before)
 
 
@@ -219,10 +219,10 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
     return shared.copy()
 
 
-class Picture(Painted):
+class Picture(PaintedWidget):
     """A picture, cropped to fill the place it has."""
 
-    wanted, least = (94, 68), (24, 16)
+    preferred_size, least = (94, 68), (24, 16)
 
     def __init__(self, name: str, radius: int = 6) -> None:
         super().__init__()

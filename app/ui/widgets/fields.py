@@ -111,7 +111,7 @@ class Toggle(Pressable):
 _PADDING: Final = 12
 
 
-class _Labelled(QWidget):
+class _LabelledField(QWidget):
     """A column: label, the control, and a place for an error."""
 
     def __init__(self, label: str) -> None:
@@ -123,7 +123,7 @@ class _Labelled(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self._error = IconLine(12, 4)
 
-    def _hold(self, field: _Line | _Box) -> None:
+    def _hold(self, field: _LineInput | _Box) -> None:
         self._field = field
         self.setFocusProxy(field)
         add(self._column, field, self._error)
@@ -136,14 +136,14 @@ class _Labelled(QWidget):
         self._field.update()
 
 
-def _draw_frame(painter: QPainter, field: _Line | _Box, pressed: bool = False) -> None:
+def _draw_frame(painter: QPainter, field: _LineInput | _Box, pressed: bool = False) -> None:
     t, on = theme(), field.isEnabled()
     edge = t.c.err if field.wrong else t.c.ctl if on else t.c.line
     width = selected_edge(t) if field.wrong or pressed else t.line_width
     box(painter, field.rect(), px(8), t.c.raised if on else None, edge, width)
 
 
-class _Line(QLineEdit):
+class _LineInput(QLineEdit):
     """A line edit with our frame."""
 
     def __init__(self) -> None:
@@ -184,7 +184,7 @@ class _Line(QLineEdit):
         super().paintEvent(event)
 
 
-class TextField(_Labelled):
+class TextField(_LabelledField):
     """A line of text with its label."""
 
     changed = Signal(str)
@@ -194,7 +194,7 @@ class TextField(_Labelled):
         self, label: str, placeholder: str = "", icon: str = "", show_label: bool = True
     ) -> None:
         super().__init__(label if show_label else "")
-        line = _Line()
+        line = _LineInput()
         line.set_icon(icon)
         line.setPlaceholderText(placeholder)
         describe(line, label, tip="")
@@ -288,7 +288,7 @@ class _Box(Pressable):
         put_text(painter, below, entry.second, t.font(12), t.c.dim if on else t.c.dis)
 
 
-class ListField(_Labelled):
+class ListField(_LabelledField):
     """A field that shows what is chosen and drops a list.
 
     Arrows step without opening it; Space, Enter and Alt Down open it. Items are (key, text) with
@@ -344,8 +344,8 @@ class ListField(_Labelled):
             self._popup.drop(self.box, self._entries, self.key)
 
     def _show(self, entry: Entry | None) -> None:
-        self.box.entry = shown = entry or Entry("", "")
-        words = ", ".join(part for part in (shown.text, shown.second) if part)
+        self.box.entry = new_entry = entry or Entry("", "")
+        words = ", ".join(part for part in (new_entry.text, new_entry.second) if part)
         describe(self.box, f"{self._name}: {words}" if words else self._name, tip="")
         self.box.updateGeometry()
         self.box.update()

@@ -20,14 +20,14 @@ from app.core.base.visible import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.paint import MIDDLE, Painted, box, pen, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, PaintedWidget, box, pen, put_text, text_width
 
 _HEIGHT: Final = 20
 _PADDING: Final = 7
 _GAP: Final = 8
 
 
-class KeyHint(Painted):
+class KeyHint(PaintedWidget):
     """A key in its frame, and what it does."""
 
     def __init__(self, keys: str, words: str) -> None:
@@ -75,7 +75,7 @@ class KeyHint(Painted):
         put_text(painter, rest, self._words, t.font(12), t.c.dim)
 
 
-class Icon(Painted):
+class Icon(PaintedWidget):
     """A picture without a function; what it means stands beside it in words."""
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
@@ -118,7 +118,7 @@ def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "mi
 _SIGNS: Final = {"plus": tr("plus"), "minus": tr("minus")}
 
 
-class Sign(Painted):
+class Sign(PaintedWidget):
     """The sign of a weight in front of what it means."""
 
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
@@ -290,9 +290,9 @@ class Text(QLabel):
         flags = int(self._align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine)
         width = self.width()
         for number, line in enumerate(lines):
-            shown = line
+            elided = line
             if self._elide:
-                shown = metrics.elidedText(line, _RIGHT, width + 0.5)
+                elided = metrics.elidedText(line, _RIGHT, width + 0.5)
             left = -metrics.tightBoundingRect(line[:1]).left() if self._flush and line else 0.0
             area = QRectF(left, top + number * self._line, width, self._line)
-            painter.drawText(area, flags, shown)
+            painter.drawText(area, flags, elided)

@@ -36,7 +36,15 @@ from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars, round_corners
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.layouts import column
-from app.ui.widgets.paint import MIDDLE, Painted, Paints, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.paint import (
+    MIDDLE,
+    PaintedWidget,
+    Paints,
+    box,
+    hover_fill,
+    put_text,
+    selected_edge,
+)
 
 _ROW: Final = 44
 _HEAD: Final = 28
@@ -83,7 +91,7 @@ def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture
     put_text(painter, area, letter, t.font(12, 600), ink, MIDDLE)
 
 
-class TableHead(Painted):
+class TableHead(PaintedWidget):
     """The titles of the columns, over a line."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
@@ -279,12 +287,12 @@ class ListPopup(Paints, QFrame):
         column(self._list, into=self, gap=None).setContentsMargins(*4 * (margin,))
         self._list.installEventFilter(self)
 
-    def drop(self, under: QWidget, entries: Sequence[Entry], chosen: str, width: int = 0) -> None:
+    def drop(self, under: QWidget, entries: Sequence[Entry], key: str, width: int = 0) -> None:
         """Open under a widget, or above it where there is no room; at least so wide."""
         t = theme()
         height = px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)
-        rows.chosen = chosen
+        rows.chosen = key
         self._list.setItemDelegate(rows)
         self._list.clear()
         for entry in entries:
@@ -293,7 +301,7 @@ class ListPopup(Paints, QFrame):
             words = f"{entry.text}, {entry.second}" if entry.second else entry.text
             item.setData(Qt.ItemDataRole.AccessibleTextRole, words)
             self._list.addItem(item)
-            if entry.key == chosen:
+            if entry.key == key:
                 self._list.setCurrentItem(item)
         if self._list.currentRow() < 0:
             self._list.setCurrentRow(0)

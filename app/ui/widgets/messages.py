@@ -29,11 +29,11 @@ from app.ui.theme import Theme, px
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import clear, column, row
-from app.ui.widgets.paint import STALE, Painted, draw_tag, faint
-from app.ui.widgets.surfaces import Frame
+from app.ui.widgets.paint import STALE, PaintedWidget, draw_tag, faint
+from app.ui.widgets.surfaces import OutlineBox
 
 
-class Banner(Frame):
+class Banner(OutlineBox):
     """A framed box: icon, bold sentence, text, and buttons."""
 
     pressed = Signal(int)
@@ -109,7 +109,7 @@ class Empty(QWidget):
         return _buttons_in(self._buttons)[number]
 
 
-class StaleVeil(Painted):
+class StaleVeil(PaintedWidget):
     """Dims a part of a screen while its answer is computed, and says so.
 
     `fill`: token of the colour behind that part.
@@ -181,7 +181,7 @@ _COLUMNS: Final = 3  # from the right, where a place is looked for
 _STAY_MS: Final = 6000
 
 
-class _Toast(Frame):
+class _Toast(OutlineBox):
     """One message on screen."""
 
     gone = Signal(object)
@@ -203,11 +203,11 @@ class _Toast(Frame):
         name, role, says = KINDS[kind]
         lead = column(Icon(name, 20, role, says=says), ..., gap=None, margins=(0, 6, 0, 0))
         buttons = (self._buttons(actions),) if actions else ()
-        said = column(Text(text, 14, wrap=True), *buttons, gap=8, margins=(0, 6, 0, 6))
+        texts = column(Text(text, 14, wrap=True), *buttons, gap=8, margins=(0, 6, 0, 6))
         close = IconButton("close", tr("Close this message"), kind="quiet", size="small")
         close.clicked.connect(self._close)
         aside = (close, 0, Qt.AlignmentFlag.AlignTop)
-        row(lead, (said, 1), aside, into=self, gap=12, margins=(12, 8, 4, 8))
+        row(lead, (texts, 1), aside, into=self, gap=12, margins=(12, 8, 4, 8))
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(stay_ms or 0)
@@ -229,12 +229,12 @@ class _Toast(Frame):
         self.leave()
         self.closed.emit()
 
-    def _held(self) -> bool:
+    def _in_use(self) -> bool:
         focus = QApplication.focusWidget()
         return self.underMouse() or (focus is not None and self.isAncestorOf(focus))
 
     def _maybe_leave(self) -> None:
-        if self._held():
+        if self._in_use():
             self.wait()
         else:
             self.leave()
@@ -277,7 +277,7 @@ class Toasts(QObject):
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
         super().__init__(parent)
         self._parent, self._bottom, self._stay_ms = parent, px(bottom), stay_ms
-        self._shown: list[_Toast] = []
+        self._toasts: list[_Toast] = []
         parent.installEventFilter(self)
         application = QApplication.instance()
         self._had = QApplication.focusWidget()
@@ -285,9 +285,9 @@ class Toasts(QObject):
             application.focusChanged.connect(self._focus_moved)
 
     @property
-    def shown(self) -> int:
+    def count(self) -> int:
         """How many are on screen."""
-        return len(self._shown)
+        return len(self._toasts)
 
     def tell(
         self,
@@ -305,11 +305,11 @@ class Toasts(QObject):
         toast.gone.connect(self._drop)
         if closed is not None:
             toast.closed.connect(closed)
-        self._shown.append(toast)
-        while len(self._shown) > _MOST_SHOWN:
+        self._toasts.append(toast)
+        while len(self._toasts) > _MOST_SHOWN:
             # What would go by itself gives way first.
-            passing = [one for one in self._shown[:-1] if not one.stays]
-            self._drop((passing or self._shown)[0])
+            passing = [one for one in self._toasts[:-1] if not one.stays]
+            self._drop((passing or self._toasts)[0])
         self.lay()
         toast.show()
         toast.raise_()
@@ -317,12 +317,12 @@ class Toasts(QObject):
 
     def drop(self, message: str) -> None:
         """Take one message off the screen."""
-        for same in [one for one in self._shown if one.accessibleName() == message]:
+        for same in [one for one in self._toasts if one.accessibleName() == message]:
             self._drop(same)
 
     def clear(self) -> None:
         """Take all messages off the screen; they stay in the list."""
-        for toast in tuple(self._shown):
+        for toast in tuple(self._toasts):
             self._drop(toast)
 
     def _focus_moved(self) -> None:
@@ -332,15 +332,15 @@ class Toasts(QObject):
         """
         old, new = self._had, QApplication.focusWidget()
         self._had = new
-        if new is None or not any(toast.isAncestorOf(new) for toast in self._shown):
+        if new is None or not any(toast.isAncestorOf(new) for toast in self._toasts):
             return
-        left = old is None or not shiboken6.isValid(old) or not old.isVisibleTo(self._parent)
-        if left or (old is not None and not old.isEnabled()):
+        is_gone = old is None or not shiboken6.isValid(old) or not old.isVisibleTo(self._parent)
+        if is_gone or (old is not None and not old.isEnabled()):
             self._parent.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _drop(self, toast: _Toast) -> None:
-        if toast in self._shown:
-            self._shown.remove(toast)
+        if toast in self._toasts:
+            self._toasts.remove(toast)
             toast.hide()
             toast.deleteLater()
             self.lay()
@@ -349,13 +349,13 @@ class Toasts(QObject):
         """Place them again, from the lower right upwards, the newest lowest."""
         edge, gap = px(_EDGE), px(_GAP)
         floor = self._parent.height() - self._bottom - edge
-        taken = self._controls() if self._shown else []
-        for toast in reversed(self._shown):
+        blocks = self._controls() if self._toasts else []
+        for toast in reversed(self._toasts):
             high = toast.wanted_height()
             left = self._parent.width() - edge - toast.width()
-            place = self._clear(QRect(left, floor - high, toast.width(), high), taken, gap)
+            place = self._clear(QRect(left, floor - high, toast.width(), high), blocks, gap)
             toast.setGeometry(place)
-            taken.append(place)
+            blocks.append(place)
 
     def _controls(self) -> list[QRect]:
         """Everything that can be pressed or typed into, in the window's pixels; no pictures."""
@@ -367,25 +367,25 @@ class Toasts(QObject):
             and one.height() < high
             and not one.testAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             and one.isVisible()
-            and not any(toast.isAncestorOf(one) for toast in self._shown)
+            and not any(toast.isAncestorOf(one) for toast in self._toasts)
         ]
 
-    def _clear(self, place: QRect, taken: list[QRect], gap: int) -> QRect:
+    def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
         """Move a place up until nothing lies under it; further left where that is much less."""
-        found: list[tuple[int, QRect]] = []
+        spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)
-            while (under := [b for b in taken if b.intersects(here)]) and here.top() > 0:
+            while (under := [b for b in blocks if b.intersects(here)]) and here.top() > 0:
                 here.moveTop(min(b.top() for b in under) - gap - here.height())
             if here.top() >= 0 and here.left() >= 0:
                 up = place.top() - here.top()
-                found.append((up + steps * place.width() // 2, here))
+                spots.append((up + steps * place.width() // 2, here))
         # A window full of controls has no free place: then rather over one than out of sight.
-        return min(found, key=lambda each: each[0])[1] if found else place
+        return min(spots, key=lambda each: each[0])[1] if spots else place
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the window's size and layout."""
-        moved = event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest)
-        if moved and self._shown and watched is self._parent:
+        relayout = event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest)
+        if relayout and self._toasts and watched is self._parent:
             self.lay()
         return False

@@ -25,15 +25,16 @@ else:
 class Paints(_Widget):
     """Makes a widget of Qt's, which comes after it, paint itself in the theme of the moment.
 
-    `wanted` and `least`: its size hints as designed, width and height; None leaves them to Qt.
+    `preferred_size` and `least`: its size hints as designed, width and height; None leaves them to
+    Qt.
     """
 
-    wanted: tuple[float, float] | None = None
+    preferred_size: tuple[float, float] | None = None
     least: tuple[float, float] | None = None
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(*map(px, self.wanted)) if self.wanted else super().sizeHint()
+        return QSize(*map(px, self.preferred_size)) if self.preferred_size else super().sizeHint()
 
     def minimumSizeHint(self) -> QSize:
         """Return the smallest useful size."""
@@ -47,7 +48,7 @@ class Paints(_Widget):
         """Paint everything; nothing here."""
 
 
-class Painted(Paints, QWidget):
+class PaintedWidget(Paints, QWidget):
     """A widget that paints itself in the theme of the moment."""
 
 
@@ -113,10 +114,10 @@ def pen(
     solid, cap, join = Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap, Qt.PenJoinStyle.BevelJoin
     if ends == "round":
         cap, join = Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin
-    made = QPen(colour, width, solid, cap, join)
+    result = QPen(colour, width, solid, cap, join)
     if dashes:
-        made.setDashPattern(list(dashes))
-    return made
+        result.setDashPattern(list(dashes))
+    return result
 
 
 def hover_fill(t: Theme) -> QColor:
@@ -165,10 +166,10 @@ def put_text(
     """Paint one line of text; what does not fit ends in an ellipsis."""
     area = QRectF(rect)
     text = visible(text)
-    shown = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)
+    elided = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)
     painter.setFont(font)
     painter.setPen(colour)
-    painter.drawText(area, int(align | Qt.TextFlag.TextSingleLine), shown)
+    painter.drawText(area, int(align | Qt.TextFlag.TextSingleLine), elided)
 
 
 def selected_edge(t: Theme | None = None) -> int:

@@ -20,7 +20,7 @@ from app.ui.theme.style import dress_bars, dress_menu
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.layouts import column, row
-from app.ui.widgets.paint import Painted, box, hover_fill, selected_edge
+from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
@@ -57,7 +57,7 @@ class Menu(QMenu):
         self.popup(under.mapToGlobal(QPoint(0, under.height() + px(4))))
 
 
-class Divider(Painted):
+class Divider(PaintedWidget):
     """A line as wide as edges are, between rows."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ _RADIUS: Final = 8
 Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
-class Surface(Painted):
+class Surface(PaintedWidget):
     """A column or bar: one colour, a line on the sides that touch others, and a spoken name."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = (), name: str = "") -> None:
@@ -208,7 +208,7 @@ class Room(Scroll):
         return self.minimumSizeHint()
 
 
-class Frame(Painted):
+class OutlineBox(PaintedWidget):
     """A flat rectangle with an edge of a least width, to put a layout into; it is not pressed."""
 
     def __init__(
@@ -238,7 +238,7 @@ class Card(Pressable):
     """A frame that can be chosen; derive from it and paint what it shows in `paint_content`."""
 
     opened = Signal()
-    wanted = (206, 138)  # of a style's card
+    preferred_size = (206, 138)  # of a style's card
 
     def __init__(self, name: str, dashed: bool = False) -> None:
         super().__init__(name, tip="")
@@ -276,7 +276,7 @@ class Card(Pressable):
         """Paint what the card shows; nothing here."""
 
 
-class PictureLine(Frame):
+class PictureLine(OutlineBox):
     """A framed line: a picture (see `Picture.set_picture`), words below each other, and buttons.
 
     `pressed` is for the mouse, as a larger target than a button, where `set_can_press` allows it.
@@ -293,11 +293,11 @@ class PictureLine(Frame):
         raised: bool = False,
     ) -> None:
         super().__init__("raised" if raised else "panel")
-        shown = Picture(tr("Picture of {name}", name=name))
-        shown.setFixedSize(px(size[0]), px(size[1]))
-        shown.set_picture(picture)
+        image = Picture(tr("Picture of {name}", name=name))
+        image.setFixedSize(px(size[0]), px(size[1]))
+        image.set_picture(picture)
         self.words = column(gap=4)
-        self.row = row(shown, (self.words, 1), into=self, gap=16, margins=8)
+        self.row = row(image, (self.words, 1), into=self, gap=16, margins=8)
         self._can_press = False
 
     def set_can_press(self) -> None:

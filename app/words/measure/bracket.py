@@ -55,7 +55,7 @@ _FOREIGN: Final = {
 }
 
 
-def _taken(remark: PicturesTaken) -> str:
+def _pictures_taken(remark: PicturesTaken) -> str:
     return tr_plural(
         "Took {count} picture of {folder}: {first} to {last}.",
         "Took {count} pictures of {folder}: {first} to {last}.",
@@ -322,7 +322,7 @@ def _much_motion(remark: MuchMotion) -> str:
 
 
 SENTENCES: Final[Sentences] = {
-    PicturesTaken: _taken,
+    PicturesTaken: _pictures_taken,
     FileLeftOut: tr("Left out: {message}"),
     FrameUnread: tr("{message} The frame is left out."),
     NotOfBracket: _not_of_bracket,

@@ -345,9 +345,9 @@ def light_words(side: str, place: str = "") -> str:
         >>> light_words("none", "both sides, at head height")
         'Light from both sides, at head height'
     """
-    known = _LIGHT.get(side) or _LIGHT.get(place)
-    if known is not None or not place:
-        return known or ""
+    words = _LIGHT.get(side) or _LIGHT.get(place)
+    if words is not None or not place:
+        return words or ""
     if place.startswith("both sides"):
         return tr("Light from {place}", place=place)
     return tr("Light {place}", place=place)

@@ -71,13 +71,13 @@ def read_metres(text: str) -> float:
         >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
         (0.4, 0.4, 1.2)
     """
-    found = _DISTANCE.fullmatch(text.strip().lower())
-    if found is None:
+    match = _DISTANCE.fullmatch(text.strip().lower())
+    if match is None:
         raise CoreError(
             tr("This is not a distance."), tr("Type metres, as 0.4, or centimetres, as 40 cm.")
         )
-    value = float(found[1].replace(",", "."))
-    return value / 100.0 if found[2] == "cm" else value
+    value = float(match[1].replace(",", "."))
+    return value / 100.0 if match[2] == "cm" else value
 
 
 def ev_words(stops: float, *, tenths: bool = False) -> str:
@@ -157,10 +157,10 @@ def contrast_words(contrast: float) -> str:
 def time_words(moment: datetime, today: datetime) -> str:
     """Write when something was: "21 Nov, 14:05", with the year when it is another one."""
     local = moment.astimezone(today.tzinfo)
-    told = {"day": str(local.day), "month": _MONTHS[local.month - 1], "time": f"{local:%H:%M}"}
+    values = {"day": str(local.day), "month": _MONTHS[local.month - 1], "time": f"{local:%H:%M}"}
     if local.year == today.year:
-        return tr("{day} {month}, {time}", **told)
-    return tr("{day} {month} {year}, {time}", year=str(local.year), **told)
+        return tr("{day} {month}, {time}", **values)
+    return tr("{day} {month} {year}, {time}", year=str(local.year), **values)
 
 
 def day_words(moment: datetime, today: datetime) -> str:
@@ -176,10 +176,10 @@ def day_words(moment: datetime, today: datetime) -> str:
     if since in (0, 1):
         return tr("Yesterday") if since else tr("Today")
     day, month = _DAYS[local.weekday()], _WHOLE_MONTHS[local.month - 1]
-    told = {"weekday": day, "day": str(local.day), "month": month}
+    values = {"weekday": day, "day": str(local.day), "month": month}
     if local.year == today.year:
-        return tr("{weekday} {day} {month}", **told)
-    return tr("{weekday} {day} {month} {year}", year=str(local.year), **told)
+        return tr("{weekday} {day} {month}", **values)
+    return tr("{weekday} {day} {month} {year}", year=str(local.year), **values)
 
 
 def span_words(minutes: float) -> str:
@@ -243,12 +243,12 @@ LIGHTS: Final = {
 """What most shapes a face at a place, and how that is named."""
 
 
-def place_name(when: datetime, light: str = "", taken: Collection[str] = ()) -> str:
+def place_name(when: datetime, light: str = "", names: Collection[str] = ()) -> str:
     """Name a place after the hour and, once it is measured, its light (`Findings.light`).
 
     Args:
         when: On the photographer's clock.
-        taken: Names of other places.
+        names: Names of other places.
 
     Examples:
         >>> evening = datetime(2026, 11, 25, 18, 5)
@@ -258,4 +258,4 @@ def place_name(when: datetime, light: str = "", taken: Collection[str] = ()) -> 
     hour = next((name for end, name in _HOURS if when.hour < end), _HOURS[0][1])
     name = LIGHTS[light].format(hour=hour) if light else hour
     numbered = (tr("{name} {number}", name=name, number=n) for n in itertools.count(2))
-    return next(one for one in itertools.chain([name], numbered) if one not in taken)
+    return next(one for one in itertools.chain([name], numbered) if one not in names)

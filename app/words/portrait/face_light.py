@@ -55,8 +55,8 @@ def stops_words(ratio: LightingRatio) -> str:
     """Write the stops between the cheeks: "2.3 stops"."""
     if ratio.stops > DEEPEST_STOPS:
         return tr("over {stops} stops", stops=f"{DEEPEST_STOPS:.0f}")
-    shown = tenths(ratio.stops)
-    return tr_plural("{stops} stop", "{stops} stops", 1 if shown == "1.0" else 2, stops=shown)
+    text = tenths(ratio.stops)
+    return tr_plural("{stops} stop", "{stops} stops", 1 if text == "1.0" else 2, stops=text)
 
 
 def key_fill(stops: float) -> str:

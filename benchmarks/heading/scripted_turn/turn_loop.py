@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import difference, lies_on_arc, wrap
-from app.core.guidance.guide import FRESH, Goal, Guide, Memory, Reading, guide
+from app.core.guidance.guide import FRESH, Goal, Guide, GuideMemory, Reading, guide
 from benchmarks.heading.scripted_turn.photographer import SETTLE_S
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class _Screen:
     tracker: Tracker
     pause_s: float
     face: FaceReader | None = None
-    memory: Memory = FRESH
+    memory: GuideMemory = FRESH
     said: Answer | None = None
     coming: tuple[float, Answer] | None = None
     free_s: float = 0.0

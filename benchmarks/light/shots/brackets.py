@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.base.files import atomic_write_bytes
 from app.core.environment.environment import energy
 from app.core.measure.bracket.alignment.levelling import tilt_rotation
-from app.core.measure.read.frame import Exposure, Pose
+from app.core.measure.read.frame import Exposure, XmpPose
 from app.devices.simulated import exposure_maker
 from app.devices.simulated.cameras import CameraModel
 from app.devices.simulated.exif import Tags, with_segments
@@ -44,7 +44,7 @@ _SECONDS_APART: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Shot(exposure_maker.Shot):
+class Shot(exposure_maker.ShotOptions):
     """How a frame is taken, besides its exposure.
 
     Attributes:
@@ -57,7 +57,7 @@ class Shot(exposure_maker.Shot):
 
     smooth: bool = False
     curve: Curve | tuple[Curve, Curve, Curve] = SRGB
-    tilt: Pose | None = None
+    tilt: XmpPose | None = None
     levels: bool | None = None
     shift: NDArray[np.float64] | None = None
 
@@ -80,7 +80,7 @@ class Shot(exposure_maker.Shot):
         """Say truthfully what a camera would write for a frame of so many rows and columns."""
         levels, pose = self.corrects(camera), self.tilt
         if levels or (pose is None and camera.maker_note):
-            pose = Pose(0.0, 0.0, pose.heading_deg if pose else None)
+            pose = XmpPose(0.0, 0.0, pose.heading_deg if pose else None)
         tags = exposure_maker.tags_of(camera, exposure, self, shape)
         return replace(tags, pose=pose, zenith_corrected=levels)
 
@@ -168,7 +168,7 @@ def develop(
         environment: As in `shoot`.
         bloom: Share of the light that the lens spreads, 0 to 1; `bloom_deg` is its standard
             deviation.
-        **options: The attributes of `Shot`.
+        **options: The attributes of `ShotOptions`.
 
     Returns:
         NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
@@ -198,8 +198,8 @@ def shoot(
     """Take a frame and store it as the camera would.
 
     Args:
-        environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, `Shot.scale` cd/m2 per
-            unit, finite and not negative.
+        environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, `ShotOptions.scale`
+            cd/m2 per unit, finite and not negative.
 
     Raises:
         ValueError: When sizes do not fit (`optics.view_of`), or quality, subsampling or gains are
@@ -231,7 +231,7 @@ def make_bracket(
     Args:
         environment: (H, 2 H, 3) float32, or one of them for each frame. The light; several where
             something moves between the frames.
-        shifts: sequence of (3, 3) float64 or None. `Shot.shift` of each frame.
+        shifts: sequence of (3, 3) float64 or None. `ShotOptions.shift` of each frame.
         **options: Of `shoot`, the same for all frames. The time stamps
             count on from `taken`, 3 seconds apart and the exposures' length besides.
 
@@ -245,13 +245,13 @@ def make_bracket(
     if not len(places) == len(turns) == len(words) == count:
         raise ValueError(f"{count} exposures need as many environments, shifts and edits")
     frames = []
-    taken = datetime.strptime(options.get("taken", Shot().taken), _STAMP)
+    taken = datetime.strptime(options.get("date_time", Shot().date_time), _STAMP)
     for index, exposure in enumerate(exposures):
         own = {
             **options,
             "shift": turns[index],
             "edit_tags": words[index],
-            "taken": taken.strftime(_STAMP),
+            "date_time": taken.strftime(_STAMP),
         }
         seed_here = int(np.random.SeedSequence([seed, index]).generate_state(1)[0])
         frames.append(shoot(places[index], camera, exposure, seed=seed_here, **own))

@@ -10,7 +10,7 @@ import numpy as np
 from app.core.base import sphere
 from app.core.base.arrays import Float64
 from app.core.base.colour import FloatImage
-from app.devices.simulated.optics import Taps, View, area_taps, mix_columns, padded_texels
+from app.devices.simulated.optics import FrameView, Taps, area_taps, mix_columns, padded_texels
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def view_of(
     *,
     smooth: bool = False,
     rotation: Float64 | None = None,
-) -> View | RotatedView:
+) -> FrameView | RotatedView:
     """Prepare an environment for sampling; as `app.devices.simulated.optics.view_of` by default.
 
     Args:
@@ -74,7 +74,7 @@ def view_of(
     else:
         columns = area_taps(width, shape[1])
         rows = area_taps(height, shape[0], spherical=True)
-    return View(shape, mix_columns(padded, columns), rows)
+    return FrameView(shape, mix_columns(padded, columns), rows)
 
 
 def _line_taps(given: int, wanted: int) -> Taps:

@@ -137,7 +137,7 @@ def _measured(
 
 def _by_styles(pack: StylePack, token: Token) -> Growth:
     light = lively(SHAPE).mean(axis=2)
-    seen = pack.seen(light)
+    seen = pack.project(light)
 
     def cases() -> Iterator[dict[str, Work]]:
         for count in _STYLES:

@@ -37,7 +37,7 @@ def lens_cases(transport: Transport, pack: StylePack, views: HeadViews) -> Itera
     radiance = lively(pack.header.environment)
     light = radiance.mean(axis=2)
     tables = [view_tables(pack, views.at(yaw, pack.styles), views.shape) for yaw in views.parts]
-    seen = pack.seen(light)
+    seen = pack.project(light)
     plain = plain_views(transport, pack, views)
     every = [pack.tables, *(one.tables for one in tables)]
     touched = sum(one.targets.nbytes + one.basis.nbytes for one in every) + seen.nbytes

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.second_light.added import AddedLight, from_captured
-from app.core.second_light.captured import CapturedLamp, make_lamp, placed
+from app.core.second_light.captured import CapturedLamp, make_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.placements import COUNT
 from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek
@@ -42,7 +42,7 @@ def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator
         match.
     """
     face = prepare_face(transport, pack.region_on(transport))
-    added = from_captured(transport, placed(_lamp()), token, face=face)
+    added = from_captured(transport, place_lamp(_lamp()), token, face=face)
     tables = lamp_tables(pack, transport, added)
     radiance = lively(pack.header.environment)
     light, scale = normalised(radiance, pack.header.environment)
@@ -58,7 +58,7 @@ def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator
     calls: tuple[tuple[str, Work, int, int], ...] = (
         ("light.one", lambda: by_quality(range(1)), 1, 1),
         ("light.all", lambda: by_quality(every), len(every), len(every)),
-        ("light.match", by_match, len(every), len(tables.lit)),
+        ("light.match", by_match, len(every), len(tables.lamp_products)),
     )
     for name, fast, styles, lines in calls:
         yield Case(
@@ -110,5 +110,5 @@ def _touched(tables: LampTables, lines: int, *, match: bool) -> int:
     hidden = tables.hidden_face if match else tables.hidden_whole
     touched += sum(int(table[0].nbytes) for table in hidden) * lines
     if match:
-        touched += sum(int(table.nbytes) for table in tables.added.contrast.hidden)
+        touched += sum(int(table.nbytes) for table in tables.lamp_light.contrast.hidden)
     return touched

@@ -46,7 +46,7 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     radiance = lively(pack.header.environment)
     light = radiance.mean(axis=2)
     tables, targets = pack.tables, pack.preintegrated
-    seen = pack.seen(light)
+    seen = pack.project(light)
     root = np.sqrt(pack.region_on(transport)).astype(np.float32)
     face = root > 0
     pixels, root = transport.pixels[face], root[face]

@@ -28,7 +28,7 @@ from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.screen_view import LightScreen
 from app.ui.screens.styles.gallery_view import Gallery
 from app.ui.screens.turn.screen_view import TurnScreen
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 
 if TYPE_CHECKING:
     from app.ui.shell.start import App
@@ -298,10 +298,10 @@ class Walk:
             simulated.set_turn(goal - 4.0 if before else goal + 4.0)
             self._await_heading()
             self._shoot("turn-in-the-light")
-            robot.click_at(robot.find(tr("Who turns"), Segmented).part("selfie"))
+            robot.click_at(robot.find(tr("Who turns"), SegmentedChoice).part("selfie"))
             self._await_heading()
             self._shoot("turn-selfie")
-            robot.click_at(robot.find(tr("Who turns"), Segmented).part("walk"))
+            robot.click_at(robot.find(tr("Who turns"), SegmentedChoice).part("walk"))
 
     def _await_heading(self) -> None:
         """Wait for a number that stays; without a webcam there never is one."""
@@ -329,13 +329,13 @@ class Walk:
         else:
             robot.click(tr("Cellar, 30 lx"))
         robot.wait(lambda: work.answers is not None, "places for the phone", _CAPTURE_S)
-        if work.answers is not None and not rescued(work.answers.placed):
+        if work.answers is not None and not rescued(work.answers.placements):
             robot.wait(lambda: not work.coming_closer, "the phone from nearer by", _CAPTURE_S)
             self._shoot("light-too-weak")
             weak = work.answers
             presenter.take_lamp("panel")
             robot.wait(lambda: work.answers is not weak, "places for the panel", _CAPTURE_S)
-        if work.answers is not None and (saved := rescued(work.answers.placed)):
+        if work.answers is not None and (saved := rescued(work.answers.placements)):
             presenter.choose(saved[0].name)
         robot.wait(lambda: not presenter.resolve().detail.stale, "the face with the lamp")
         app.window._notify.dismiss()

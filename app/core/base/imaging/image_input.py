@@ -255,7 +255,7 @@ def read_rows(
     return whole[start - first : stop - first]
 
 
-def stated(spec: ImageSpec, name: str) -> object:
+def stated_value(spec: ImageSpec, name: str) -> object:
     """Return an attribute of a file; None if it is missing or undecodable text."""
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
@@ -277,18 +277,18 @@ def stated_scale(path: Path) -> float:
     if source is None:
         return 1.0
     with contextlib.closing(source):
-        scale = stated(source.spec(), SCALE)
-    known = isinstance(scale, float) and 0.0 < scale < math.inf
-    return float(scale) if known and isinstance(scale, float) else 1.0
+        scale = stated_value(source.spec(), SCALE)
+    is_valid = isinstance(scale, float) and 0.0 < scale < math.inf
+    return float(scale) if is_valid and isinstance(scale, float) else 1.0
 
 
 def stated_orientation(source: ImageInput) -> int:
     """Return a file's EXIF orientation, 1 to 8, also for Radiance."""
-    found = int(source.spec().get_int_attribute("Orientation", 1))
+    orientation = int(source.spec().get_int_attribute("Orientation", 1))
     if source.format_name() == "hdr":
         # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
-        found = {6: 8, 8: 6}.get(found, found)
-    return found if 1 <= found <= 8 else 1
+        orientation = {6: 8, 8: 6}.get(orientation, orientation)
+    return orientation if 1 <= orientation <= 8 else 1
 
 
 def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
@@ -296,11 +296,11 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 
     Empty where none are stated or they are those of Rec. 709; ValueError when no light has them.
     """
-    found = spec.getattribute("chromaticities")
-    if not isinstance(found, tuple):
+    chromaticities = spec.getattribute("chromaticities")
+    if not isinstance(chromaticities, tuple):
         return ()
-    off = np.abs(rec709_from(found) - np.eye(3)).max()
-    return () if off < _SAME_PRIMARIES else found
+    off = np.abs(rec709_from(chromaticities) - np.eye(3)).max()
+    return () if off < _SAME_PRIMARIES else chromaticities
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:

@@ -157,10 +157,10 @@ def write_image(
     def write(temporary: Path) -> None:
         output = _output(temporary, path)
         # Evaluated in order: a file that did not open is not written to, but always closed.
-        written = output.open(native_path(temporary), spec) and output.write_image(pixels)
+        ok = output.open(native_path(temporary), spec) and output.write_image(pixels)
         closed = output.close()
         output.geterror()  # Cleared: it names library internals.
-        if not (written and closed and _reads_back(temporary, pixels, kind, channels)):
+        if not (ok and closed and _reads_back(temporary, pixels, kind, channels)):
             raise CoreError(tr("Cannot write {path}.", path=path), tr("Is the disk full?"))
         if check is not None:
             check(temporary)
@@ -201,10 +201,10 @@ def _reads_back(
     if rows is None or failed:
         return False
     # OpenEXR sorts its channels by name.
-    found = rows[..., [names.index(name) for name in channels]] if channels else rows
-    wanted = pixels[first:]
+    stored = rows[..., [names.index(name) for name in channels]] if channels else rows
+    expected = pixels[first:]
     if path.suffix.lower() != ".hdr":
-        return np.array_equal(found, wanted, equal_nan=True)
+        return np.array_equal(stored, expected, equal_nan=True)
     # Radiance keeps 8 bits of the brightest channel.
-    rough = wanted.max(axis=-1, keepdims=True) / 64 + np.float32(1e-30)
-    return bool((np.abs(found - wanted) <= rough).all())
+    rough = expected.max(axis=-1, keepdims=True) / 64 + np.float32(1e-30)
+    return bool((np.abs(stored - expected) <= rough).all())

@@ -75,16 +75,16 @@ def as_rgb(picture: Any) -> Bytes | None:
     uint8 or None: sRGB, red first; None for what is no picture, or one of less than 16 or more than
     8,192 pixels a side.
     """
-    given = np.asarray(picture)
-    if given.dtype != np.uint8 or given.ndim not in (2, 3) or min(given.shape[:2]) < SMALLEST:
+    array = np.asarray(picture)
+    if array.dtype != np.uint8 or array.ndim not in (2, 3) or min(array.shape[:2]) < SMALLEST:
         return None
-    if max(given.shape[:2]) > LARGEST:
+    if max(array.shape[:2]) > LARGEST:
         return None
-    if given.ndim == 2 or given.shape[2] == 1:
-        return np.asarray(cv2.cvtColor(given, cv2.COLOR_GRAY2RGB), np.uint8)
-    if given.shape[2] != 3:
+    if array.ndim == 2 or array.shape[2] == 1:
+        return np.asarray(cv2.cvtColor(array, cv2.COLOR_GRAY2RGB), np.uint8)
+    if array.shape[2] != 3:
         return None
-    return np.asarray(cv2.cvtColor(given, cv2.COLOR_BGR2RGB), np.uint8)
+    return np.asarray(cv2.cvtColor(array, cv2.COLOR_BGR2RGB), np.uint8)
 
 
 def fitted(picture: Bytes, width: int) -> Bytes:

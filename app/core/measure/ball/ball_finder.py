@@ -139,16 +139,16 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     focal = focal_px(focal_mm or _USUAL_MM, light.shape)
     root, tones = np.sqrt(light), log_light(light)
     noise = 4e-4 * float(np.subtract(*np.percentile(tones, (99.0, 1.0))))
-    found: list[Ball] = []
+    balls: list[Ball] = []
     for x, y, radius in _circles(light):
-        ball = _settled(Ball.at(x, y, radius, focal, light.shape), root, _LEVELS, _OUTSIDE)
+        ball = _refine(Ball.at(x, y, radius, focal, light.shape), root, _LEVELS, _OUTSIDE)
         if _mirrors(ball, tones, noise):
-            found.append(ball)
-    found.sort(key=lambda each: -each.angle)
+            balls.append(ball)
+    balls.sort(key=lambda each: -each.angle)
     apart = [
         ball
-        for number, ball in enumerate(found)
-        if all(ball.axis @ larger.axis <= math.cos(larger.angle) for larger in found[:number])
+        for number, ball in enumerate(balls)
+        if all(ball.axis @ larger.axis <= math.cos(larger.angle) for larger in balls[:number])
     ]
     if not apart:
         raise ProbeError(
@@ -170,7 +170,7 @@ def refined(ball: Ball, radiance: Float32) -> Ball:
     """Refine a ball from a small picture in merged light, (H, W, 3)."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
     outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
-    return _settled(ball, luminance(radiance), _FINE_LEVELS, outside)
+    return _refine(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
@@ -186,7 +186,7 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
     )
     circles: list[tuple[float, float, float]] = []
     for look, blur in [(a, b) for a, some in zip(looks, _BLURS, strict=True) for b in some]:
-        found = cv2.HoughCircles(
+        votes = cv2.HoughCircles(
             cv2.GaussianBlur(to_bytes(look), (0, 0), blur),
             cv2.HOUGH_GRADIENT_ALT,
             1.5,
@@ -196,14 +196,14 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
             minRadius=_LEAST_PX,
             maxRadius=min(size) // 2,
         )
-        for x, y, r in [] if found is None else found[0, :_MOST_CANDIDATES, :3].tolist():
+        for x, y, r in [] if votes is None else votes[0, :_MOST_CANDIDATES, :3].tolist():
             if all(max(math.hypot(x - a, y - b), abs(r - c)) > _ALIKE * r for a, b, c in circles):
                 circles.append((x, y, r))
     scale = max(light.shape) / max(size)
     return [((x + 0.5) * scale, (y + 0.5) * scale, r * scale) for x, y, r in circles]
 
 
-def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
+def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
     """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
     grid = np.arange(-_STEPS, _STEPS + 1)
     moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -215,10 +215,10 @@ def _settled(ball: Ball, root: Float32, levels: Sequence[float], outside: float)
         edges, ridges = _outermost(ball, root, step, middle, outside)
         scores = np.stack([ridges.take(places + 2 * size).mean(axis=1) for size in grid])
         size, place = np.unravel_index(int(scores.argmax()), scores.shape)
-        shown = float(edges.take(places[place] + 2 * grid[size]).mean())
+        contrast = float(edges.take(places[place] + 2 * grid[size]).mean())
         right, up = moves[place] * step
-        ball = replace(ball.moved(right, up, grid[size] * step), edges=shown)
-        if shown < _LEAST_EDGES:
+        ball = replace(ball.moved(right, up, grid[size] * step), edges=contrast)
+        if contrast < _LEAST_EDGES:
             break
     return ball
 
@@ -257,12 +257,12 @@ def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
     if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
         return False
     shares = np.arange(int(0.2 * radius), int(1.94 * radius)) / (2.0 * radius)
-    seen = ball.around(tones, shares)
-    if float(seen.std()) < _LEAST_STOPS:
+    band = ball.around(tones, shares)
+    if float(band.std()) < _LEAST_STOPS:
         return False
-    along = 2.0 * np.abs(np.gradient(seen, axis=1))
+    along = 2.0 * np.abs(np.gradient(band, axis=1))
     step = 2.0 * (2.0 * math.pi / _ANGLES) * shares * radius
-    around = np.abs(np.roll(seen, -1, axis=0) - np.roll(seen, 1, axis=0)) / step
+    around = np.abs(np.roll(band, -1, axis=0) - np.roll(band, 1, axis=0)) / step
 
     def squeezed(part: Bools) -> Float64:
         """Stops by which light changes faster along the radius than around, in twelve sectors."""

@@ -16,7 +16,7 @@ from app.core.measure.ball.mirror_ball import (
     BallOptions,
     ball_notes,
     find_lens,
-    joined,
+    join_sides,
     panorama_rows,
     unwrap,
 )
@@ -58,8 +58,8 @@ def measure(
     is not exactly one ball.
     """
     options, token = options or MeasureOptions(), token or Token()
-    wanted = options.of(BallOptions)
-    brackets = [read_bracket(some, options.times) for some in (files, wanted.second) if some]
+    ball_options = options.of(BallOptions)
+    brackets = [read_bracket(some, options.times) for some in (files, ball_options.second) if some]
     measurements, balls = [], []
     for number, bracket in enumerate(brackets):
         part = span(report, 0.9 * number / len(brackets), 0.9 * (number + 1) / len(brackets))
@@ -69,14 +69,14 @@ def measure(
     guessed: tuple[Remark, ...] = ()
     for number, one in enumerate(measurements):
         if one.bracket.frames[0].focal_mm is None:
-            balls[number] = find_lens(one.merged, balls[number], wanted, token)
+            balls[number] = find_lens(one.merged, balls[number], ball_options, token)
             guessed = (LensFromBackground(),)
     rows = panorama_rows(max(ball.radius_px for ball in balls))
     views = [
-        unwrap(one.merged, ball, rows, wanted, token)
+        unwrap(one.merged, ball, rows, ball_options, token)
         for one, ball in zip(measurements, balls, strict=True)
     ]
-    whole = views[0] if len(views) == 1 else joined(views[0], views[1], wanted.from_deg)
+    whole = views[0] if len(views) == 1 else join_sides(views[0], views[1], ball_options.from_deg)
     report(0.9, Progress(Task.FINDING_LAMPS))
     light = measurements[0].merged.moved(whole.texels[..., :3], whole.texels[..., 3:])
     light, room = fill(light, whole.blind), room_below(brackets[0])

@@ -35,7 +35,7 @@ from app.core.measure.ball.ball_finder import Ball
 from app.core.measure.ball.remarks import BallBlind, BallColoured, BallDirty, BallSize, BallSmall
 from app.core.measure.finish.masks import box_mask
 from app.core.measure.options import WayOptions
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import light_in_bands, likeness, log_light
 from app.core.text import tr
 
@@ -117,7 +117,7 @@ def panorama_rows(radius_px: float) -> int:
 
 
 def unwrap(
-    merged: Merged, ball: Ball, rows: int, options: BallOptions, token: Token | None = None
+    merged: MergedLight, ball: Ball, rows: int, options: BallOptions, token: Token | None = None
 ) -> Side:
     """Resample merged light, (H, W, 3), to the panorama, (rows, 2 rows), that a ball reflects.
 
@@ -128,27 +128,29 @@ def unwrap(
     side = _reflection(merged, ball, rows, options, token or Token())
     side = _without_dirt(side, _camera(ball, axes))
     picture, ball, far, _ = _behind(side, merged, ball, axes)
-    shown, seen = _past(picture, ball, axes, side.weight.shape, far)
-    return _mixed(_without_tint(side, shown, seen), Side(shown, _PAST * seen))
+    background, visible = _past(picture, ball, axes, side.weight.shape, far)
+    return _mixed(_without_tint(side, background, visible), Side(background, _PAST * visible))
 
 
-def find_lens(merged: Merged, ball: Ball, options: BallOptions, token: Token) -> Ball:
+def find_lens(merged: MergedLight, ball: Ball, options: BallOptions, token: Token) -> Ball:
     """Estimate a missing focal length from the background.
 
     Of those by which the picture past the ball is nearly as much like what the rim reflects as by
     any, the shortest: a longer one leaves too little to compare.
     """
-    tried = []
+    trials = []
     for mm in _LENSES:
-        seen = ball.seen_by(mm)
-        side = _reflection(merged, seen, _COARSE, options, token)
-        axes = _upright_axes(seen, options.pitch_deg)
-        tried.append((seen, _behind(side, merged, seen, axes, _LEAST_BOTH)[-1]))
-    most = max(alike for _, alike in tried)
-    return next((seen for seen, alike in tried if 0.0 < alike >= _NEARLY * most), ball)
+        trial = ball.seen_by(mm)
+        side = _reflection(merged, trial, _COARSE, options, token)
+        axes = _upright_axes(trial, options.pitch_deg)
+        trials.append((trial, _behind(side, merged, trial, axes, _LEAST_BOTH)[-1]))
+    most = max(alike for _, alike in trials)
+    return next((trial for trial, alike in trials if 0.0 < alike >= _NEARLY * most), ball)
 
 
-def _reflection(merged: Merged, ball: Ball, rows: int, options: BallOptions, token: Token) -> Side:
+def _reflection(
+    merged: MergedLight, ball: Ball, rows: int, options: BallOptions, token: Token
+) -> Side:
     """What the ball itself shows."""
     axes = _upright_axes(ball, options.pitch_deg)
     size, planes = (rows, 2 * rows), (merged.radiance, merged.shares)
@@ -156,17 +158,19 @@ def _reflection(merged: Merged, ball: Ball, rows: int, options: BallOptions, tok
 
     def band(start: int, stop: int) -> tuple[Float32, Float32]:
         x, y, cosine, _ = _reflected(ball, axes, every[start:stop])
-        light, lost = (
+        light, clipping = (
             cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             for plane in planes
         )
-        return light / metal(cosine, options.reflectance)[..., None], np.asarray(lost, np.float32)
+        return light / metal(cosine, options.reflectance)[..., None], np.asarray(
+            clipping, np.float32
+        )
 
-    made = light_in_bands(size, _SUPERSAMPLED, _SUPERSAMPLED, band, token)
+    bands = light_in_bands(size, _SUPERSAMPLED, _SUPERSAMPLED, band, token)
     _, _, cosine, share = _reflected(ball, axes, directions(size))
     weight = cosine**2 * (share <= 1.0 - _RIM_PX / ball.radius_px)
     weight *= 1.0 - _photographer(ball, axes, size)
-    return Side(np.dstack(made), weight.astype(np.float32))
+    return Side(np.dstack(bands), weight.astype(np.float32))
 
 
 def _without_dirt(side: Side, camera: Float32) -> Side:
@@ -183,17 +187,17 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
     specks = flat & apart & (side.weight > 0.1)
     specks[: rows // 7] = specks[-(rows // 7) :] = False  # stretched at the poles
     clipped = side.texels[..., 3:4]
-    held, burnt = (_matt(light * share, camera) for share in (1.0 - clipped, clipped))
-    found = [
-        _commonest(tones[specks] - np.log(held[specks] + sun * burnt[specks]))
+    matt, burnt = (_matt(light * share, camera) for share in (1.0 - clipped, clipped))
+    fits = [
+        _commonest(tones[specks] - np.log(matt[specks] + sun * burnt[specks]))
         for sun in (_SUNS if burnt.any() else _SUNS[:1])
     ]
-    best = int(np.argmax([same.sum() for _, same in found]))
-    colour, specks[specks] = found[best]
+    best = int(np.argmax([same.sum() for _, same in fits]))
+    colour, specks[specks] = fits[best]
     count, _ = cv2.connectedComponents(cv2.dilate(specks.astype(np.uint8), square))
     if count <= _LEAST_SPECKS:
         return side
-    colours = tones - np.log(held + _SUNS[best] * burnt)
+    colours = tones - np.log(matt + _SUNS[best] * burnt)
     dirty = (np.abs(colours - colour).max(axis=-1) < _SAME).astype(np.uint8)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (rows // 32 | 1, rows // 32 | 1))
     large = cv2.dilate(cv2.morphologyEx(dirty, cv2.MORPH_OPEN, disc), np.ones((5, 5), np.uint8))
@@ -213,8 +217,10 @@ def _matt(light: Float32, camera: Float32) -> Float32:
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
     areas = np.repeat(solid_angles(_MATT), _MATT[1])[:, None].astype(np.float32)
     small = areas * reduce_radiance(np.ascontiguousarray(light), _MATT).reshape(-1, 3)
-    lit = (np.maximum(normals @ ways.T, 0.0) @ small / np.float32(math.pi)).reshape(*_MATT, 3)
-    return np.asarray(cv2.resize(lit, light.shape[1::-1]), np.float32)
+    irradiance = (np.maximum(normals @ ways.T, 0.0) @ small / np.float32(math.pi)).reshape(
+        *_MATT, 3
+    )
+    return np.asarray(cv2.resize(irradiance, light.shape[1::-1]), np.float32)
 
 
 def _commonest(colours: Float32) -> tuple[Float64, Bools]:
@@ -234,7 +240,7 @@ def _commonest(colours: Float32) -> tuple[Float64, Bools]:
 
 
 def _behind(
-    side: Side, merged: Merged, ball: Ball, axes: Float64, least: int = 0
+    side: Side, merged: MergedLight, ball: Ball, axes: Float64, least: int = 0
 ) -> tuple[Float32, Ball, float, float]:
     """How far behind a ball the background is, radii: where it is most like what the rim reflects.
 
@@ -248,24 +254,26 @@ def _behind(
     tones, weight = _small(side, coarse)
 
     def alike(far: float) -> float:
-        shown, seen = _past(picture, ball, axes, coarse, far)
-        few = float(np.count_nonzero(weight * seen) < least)
-        return likeness((tones, log_light(luminance(shown[..., :3]))), (weight, seen), 0) - few
+        background, visible = _past(picture, ball, axes, coarse, far)
+        few = float(np.count_nonzero(weight * visible) < least)
+        return (
+            likeness((tones, log_light(luminance(background[..., :3]))), (weight, visible), 0) - few
+        )
 
     far = max(_BEHIND, key=alike)
     return picture, ball, far, alike(far)
 
 
-def _without_tint(side: Side, shown: Float32, seen: Float32) -> Side:
+def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
     """Take out the colour of a ball that is not chrome: its rim and the picture see the same.
 
     Coloured glass has nearly one colour from the middle to the rim. Chrome, which has not, is left.
     """
-    both = (np.minimum(side.weight, seen) > 0.0) & (shown[..., :3].min(axis=-1) > 0.0)
-    both &= (side.texels[..., 3] + shown[..., 3]) == 0.0
+    both = (np.minimum(side.weight, visible) > 0.0) & (background[..., :3].min(axis=-1) > 0.0)
+    both &= (side.texels[..., 3] + background[..., 3]) == 0.0
     if both.mean() < _LEAST_SHARE:
         return side
-    stops = np.log2(np.maximum(side.texels[both, :3], np.float32(1e-9)) / shown[both, :3])
+    stops = np.log2(np.maximum(side.texels[both, :3], np.float32(1e-9)) / background[both, :3])
     stops -= stops.mean(axis=-1, keepdims=True)
     low, middle, high = np.percentile(stops, (25, 50, 75), axis=0)
     tint = np.exp2(middle).astype(np.float32)
@@ -286,10 +294,10 @@ def _past(
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
     x, y = ball.project(rays)
     rows, columns = picture.shape[:2]
-    seen = (np.minimum(x, y) >= 0.0) & (x < columns - 1) & (y < rows - 1) & (rays[..., 2] > 0.0)
-    seen &= rays @ ball.axis.astype(np.float32) < math.cos(1.1 * ball.angle)
-    shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR)
-    return np.asarray(shown, np.float32), seen.astype(np.float32)
+    visible = (np.minimum(x, y) >= 0.0) & (x < columns - 1) & (y < rows - 1) & (rays[..., 2] > 0.0)
+    visible &= rays @ ball.axis.astype(np.float32) < math.cos(1.1 * ball.angle)
+    background = cv2.remap(picture, x, y, cv2.INTER_LINEAR)
+    return np.asarray(background, np.float32), visible.astype(np.float32)
 
 
 def _camera(ball: Ball, axes: Float64) -> Float32:
@@ -360,22 +368,22 @@ _APART_DEG: Final = 15.0  # by which the place of the second photographer may be
 _LEAST_ALIKE: Final = (0.4, 0.8)  # where somebody said from where, and where nobody did
 
 
-def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
+def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side:
     """Merge two sides of a ball, weighted by resolution, in the first side's panorama.
 
     `from_deg` is about the azimuth at which the second photographer stood, None where nobody said;
     the panoramas themselves tell. ProbeError where they show nothing alike, or the same side.
     """
-    found, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
+    angle, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
     # What is seen past the ball is not where it is from there.
     sides = [replace(side, weight=np.maximum(side.weight - _PAST, 0.0)) for side in (first, second)]
     for rows in (_COARSE, 4 * _COARSE):
         tones, weights = zip(*(_small(side, (rows, 2 * rows)) for side in sides), strict=True)
         step = 180.0 / rows
-        turns = np.arange(found - most, found + most + step / 2, step)
+        turns = np.arange(angle - most, angle + most + step / 2, step)
         alike = [likeness(tones, weights, round(turn / step)) for turn in turns]
-        found, most = float(turns[int(np.argmax(alike))]), 2.0 * step
-    if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(found)) < _APART_DEG:
+        angle, most = float(turns[int(np.argmax(alike))]), 2.0 * step
+    if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(angle)) < _APART_DEG:
         raise ProbeError(
             tr("The second pictures of the ball do not show the same place from another side."),
             tr(
@@ -383,7 +391,7 @@ def joined(first: Side, second: Side, from_deg: float | None = None) -> Side:
                 "clockwise seen from above, where the place looks alike all around."
             ),
         )
-    shift = round(found / 360.0 * first.weight.shape[1])
+    shift = round(angle / 360.0 * first.weight.shape[1])
     other, weight = (np.roll(each, shift, axis=1) for each in (second.texels, second.weight))
     both = (first.weight > 0.0) & (weight > 0.0)
     one, two = (luminance(each[both][:, :3]) + 1e-12 for each in (first.texels, other))

@@ -32,8 +32,8 @@ from app.core.measure.read.opening import (
     OpenedFrame,
     open_frame,
     proxy_shape,
+    sample_codes,
     sample_places,
-    sampled,
     shrunk,
 )
 from app.core.measure.read.pixels import MEMORY_BYTES, workers
@@ -46,7 +46,7 @@ _REHEARSED: Final = threading.Event()
 
 
 @dataclass(frozen=True, slots=True)
-class _Read:
+class _ReadFrame:
     """A frame that was read, and what its file was like then."""
 
     opened: OpenedFrame
@@ -65,18 +65,18 @@ class ArrivingFrames:
     ...     pass  # frames.add(path) for each file, then frames.measure(paths)
     """
 
-    def __init__(self, expected: int = 0, memory_bytes: int = MEMORY_BYTES) -> None:
-        self._expected = expected
+    def __init__(self, count: int = 0, memory_bytes: int = MEMORY_BYTES) -> None:
+        self._count = count
         self._memory_bytes = memory_bytes
-        self._held = 0
+        self._cache_bytes = 0
         self._token = Token()
-        self._pool = ThreadPoolExecutor(workers(max(expected, 2)))
-        self._reading: dict[Path, Future[_Read]] = {}
+        self._pool = ThreadPoolExecutor(workers(max(count, 2)))
+        self._reading: dict[Path, Future[_ReadFrame]] = {}
         self._lock = threading.Lock()
 
     def expect(self, count: int) -> None:
         """Set the number of frames, before the first is added."""
-        self._expected = count
+        self._count = count
 
     def prepare(self, pack: StylePack) -> None:
         """Rehearse the merge in a worker, once in a process: call it while there is time."""
@@ -107,7 +107,7 @@ class ArrivingFrames:
             return error.message
         return ""
 
-    def _of(self, path: Path, token: Token | None) -> _Read | None:
+    def _of(self, path: Path, token: Token | None) -> _ReadFrame | None:
         """Wait for a file that was added; None for another one."""
         with self._lock:
             future = self._reading.get(path)
@@ -140,7 +140,7 @@ class ArrivingFrames:
             token.check()
             return open_frame(frame, hold=hold, token=token, half=half)  # it was closed meanwhile
         with self._lock:
-            self._held -= _bytes(read)
+            self._cache_bytes -= _bytes(read)
         fits = read.hold == hold and (read.frame.shape, read.frame.kind) == (
             frame.shape,
             frame.kind,
@@ -155,9 +155,9 @@ class ArrivingFrames:
         """Stop reading and close everything that was not taken; more than once is fine."""
         self._token.cancel()
         with self._lock:
-            left = list(self._reading.values())
+            pending = list(self._reading.values())
             self._reading.clear()
-        for future in left:
+        for future in pending:
             if not future.cancel():
                 future.add_done_callback(self._let_go)
         self._pool.shutdown(wait=True, cancel_futures=True)
@@ -168,39 +168,39 @@ class ArrivingFrames:
     def __exit__(self, *failure: object) -> None:
         self.close()
 
-    def _read(self, path: Path) -> _Read:
+    def _read(self, path: Path) -> _ReadFrame:
         """Read one file; runs in a worker."""
         stamp = _stamp(path)
         frame = read_header(path).frame
         size = frame.decoded_bytes
         with self._lock:
-            hold = self._held + size <= self._memory_bytes
-            hold = hold and size * self._expected <= self._memory_bytes
-            self._held += size if hold else 0
+            hold = self._cache_bytes + size <= self._memory_bytes
+            hold = hold and size * self._count <= self._memory_bytes
+            self._cache_bytes += size if hold else 0
         try:
             opened = open_frame(frame, hold=hold, token=self._token)
         except BaseException:
             with self._lock:
-                self._held -= size if hold else 0
+                self._cache_bytes -= size if hold else 0
             raise
-        return _Read(opened, frame, hold, stamp)
+        return _ReadFrame(opened, frame, hold, stamp)
 
-    def _let_go(self, future: Future[_Read]) -> None:
+    def _let_go(self, future: Future[_ReadFrame]) -> None:
         """Close what a worker has opened and is no longer wanted."""
         if future.cancelled() or future.exception() is not None:
             return
         read = future.result()
         read.opened.source.close()
         with self._lock:
-            self._held -= _bytes(read)
+            self._cache_bytes -= _bytes(read)
 
 
-def _bytes(read: _Read) -> int:
+def _bytes(read: _ReadFrame) -> int:
     """Bytes that a frame takes in memory."""
     return read.frame.decoded_bytes if read.hold else 0
 
 
-def _wait(future: Future[_Read], token: Token) -> _Read:
+def _wait(future: Future[_ReadFrame], token: Token) -> _ReadFrame:
     while True:
         token.check()
         try:
@@ -243,4 +243,4 @@ def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> O
     codes = np.rint(255.0 * srgb_encode(np.minimum(light, 1.0))).astype(np.uint8)
     places = sample_places(frame.shape)
     small = shrunk(codes, proxy_shape(frame.shape))
-    return OpenedFrame(MemoryRows(codes), small, sampled(codes, places), 0.0)
+    return OpenedFrame(MemoryRows(codes), small, sample_codes(codes, places), 0.0)

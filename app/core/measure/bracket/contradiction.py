@@ -87,18 +87,18 @@ class Predictions:
         self._slack = slack
         # White that a local tone curve has darkened counts as clipped from there on.
         self._clipped = [CLIPPED - (254 - clipped_code(one)) for one in self._tables]
-        self._made: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
+        self._cache: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
 
     def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
         """Predict frame `bright` from frame `dark`; the first frame is 0, the brightest."""
         step = round(self.stops[bright] - self.stops[dark], 6)
         key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
-        if key not in self._made:
+        if key not in self._cache:
             wider = replace(tolerance, stops=tolerance.stops + self._slack)
             clipped = self._clipped[bright], self._clipped[dark]
             tables = self._tables[bright], self._tables[dark]
-            self._made[key] = _predict(*tables, step, wider, clipped)
-        return self._made[key]
+            self._cache[key] = _predict(*tables, step, wider, clipped)
+        return self._cache[key]
 
     def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
         """Return stops from frame `index` to the next where both are well exposed, any channel."""
@@ -126,16 +126,16 @@ class Predictions:
         return np.asarray(cv2.LUT(frame, _table(table)), np.uint8)
 
 
-def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
+def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
     """Return the contradiction of two frames, (h, w, 3) area means, in codes, (h, w).
 
     Of the worst channel, beyond its tolerance; 0 where the frames agree.
     """
-    tolerance = expected.tolerance
-    under = cv2.subtract(cv2.LUT(dark, expected.low), bright)
-    over = cv2.subtract(bright, cv2.LUT(dark, expected.high))
+    tolerance = prediction.tolerance
+    under = cv2.subtract(cv2.LUT(dark, prediction.low), bright)
+    over = cv2.subtract(bright, cv2.LUT(dark, prediction.high))
     shared = cv2.max if tolerance.either else cv2.min
-    contrast = shared(_contrast(bright), _contrast(cv2.LUT(dark, expected.middle)))
+    contrast = shared(_contrast(bright), _contrast(cv2.LUT(dark, prediction.middle)))
     under = cv2.subtract(under, cv2.convertScaleAbs(contrast, alpha=tolerance.under))
     over = cv2.subtract(over, cv2.convertScaleAbs(contrast, alpha=tolerance.over))
     return worst(cv2.max(under, over))
@@ -202,16 +202,16 @@ def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
     """Fill frames beyond their edges from their neighbours, without contradiction."""
-    shown = list(frames)
+    result = list(frames)
     for index, mask in enumerate(hidden):
         if mask is None:
             continue
         empty = mask == 0.0
         filled = frames[index].copy()
         for other in sorted(range(len(frames)), key=lambda k: abs(k - index))[1:]:
-            given = hidden[other]
-            here = empty if given is None else empty & (given > 0.0)
-            filled[here] = predictions.as_seen(shown[other], other, index)[here]
+            other_mask = hidden[other]
+            here = empty if other_mask is None else empty & (other_mask > 0.0)
+            filled[here] = predictions.as_seen(result[other], other, index)[here]
             empty = empty & ~here
             if not empty.any():
                 break

@@ -47,7 +47,7 @@ _MAJORITY: Final = 0.5  # share of a region's contradictions that a vote has to 
 # What an agreement by inequality, a good exposure and a clipped pixel count beside a vote.
 _WEAK_VOTE: Final = 0.25
 _EXPOSED: Final = 0.3
-_LOST: Final = 4.0
+_LOSS_COST: Final = 4.0
 _MUCH: Final = 0.15  # share of the sphere beyond which the frames hardly belong together
 # A wide place in which fewer contradict each other is grain and edges, which the gaps join.
 _WIDE: Final = 0.05
@@ -58,7 +58,7 @@ _NAMED: Final = 3  # regions named in the sentence
 
 
 @dataclass(frozen=True, slots=True)
-class Region:
+class GhostRegion:
     """A region in which frames contradict each other.
 
     Centre and extent are shares of the width and the height, 0 to 1; `share` is of the sphere
@@ -85,7 +85,7 @@ class Region:
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class FrameTrust:
     """Trusted areas of each frame.
 
     `masks`, (h, w) float32 each in the size of the proxies, are 1 where a frame is to be used and
@@ -96,7 +96,7 @@ class Moved:
 
     masks: tuple[Float32 | None, ...] = field(repr=False)
     share: float = 0.0
-    where: tuple[Region, ...] = ()
+    where: tuple[GhostRegion, ...] = ()
     remarks: tuple[Remark, ...] = ()
 
 
@@ -105,17 +105,18 @@ def trust(
     stops: Sequence[float],
     response: Response,
     *,
-    seen: Sequence[Float32 | None] = (),
-    known: bool = True,
+    visibility: Sequence[Float32 | None] = (),
+    exposures_known: bool = True,
     sphere: bool = True,
-) -> Moved:
+) -> FrameTrust:
     """Detect motion, and return the usable area of each frame; ValueError if sizes differ.
 
     `proxies`, (h, w, 3) uint8 each, are area means of the coded frames at about an eighth of their
     size, all aligned, in any order; twice as wide as high means a panorama, whose left and right
     are neighbours. `response.table` is the linear light of each code, (3, 256) or (K, 3, 256).
-    Where `sphere` is False, 2:1 is no panorama either. `seen`, (h, w) each, is 0 where a frame
-    shows nothing, None for a frame that fills the picture. `known` is False for a recovered curve:
+    Where `sphere` is False, 2:1 is no panorama either. `visibility`, (h, w) each, is 0 where a
+    frame shows nothing, None for a frame that fills the picture. `exposures_known` is False for a
+    recovered curve:
     what differs widely may be that, and is no reason to shoot again. Where frames differ nearly
     everywhere it is the curves or the exposures that are wrong: no frame is left out anywhere.
     """
@@ -123,24 +124,24 @@ def trust(
         raise ValueError("every frame needs a proxy of the same shape and an exposure")
     order = sorted(range(len(stops)), key=lambda index: -stops[index])
     frames = [np.ascontiguousarray(proxies[index]) for index in order]
-    hidden = [seen[index] if seen else None for index in order]
-    outside = tuple(seen) or (None,) * len(frames)
+    hidden = [visibility[index] if visibility else None for index in order]
+    outside = tuple(visibility) or (None,) * len(frames)
     table = response.table if response.table.ndim == 2 else response.table[order]
     predictions = Predictions(table, [stops[index] for index in order])
     fill_hidden(frames, hidden, predictions)
     evidence = _evidence(frames, predictions)
     if evidence is None:
-        return Moved(outside)
+        return FrameTrust(outside)
     unlike = float(np.count_nonzero(evidence)) / evidence.size
     if unlike > _UNUSUAL or response.table.ndim > 2:
         slack = misfit(frames, predictions)
         predictions = Predictions(table, predictions.stops, slack)
         evidence = _evidence(frames, predictions)
         if evidence is None:
-            return Moved(outside)
+            return FrameTrust(outside)
         unlike = float(np.count_nonzero(evidence)) / evidence.size
         if unlike > _HOPELESS:
-            return Moved(outside, unlike, remarks=(hopeless(frames, unlike),))
+            return FrameTrust(outside, unlike, remarks=(hopeless(frames, unlike),))
     height, width = evidence.shape
     panorama = sphere and width == 2 * height
     turn = _quiet_column(evidence) if panorama else 0
@@ -150,18 +151,20 @@ def trust(
     area = _area((height, width), panorama)
     places = _places(evidence, frames, predictions, area)
     masks = [np.ones(evidence.shape, np.uint8) for _ in frames]
-    found = [_handle(place, frames, predictions, masks, area) for place in places]
-    regions = [_in_picture(region, order, turn / width) for region in found if region.frames]
+    areas = [_handle(place, frames, predictions, masks, area) for place in places]
+    regions = [_in_picture(region, order, turn / width) for region in areas if region.frames]
     by_frame: list[Float32 | None] = list(outside)
     for index, mask in zip(order, masks, strict=True):
         if not mask.all():
             there = np.roll(mask, turn, axis=1).astype(np.float32)
             edge = by_frame[index]
             by_frame[index] = there if edge is None else there * edge
-    touched = np.minimum.reduce(masks) == 0
-    share = float(area @ np.count_nonzero(touched, axis=1))
+    is_masked = np.minimum.reduce(masks) == 0
+    share = float(area @ np.count_nonzero(is_masked, axis=1))
     where = tuple(sorted(regions, key=lambda region: -region.share))
-    return Moved(tuple(by_frame), share, where, _remarks(where, share, panorama, known))
+    return FrameTrust(
+        tuple(by_frame), share, where, _remarks(where, share, panorama, exposures_known)
+    )
 
 
 def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tolerance) -> Bytes:
@@ -211,8 +214,8 @@ def _places(
     evidence: Bytes, frames: Sequence[Bytes], predictions: Predictions, area: Float64
 ) -> list[_Place]:
     """Find connected places that hold more than a stray contradiction, by solid angle."""
-    joined = _box(evidence > 0, cv2.MORPH_CLOSE, 3)
-    count, labels = cv2.connectedComponents(joined, connectivity=8)
+    closing = _box(evidence > 0, cv2.MORPH_CLOSE, 3)
+    count, labels = cv2.connectedComponents(closing, connectivity=8)
     row, column = np.nonzero(evidence >= _SEED)
     sizes = np.bincount(labels[row, column], area[row] / area.max(), minlength=count)
     strong = sizes >= _SEEDS
@@ -245,20 +248,20 @@ def _handle(
     predictions: Predictions,
     masks: Sequence[Bytes],
     area: Float64,
-) -> Region:
+) -> GhostRegion:
     """Decide on one place, write it into the masks, and describe it in the masks' own frame."""
     crops = [frame[place.rows, place.columns] for frame in frames]
     height, width = masks[0].shape
-    allowed = _settle(crops, place.inside, predictions, _closing(width))
-    for mask, use in zip(masks, allowed, strict=True):
+    usable = _settle(crops, place.inside, predictions, _closing(width))
+    for mask, use in zip(masks, usable, strict=True):
         mask[place.rows, place.columns] &= use
-    return Region(
+    return GhostRegion(
         column=0.5 * (place.columns.start + place.columns.stop) / width,
         row=0.5 * (place.rows.start + place.rows.stop) / height,
         width=place.inside.shape[1] / width,
         height=place.inside.shape[0] / height,
         share=float(area[place.rows] @ np.count_nonzero(place.inside, axis=1)),
-        frames=tuple(index for index, use in enumerate(allowed) if not use.all()),
+        frames=tuple(index for index, use in enumerate(usable) if not use.all()),
     )
 
 
@@ -278,25 +281,25 @@ def _settle(
     codes = np.stack([worst(crop) for crop in crops])
     belief = _belief(codes, core, against)
     order = sorted(range(len(crops)), key=lambda k: -belief[k])
-    outliers, explained = _outvoted(against)
-    needed = _only_unclipped(codes, outliers)
-    allowed = [np.ones(inside.shape, np.uint8) for _ in crops]
-    if needed is not None:
-        order.remove(needed)
-        order.insert(0, needed)
-    elif explained >= _MAJORITY:
-        allowed = [1 - _closed(outlier, closing, inside) for outlier in outliers]
+    outliers, explanation = _outvoted(against)
+    unclipped = _only_unclipped(codes, outliers)
+    usable = [np.ones(inside.shape, np.uint8) for _ in crops]
+    if unclipped is not None:
+        order.remove(unclipped)
+        order.insert(0, unclipped)
+    elif explanation >= _MAJORITY:
+        usable = [1 - _closed(outlier, closing, inside) for outlier in outliers]
         # Who was left out most is believed least where a vote is tied.
         order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
     for place, frame in enumerate(order[1:], start=1):
         clash = np.zeros(inside.shape, bool)
         for believed in order[:place]:
-            clash |= against[frame, believed] & (allowed[believed] & allowed[frame] > 0)
+            clash |= against[frame, believed] & (usable[believed] & usable[frame] > 0)
         if clash.any():
-            allowed[frame] &= 1 - _closed(clash, closing, inside)
-    nowhere = np.maximum.reduce(allowed) == 0
-    allowed[order[0]] |= nowhere.astype(np.uint8)
-    return _widened(allowed, order[0], inside)
+            usable[frame] &= 1 - _closed(clash, closing, inside)
+    nowhere = np.maximum.reduce(usable) == 0
+    usable[order[0]] |= nowhere.astype(np.uint8)
+    return _widened(usable, order[0], inside)
 
 
 def _closed(pixels: Bools, closing: int, inside: Bools) -> Bytes:
@@ -304,10 +307,10 @@ def _closed(pixels: Bools, closing: int, inside: Bools) -> Bytes:
     return _box(pixels, cv2.MORPH_CLOSE, closing) & inside.astype(np.uint8)
 
 
-def _widened(allowed: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
+def _widened(usable: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
     """Leave frames out one pixel further, for the masks' slope and for edges within a pixel."""
     limits = inside.astype(np.uint8)
-    wide = [1 - (_box(1 - use, cv2.MORPH_DILATE, 3) & limits) for use in allowed]
+    wide = [1 - (_box(1 - use, cv2.MORPH_DILATE, 3) & limits) for use in usable]
     nowhere = np.maximum.reduce(wide) == 0
     wide[first] |= nowhere.astype(np.uint8)
     return wide
@@ -319,11 +322,11 @@ def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> B
     against = np.zeros((number, number, *core.shape), bool)
     for bright in range(number):
         for dark in range(bright + 1, number):
-            expected = predictions.between(bright, dark, CLOSE)
-            clash = (contradiction(crops[bright], crops[dark], expected) > 0) & core
+            prediction = predictions.between(bright, dark, CLOSE)
+            clash = (contradiction(crops[bright], crops[dark], prediction) > 0) & core
             if clash.any():
-                expected = predictions.between(bright, dark, EDGE)
-                rest = contradiction(crops[bright], crops[dark], expected) > 0
+                prediction = predictions.between(bright, dark, EDGE)
+                rest = contradiction(crops[bright], crops[dark], prediction) > 0
                 clash |= rest & core & (_box(clash, cv2.MORPH_DILATE, 3) > 0)
             against[bright, dark] = against[dark, bright] = clash
     return against
@@ -338,7 +341,7 @@ def _outvoted(against: Bools) -> tuple[Bools, float]:
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)
     clash = counts.any(axis=0)
-    left, counts = against[:, :, clash], counts[:, clash]
+    votes, counts = against[:, :, clash], counts[:, clash]
     out = np.zeros(counts.shape, bool)
     tied = np.zeros(counts.shape[1], bool)
     while counts.any():
@@ -348,7 +351,7 @@ def _outvoted(against: Bools) -> tuple[Bools, float]:
         leave = candidates & ~tied
         out |= leave
         for frame in range(number):
-            counts -= left[frame] & leave[frame] & ~out
+            counts -= votes[frame] & leave[frame] & ~out
         counts[out | tied] = 0
     outliers = np.zeros((number, *clash.shape), bool)
     outliers[:, clash] = out & ~tied
@@ -363,10 +366,10 @@ def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
     lost.
     """
     clipped = codes > CLIPPED
-    lost = (clipped | outliers).all(axis=0) & outliers.any(axis=0)
+    gap = (clipped | outliers).all(axis=0) & outliers.any(axis=0)
     place = np.arange(len(codes))[:, None, None]
     after_all_kept = place > np.where(outliers, -1, place).max(axis=0)
-    telling = lost & outliers & after_all_kept & (codes > _BLACK) & ~clipped
+    telling = gap & outliers & after_all_kept & (codes > _BLACK) & ~clipped
     counts = np.count_nonzero(telling, axis=(1, 2))
     if counts.max() < _SEEDS:
         return None
@@ -386,13 +389,15 @@ def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
     scores = []
     for frame in range(number):
         good = float(np.sqrt(level[frame][~clipped[frame]] / 255.0).sum())
-        lost = float(np.count_nonzero(clipped[frame] & darker[frame]))
+        clipped_count = float(np.count_nonzero(clipped[frame] & darker[frame]))
         votes = 0.0
         for other in range(number):
             agree = ~clash[frame, other]
             sure = np.count_nonzero(agree & telling[frame] & telling[other])
             votes += sure + _WEAK_VOTE * (np.count_nonzero(agree) - sure)
-        scores.append((_EXPOSED * good - _LOST * lost + votes / max(number - 1, 1)) / size)
+        scores.append(
+            (_EXPOSED * good - _LOSS_COST * clipped_count + votes / max(number - 1, 1)) / size
+        )
     return scores
 
 
@@ -403,14 +408,14 @@ def _area(shape: tuple[int, int], panorama: bool) -> Float64:
     return np.full(shape[0], 1.0 / (shape[0] * shape[1]))
 
 
-def _in_picture(region: Region, order: Sequence[int], turn: float) -> Region:
+def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> GhostRegion:
     """Undo the turn of the picture by a share of its width, and the order of the frames."""
     frames = tuple(sorted(order[frame] for frame in region.frames))
     return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 
 
 def _remarks(
-    where: tuple[Region, ...], share: float, panorama: bool, known: bool
+    where: tuple[GhostRegion, ...], share: float, panorama: bool, exposures_known: bool
 ) -> tuple[Remark, ...]:
     """Report what moved."""
     if not where:
@@ -422,4 +427,4 @@ def _remarks(
         for region in where[:_NAMED]
     )
     motion = Motion(places, max(len(where) - _NAMED, 0), panorama)
-    return (motion, MuchMotion(share)) if share > _MUCH and known else (motion,)
+    return (motion, MuchMotion(share)) if share > _MUCH and exposures_known else (motion,)

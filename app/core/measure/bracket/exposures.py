@@ -45,9 +45,9 @@ def settle_exposures(
     frame without an exposure time.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
-    given = times is not None
-    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "iso", given)
-    apertures, doubts = _fill(headers, [header.aperture for header in headers], "aperture", given)
+    by_hand = times is not None
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "iso", by_hand)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "aperture", by_hand)
     exposures = [
         Exposure(
             shutter,
@@ -61,7 +61,7 @@ def settle_exposures(
         *_unstated(headers),
         *iso_doubts,
         *doubts,
-        *(_times_doubts(headers, shutters) if given else ()),
+        *(_times_doubts(headers, shutters) if by_hand else ()),
         *_lens_doubts(headers),
         *_note_doubts(headers),
         *(doubt for header in headers for doubt in header.doubts),
@@ -99,7 +99,7 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
 
 
 def _fill(
-    headers: Sequence[Header], values: list[float | None], tag: Tag, given: bool
+    headers: Sequence[Header], values: list[float | None], tag: Tag, by_hand: bool
 ) -> tuple[list[float | None], list[Remark]]:
     """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
     stated = [value for value in values if value is not None]
@@ -108,7 +108,7 @@ def _fill(
     pairs = zip(headers, values, strict=True)
     silent = tuple(header.frame.path.name for header, value in pairs if value is None)
     if max(stated) > min(stated) * (1.0 + _SAME):
-        if given:
+        if by_hand:
             return [None] * len(values), [TagIgnored(tag, silent)]
         raise _differing(silent, stated, tag)
     return [stated[0]] * len(values), [TagAssumed(tag, silent, stated[0])]

@@ -90,22 +90,22 @@ def foreign_frames(
     first, which lie on each other; `stops` are as stated, and `choice` is what was chosen for them.
     Empty with fewer than three frames, and where the others do not agree with each other.
     """
-    rest, found = list(range(len(proxies))), list[Foreign]()
+    rest, foreign = list(range(len(proxies))), list[Foreign]()
     pictures = [np.ascontiguousarray(proxy) for proxy in proxies]
-    while len(rest) >= 3 and len(found) < max(len(pictures) // _ONE_IN, 1):
-        series = _Series(pictures, samples, stops, tuple(rest), choice)
+    while len(rest) >= 3 and len(foreign) < max(len(pictures) // _ONE_IN, 1):
+        series = _FrameSeries(pictures, samples, stops, tuple(rest), choice)
         if series.whole and series.greatest_oddness <= 1.0:
             break
         trials = _trials(series, mode)
         if not trials:
             break
         _, number, choice = max(trials, key=lambda trial: trial[0])
-        found.append(Foreign(number, _reason(pictures, number, rest)))
+        foreign.append(Foreign(number, _reason(pictures, number, rest)))
         rest.remove(number)
-    return tuple(sorted(found, key=lambda each: each.frame))
+    return tuple(sorted(foreign, key=lambda each: each.frame))
 
 
-def _trials(series: _Series, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
+def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
     """Leave out each frame in turn: those that contradict the others, where these agree.
 
     Returns by how much they contradict, their numbers, and the curve of the others. A curve is
@@ -121,14 +121,14 @@ def _trials(series: _Series, mode: Mode) -> list[tuple[float, int, ResponseChoic
         for number in numbers:
             others = tuple(each for each in series.frames if each != number)
             picked, stops = series.samples[list(others)], [series.stops[k] for k in others]
-            left = replace(series, frames=others, choice=choose_response(picked, stops, way))
-            if left.sound and left.excludes(number):
-                trials.append((left.oddness(number), number, left.choice))
+            rest = replace(series, frames=others, choice=choose_response(picked, stops, way))
+            if rest.sound and rest.excludes(number):
+                trials.append((rest.oddness(number), number, rest.choice))
     return trials
 
 
 @dataclass(frozen=True, slots=True)
-class _Series:
+class _FrameSeries:
     """Some frames of a bracket with one curve: how well they and others fit each other.
 
     `pictures`, `samples` and `stops` are of all frames, as stated; `choice` is of `frames` only.
@@ -171,8 +171,8 @@ class _Series:
     def greatest_oddness(self) -> float:
         """Oddness of the oddest of the frames; each pair is judged once."""
         pairs = {frame: self._pairs(frame) for frame in self.frames}
-        judged = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
-        return max(_median([judged[pair] for pair in some]) for some in pairs.values())
+        oddness = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
+        return max(_median([oddness[pair] for pair in some]) for some in pairs.values())
 
     def oddness(self, frame: int) -> float:
         """How much a frame contradicts its neighbours; more than 1 is unusual."""
@@ -243,12 +243,12 @@ class _Series:
 
     def _exposure(self, frame: int, near: Sequence[int]) -> float:
         """Exposure that a frame shows beside its neighbours, in stops."""
-        shown = []
+        levels = []
         for other in near:
             _, steps = self._steps(frame, other)
             if steps.size >= _FEWEST:
-                shown.append(self._stop(other) + float(np.median(steps)))
-        return float(np.median(shown)) if shown else self.stops[frame]
+                levels.append(self._stop(other) + float(np.median(steps)))
+        return float(np.median(levels)) if levels else self.stops[frame]
 
     def _share(self, one: int, other: int, stop: float) -> float:
         """Share of two frames that cannot be of the same thing; `stop` is of the first."""
@@ -256,19 +256,21 @@ class _Series:
         pair = (stop, self._stop(other))
         if pair[0] < pair[1]:
             first, second, pair = second, first, (pair[1], pair[0])
-        shown = _shown(first, second)
-        count = np.count_nonzero(shown)
-        if count < _LEAST_SHARE * shown.size:
+        usable = _usable(first, second)
+        count = np.count_nonzero(usable)
+        if count < _LEAST_SHARE * usable.size:
             return 0.0
-        expected = Predictions(self.table, pair).between(0, 1, _WIDE)
-        return float(np.count_nonzero((contradiction(first, second, expected) > 0) & shown)) / count
+        prediction = Predictions(self.table, pair).between(0, 1, _WIDE)
+        return (
+            float(np.count_nonzero((contradiction(first, second, prediction) > 0) & usable)) / count
+        )
 
 
 def _median(values: Sequence[float]) -> float:
     return float(np.median(values)) if values else 0.0
 
 
-def _shown(bright: Bytes, dark: Bytes) -> Bools:
+def _usable(bright: Bytes, dark: Bytes) -> Bools:
     """Pixels at which two frames are not both black or both clipped."""
     black = (worst(bright) <= _BLACK) & (worst(dark) <= _BLACK)
     # Inverted, the smallest channel is the largest.

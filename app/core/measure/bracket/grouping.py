@@ -78,16 +78,16 @@ def read_bracket(
     that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
     orientation or camera; when all exposures are equal, or `times` do not fit.
     """
-    named = [Path(path) for path in paths]
-    sort_out = sort_out or (len(named) == 1 and _is_folder(named[0]))
-    headers, left_out = _read_all(named, times, sort_out=sort_out)
+    inputs = [Path(path) for path in paths]
+    sort_out = sort_out or (len(inputs) == 1 and _is_folder(inputs[0]))
+    headers, left_out = _read_all(inputs, times, sort_out=sort_out)
     if sort_out and times is None:
         headers, mapped_out = _without_mapped(headers)
         left_out += mapped_out
     files = [header.frame.path for header in headers]
-    given = _check_times(times, len(files))
+    times_s = _check_times(times, len(files))
     _check_pixels(headers)
-    listed_files, warnings = _without_copies(list(zip(headers, given, strict=True)))
+    listed_files, warnings = _without_copies(list(zip(headers, times_s, strict=True)))
     headers = [header for header, _ in listed_files]
     if alone and len(files) == 1:
         return _lone(headers[0], (*left_out, *warnings), times)
@@ -96,8 +96,8 @@ def read_bracket(
     if names := rendered_frames(headers):
         hint = tr("Switch the camera's filter and options off and shoot again, or leave it out.")
         raise ProbeError(_rendered(names), hint)
-    stated = None if times is None else [time or 0.0 for _, time in listed_files]
-    exposures, doubts = settle_exposures(headers, stated)
+    tag_times = None if times is None else [time or 0.0 for _, time in listed_files]
+    exposures, doubts = settle_exposures(headers, tag_times)
     dressed = [
         replace(header.frame, exposure=exposure)
         for header, exposure in zip(headers, exposures, strict=True)
@@ -113,8 +113,8 @@ def read_bracket(
 def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
     """Leave out what the camera has rendered itself, where the others are a bracket."""
     plain = [header for header in headers if not header.frame.tone_mapped]
-    known = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
-    if len(plain) == len(headers) or not known or max(known) - min(known) < EQUAL_STOPS:
+    evs = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
+    if len(plain) == len(headers) or not evs or max(evs) - min(evs) < EQUAL_STOPS:
         return headers, []
     return plain, [RenderedByCamera(rendered_frames(headers), left_out=True)]
 
@@ -162,21 +162,21 @@ def _bracket_of(
         stated = sum(header.frame.exposure is not None for header in headers)
         return len(headers) == count, stated, len(headers)
 
-    ranked = sorted(sets.values(), key=rank, reverse=True)
-    if len(ranked) > 1 and rank(ranked[0]) == rank(ranked[1]):
+    by_rank = sorted(sets.values(), key=rank, reverse=True)
+    if len(by_rank) > 1 and rank(by_rank[0]) == rank(by_rank[1]):
         return [header for headers in sets.values() for header in headers], []
-    if not ranked or (len(ranked[0]) < 2 and errors):
+    if not by_rank or (len(by_rank[0]) < 2 and errors):
         raise errors[0]
-    taken = ranked[0]
-    _check_number(len(taken))
-    others = tuple(header.frame.path.name for headers in ranked[1:] for header in headers)
+    best = by_rank[0]
+    _check_number(len(best))
+    others = tuple(header.frame.path.name for headers in by_rank[1:] for header in headers)
     remarks: list[Remark] = [FileLeftOut(error.message) for error in errors]
     if others:
         remarks.append(NotOfBracket(others))
     if remarks:
-        first, last = taken[0].frame.path.name, taken[-1].frame.path.name
-        remarks.insert(0, PicturesTaken(len(taken), folder, first, last))
-    return taken, remarks
+        first, last = best[0].frame.path.name, best[-1].frame.path.name
+        remarks.insert(0, PicturesTaken(len(best), folder, first, last))
+    return best, remarks
 
 
 def _is_folder(path: Path) -> bool:
@@ -236,16 +236,16 @@ def _check_pixels(headers: list[Header]) -> None:
 
 def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
     """Leave out files that are named twice and files of the same bytes."""
-    kept: dict[tuple[str, ...], _Listed] = {}
-    dropped: dict[str, list[str]] = {}
+    unique: dict[tuple[str, ...], _Listed] = {}
+    copy_names: dict[str, list[str]] = {}
     contents = _contents([header.frame.path for header, _ in files])
     for file, content in zip(files, contents, strict=True):
-        first = kept.setdefault(content, file)
+        first = unique.setdefault(content, file)
         if first is not file:
             name = first[0].frame.path.name
-            dropped.setdefault(name, []).append(file[0].frame.path.name)
-    copies: list[Remark] = [Copies(name, tuple(names)) for name, names in dropped.items()]
-    return list(kept.values()), copies
+            copy_names.setdefault(name, []).append(file[0].frame.path.name)
+    copies: list[Remark] = [Copies(name, tuple(names)) for name, names in copy_names.items()]
+    return list(unique.values()), copies
 
 
 def _contents(paths: list[Path]) -> list[tuple[str, ...]]:

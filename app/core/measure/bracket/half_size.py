@@ -70,12 +70,12 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
     >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
     ((False, False, True), (False, True, False, False, True))
     """
-    chosen = [False] * len(stops)
+    is_anchor = [False] * len(stops)
     lowest = -np.inf
     for index in sorted(range(len(stops)), key=lambda k: stops[k]):
         if stops[index] - lowest > _REACH_STOPS:
-            chosen[index], lowest = True, stops[index]
-    return tuple(chosen)
+            is_anchor[index], lowest = True, stops[index]
+    return tuple(is_anchor)
 
 
 def halvable(frame: Frame) -> bool:
@@ -180,13 +180,13 @@ def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
     """See `HalfLight.reach`; radiance of the codes of both frames, (3, 256) each."""
     if own:
         return np.arange(256, dtype=np.uint8)
-    shown = [np.searchsorted(values[c], anchor[c]) for c in range(3)]
-    codes = np.minimum(np.max(shown, axis=0), 255)
+    indices = [np.searchsorted(values[c], anchor[c]) for c in range(3)]
+    codes = np.minimum(np.max(indices, axis=0), 255)
     return np.concatenate([np.zeros(_CODE_NOISE), codes[:-_CODE_NOISE]]).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
-class _View:
+class _BandReading:
     """What one frame says of a band, at half size.
 
     `smooth` is the light of the mean codes, and `exact` the mean light of an anchor's four pixels
@@ -212,7 +212,7 @@ def merge_halved(
     the half size and holds shares of the area in 255ths.
     """
     peaks: dict[int, Bytes] = {}
-    views: dict[int, _View] = {}
+    views: dict[int, _BandReading] = {}
     last = len(bands) - 1
     for place, half in enumerate(lights):
         if half.anchor_tables is not None:
@@ -274,7 +274,7 @@ class _Detail:
         ]
 
 
-def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _View:
+def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
     """Look at a frame that comes at half size."""
     planes = cv2.split(pixels)
     light = half.light
@@ -287,12 +287,12 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _View:
         # Of four pixels of which some are hidden, about two clip.
         count -= 2 * clipped_count(hidden, hidden, light)
     smooth = [look_up(plane, light.tables.value[c]) for c, plane in enumerate(planes)]
-    return _View(planes, largest, hidden, clipped, count, smooth)
+    return _BandReading(planes, largest, hidden, clipped, count, smooth)
 
 
 def _anchor(
     pixels: Pixels, light: FrameLight, tables: AnchorTables, darkest: bool
-) -> tuple[Bytes, _View]:
+) -> tuple[Bytes, _BandReading]:
     """Look at a frame that comes in full; the brightest of each four pixels comes first."""
     full: Sequence[Any] = cv2.split(pixels)
     brightest = np.asarray(cv2.max(cv2.max(full[0], full[1]), full[2]), np.uint8)
@@ -303,7 +303,7 @@ def _anchor(
     planes, peak = [_halved(plane) for plane in full], _peak(brightest)
     largest, hidden = _with_hidden(planes, peak)
     mask = spent_pixels(brightest, brightest, light)
-    view = _View(
+    view = _BandReading(
         planes,
         largest,
         hidden,

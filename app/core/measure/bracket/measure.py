@@ -27,7 +27,7 @@ from app.core.environment.holes import GOES_ON, canvas
 from app.core.environment.remarks import PartUnseen
 from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.merging import check_options, merge_bracket
-from app.core.measure.finish.corrections import Finished, finish
+from app.core.measure.finish.corrections import FinishedLight, finish
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.finish.tripod_detection import foot_of
@@ -65,39 +65,39 @@ def measure(
     bracket = read_bracket(files, options.times, alone=options.alone, sort_out=options.sort_out)
     if bracket.panorama or not may_be_circles(bracket.shape):
         check_options(bracket, options)
-    found = merge_bracket(bracket, options, opener, token, span(report, 0.0, 0.9))
+    probe = merge_bracket(bracket, options, opener, token, span(report, 0.0, 0.9))
     token.check()
     report(0.9, Progress(Task.FINDING_LAMPS))
-    found, blind = _without_gaps(found, token)
+    probe, blind = _without_gaps(probe, token)
     with ThreadPoolExecutor(1) as beside:
-        display = beside.submit(display_panorama, found.merged.radiance)
-        light = finished(found, options, blind)
+        display = beside.submit(display_panorama, probe.merged.radiance)
+        light = finished(probe, options, blind)
     report(1.0, Progress(Task.DONE))
-    notes = tuple(note for note in (found.levelling.remark, *light.notes) if note)
-    return replace(found, finished=light, display=display.result(), notes=notes)
+    notes = tuple(note for note in (probe.levelling.remark, *light.notes) if note)
+    return replace(probe, finished=light, display=display.result(), notes=notes)
 
 
-def _without_gaps(found: Measurement, token: Token) -> tuple[Measurement, Float32 | None]:
+def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float32 | None]:
     """Fill what the frames do not show: where they are transparent, or black canvas.
 
     Returns also where that is, (H, W), 1 where it was filled.
     """
-    bracket, rotation = found.bracket, found.levelling.rotation
+    bracket, rotation = probe.bracket, probe.levelling.rotation
     if bracket.unstitched or not bracket.panorama:
-        return found, None
-    shape = found.merged.clipped.shape
+        return probe, None
+    shape = probe.merged.clipped.shape
     frame = bracket.frames[0]
     unseen = transparent(frame, (shape[0], shape[1]))
     # The frames of a 360 camera have no canvas: what is black there was dark.
     if rotation is None and camera_facts(frame.camera) is None:
         coded = frame.kind in ("uint8", "uint16")
-        unit = 2.0 ** (found.merged.reference_ev - max(bracket.stops))
-        black = canvas(found.merged.radiance, _BLACK * unit if coded else None)
+        unit = 2.0 ** (probe.merged.reference_ev - max(bracket.stops))
+        black = canvas(probe.merged.radiance, _BLACK * unit if coded else None)
         unseen = black if unseen is None else unseen if black is None else unseen | black
     elif rotation is not None and unseen is not None:
         unseen = rotate_light(unseen[..., None].astype(np.float32), rotation)[..., 0] > _HALF
     if unseen is None:
-        return found, None
+        return probe, None
     token.check()
     blind = unseen.astype(np.float32)
     share = float(energy(blind)) / (4.0 * math.pi)
@@ -107,28 +107,36 @@ def _without_gaps(found: Measurement, token: Token) -> tuple[Measurement, Float3
                share=small_percent(1.0 - share)),
             tr("Choose a panorama that is not transparent over most of the sphere."),
         )  # fmt: skip
-    merged = fill(found.merged, blind, GOES_ON)
-    finished = replace(found.finished, merged=merged, measured=merged)
-    warnings = (*found.warnings, PartUnseen(frame.path.name, share))
-    return replace(found, finished=finished, blind=share, warnings=warnings), blind
+    merged = fill(probe.merged, blind, GOES_ON)
+    finished = replace(probe.finished, merged=merged, measured=merged)
+    warnings = (*probe.warnings, PartUnseen(frame.path.name, share))
+    return replace(probe, finished=finished, blind=share, warnings=warnings), blind
 
 
-def finished(found: Measurement, options: MeasureOptions, blind: Float32 | None = None) -> Finished:
+def finished(
+    measurement: Measurement, options: MeasureOptions, blind: Float32 | None = None
+) -> FinishedLight:
     """Finish a panorama; other pictures are left alone."""
-    if not found.bracket.panorama:
-        return found.finished
-    foot, room = foot_of(found.levelling.rotation), room_below(found.bracket)
-    alone = found.bracket.frames[0].path.name if found.rough else ""
+    if not measurement.bracket.panorama:
+        return measurement.finished
+    foot, room = foot_of(measurement.levelling.rotation), room_below(measurement.bracket)
+    alone = measurement.bracket.frames[0].path.name if measurement.rough else ""
     return finish(
-        found.merged, options.styles, options, foot=foot, room_stops=room, alone=alone, blind=blind
+        measurement.merged,
+        options.styles,
+        options,
+        foot=foot,
+        room_stops=room,
+        alone=alone,
+        blind=blind,
     )
 
 
 def room_below(bracket: Bracket) -> float | None:
     """Return the stops from the darkest frame to the camera's darkest exposure."""
-    known = camera_facts(bracket.frames[0].camera)
-    if known is None:
+    facts = camera_facts(bracket.frames[0].camera)
+    if facts is None:
         return None
-    limits = known.limits
+    limits = facts.limits
     floor = Exposure(min(limits.shutters_s), min(limits.isos), max(limits.apertures))
     return max(min(bracket.stops) - floor.ev, 0.0)

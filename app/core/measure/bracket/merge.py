@@ -28,7 +28,7 @@ from app.core.measure.bracket.half_size import HalfLight, half_lights, merge_hal
 from app.core.measure.bracket.weighted_merge import Band, lift_black, merge_band
 from app.core.measure.bracket.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
 from app.core.measure.read.decoding import Pixels, row_bands
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.pixels import FrameStack, workers
 from app.core.measure.read.resampling import Reduction
 
@@ -57,7 +57,7 @@ class _Result:
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class _Band:
     """What a band of rows adds to the result, from row `first` on."""
 
     first: int
@@ -92,14 +92,14 @@ def merge(
     stops: Sequence[float],
     *,
     scheme: Scheme = "noise",
-    known: bool = True,
+    exposures_known: bool = True,
     doubts: Sequence[float] = (),
     trust: Sequence[Float32 | None] | None = None,
     size: tuple[int, int] | None = SIZE,
     sphere: bool = True,
     token: Token | None = None,
     report: Report = silent,
-) -> Merged:
+) -> MergedLight:
     """Merge the frames to linear light.
 
     Each pixel is the weighted mean of what its frames say (`weighting`). A pixel that is
@@ -113,7 +113,7 @@ def merge(
     only for 8-bit frames of full size. `trust`, (h, w) each at the size of the proxies,
     interpolated bilinearly, is 0 to 1; None for a frame that is trusted everywhere. `size` is
     the rows and columns wanted of a panorama; None keeps the frames' own, as pictures that are
-    not panoramas do. `Merged.clipped_fractions` are in the order of the stack.
+    not panoramas do. `MergedLight.clipped_fractions` are in the order of the stack.
 
     ProbeError when a file has been damaged since it was first read; ValueError when the numbers
     of frames, stops and trusts differ; Cancelled.
@@ -126,7 +126,7 @@ def merge(
     # The kernel takes the last frame for the darkest; corrected exposures may swap two of them.
     order = sorted(range(len(stops)), key=lambda index: -stops[index])
     reference = reference_exposure(stops)
-    lights = _lights(stack, response, stops, scheme, reference, order, known)
+    lights = _lights(stack, response, stops, scheme, reference, order, exposures_known)
     whole = [stack.whole[index] for index in order]
     halved = not all(whole)
     shape = (stack.shape[0] // 2, stack.shape[1] // 2) if halved else stack.shape
@@ -138,7 +138,7 @@ def merge(
         reduction=_reduction(shape, size, sphere),
         token=token or Token(),
         halves=half_lights(lights, whole) if halved else (),
-        black=_black(stack, known, sphere) * 2.0 ** (reference - max(stops)),
+        black=_black(stack, exposures_known, sphere) * 2.0 ** (reference - max(stops)),
         doubts=_doubts(stack, doubts, scheme, order),
     )
     result = _run(stack, plan, order, report)
@@ -152,15 +152,15 @@ def merge(
     fractions = [0.0] * len(order)
     for place, index in enumerate(order):
         fractions[index] = result.counts[place] / pixels
-    known = all(f.exposure is not None and f.exposure.known for f in stack.frames)
-    return Merged(
+    exposures_known = all(f.exposure is not None and f.exposure.known for f in stack.frames)
+    return MergedLight(
         radiance=result.radiance,
         clipped=result.clipped,
         dark=result.dark,
         reference_ev=reference,
         clip_level=2.0 ** (reference - min(stops)),
         # ISO 12232, for the exposure that the unit stands for.
-        cd_m2=1.2 / 2.0**reference if known else None,
+        cd_m2=1.2 / 2.0**reference if exposures_known else None,
         clipped_fractions=tuple(fractions),
     )
 
@@ -172,7 +172,7 @@ def _lights(
     scheme: Scheme,
     reference: float,
     order: Sequence[int],
-    known: bool,
+    exposures_known: bool,
 ) -> tuple[FrameLight, ...]:
     lights = []
     for index in order:
@@ -187,7 +187,13 @@ def _lights(
             fine = kind == "uint16"
             table = response.table if response.table.ndim == 2 else response.table[index]
             tables = frame_tables(
-                table, index, stops, reference, scheme=scheme, fine=fine, known=known
+                table,
+                index,
+                stops,
+                reference,
+                scheme=scheme,
+                fine=fine,
+                exposures_known=exposures_known,
             )
             lights.append(FrameLight(tables))
     return tuple(lights)
@@ -201,10 +207,10 @@ def _doubts(
     return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 
 
-def _black(stack: FrameStack, known: bool, sphere: bool) -> float:
+def _black(stack: FrameStack, exposures_known: bool, sphere: bool) -> float:
     """Light of the brightest frame below which there is no telling; 0 where that is known."""
-    told = all(frame.kind != "uint8" for frame in stack.frames)
-    return 0.0 if told or (known and _panorama(stack.shape, sphere)) else _BLACK
+    precise = all(frame.kind != "uint8" for frame in stack.frames)
+    return 0.0 if precise or (exposures_known and _panorama(stack.shape, sphere)) else _BLACK
 
 
 def _panorama(shape: tuple[int, int], sphere: bool) -> bool:
@@ -213,14 +219,14 @@ def _panorama(shape: tuple[int, int], sphere: bool) -> bool:
 
 def _reduction(shape: tuple[int, int], size: tuple[int, int] | None, sphere: bool) -> Reduction:
     panorama = _panorama(shape, sphere)
-    wanted = shape if size is None or (sphere and not panorama) else size
-    smaller = min(wanted[0], shape[0]), min(wanted[1], shape[1])
+    target_shape = shape if size is None or (sphere and not panorama) else size
+    smaller = min(target_shape[0], shape[0]), min(target_shape[1], shape[1])
     return Reduction.between(shape, smaller, panorama)
 
 
 def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -> _Result:
-    height = plan.reduction.given[0]
-    rows, columns = plan.reduction.wanted
+    height = plan.reduction.source[0]
+    rows, columns = plan.reduction.target
     result = _Result(
         radiance=np.zeros((rows, columns, 3), np.float32),
         clipped=np.zeros((rows, columns), np.float32),
@@ -253,11 +259,11 @@ def _slab_rows(stack: FrameStack, band: int) -> int:
 
 def _flow(
     pool: ThreadPoolExecutor,
-    work: Callable[[tuple[int, int]], _Part],
+    work: Callable[[tuple[int, int]], _Band],
     bands: Iterable[tuple[int, int]],
-) -> Iterator[_Part]:
+) -> Iterator[_Band]:
     """Results in order, with only a few tasks under way or waiting at any time."""
-    waiting: deque[Future[_Part]] = deque()
+    waiting: deque[Future[_Band]] = deque()
     try:
         for band in bands:
             waiting.append(pool.submit(work, band))
@@ -270,11 +276,11 @@ def _flow(
             future.cancel()
 
 
-def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[int, int]) -> _Part:
+def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[int, int]) -> _Band:
     """Merge some rows of the frames, whose first row is row `offset` of the picture."""
     plan.token.check()
     start, stop = rows
-    shape = plan.reduction.given
+    shape = plan.reduction.source
     trusts = [None if t is None else _trust_rows(t, start, stop, shape) for t in plan.trusts]
     if plan.halves:
         sizes = [len(pixels) // shape[0] for pixels in frames]
@@ -290,7 +296,7 @@ def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[
     return _reduced(band, plan.reduction, start, stop)
 
 
-def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
+def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Band:
     """Reduce a band to what it adds to the result."""
     share = np.float32(1.0 / 255.0)
     clipped, dark = (
@@ -298,21 +304,21 @@ def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
         for mask in (band.clipped, band.dark)
     )
     if reduction.whole:
-        return _Part(start, _mixed(band.radiance), clipped, dark, band.clipped_counts, stop)
+        return _Band(start, _mixed(band.radiance), clipped, dark, band.clipped_counts, stop)
     first, shares = reduction.rows(start, stop)
 
     def small(plane: Float32 | None) -> Float32 | None:
         return None if plane is None else reduction.reduced(shares, plane)
 
     light = _mixed([reduction.reduced(shares, plane) for plane in band.radiance])
-    return _Part(first, light, small(clipped), small(dark), band.clipped_counts, stop)
+    return _Band(first, light, small(clipped), small(dark), band.clipped_counts, stop)
 
 
 def _mixed(planes: Sequence[Float32]) -> Float32:
     return np.asarray(cv2.merge(planes))
 
 
-def _put(result: _Result, part: _Part) -> None:
+def _put(result: _Result, part: _Band) -> None:
     """Add a band's part to the pictures."""
     rows = slice(part.first, part.first + part.radiance.shape[0])
     result.radiance[rows] += part.radiance
@@ -357,9 +363,9 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
     height, width = radiance.shape[:2]
     bands = list(row_bands(height, max(_AROUND, _QUIET_PIXELS // width)))
     with ThreadPoolExecutor(workers(len(bands))) as pool:
-        found = list(pool.map(partial(_changes, radiance, values, token), bands))
+        per_band = list(pool.map(partial(_changes, radiance, values, token), bands))
     flat = radiance.reshape(-1)
-    for places, light in (change for changes in found for change in changes):
+    for places, light in (change for changes in per_band for change in changes):
         flat[places] = light
 
 
@@ -380,12 +386,12 @@ def _changes(
         usual = np.asarray(cv2.medianBlur(colour, _AROUND), np.float32)
         over = (colour - usual)[inner]
         odd = np.flatnonzero(np.abs(over) > np.float32(_STOPS))
-        kept = usual[inner].take(odd) + np.clip(over.take(odd), -_STOPS, _STOPS)
+        log_ratio = usual[inner].take(odd) + np.clip(over.take(odd), -_STOPS, _STOPS)
         own = light[inner][..., channel].ravel().take(odd)
         most = light[inner].max(axis=-1).ravel().take(odd)
         leeway = _leeway(own, most, values, channel)
-        wanted = mean[inner].ravel().take(odd) * np.exp2(kept)
-        new = own + np.clip(wanted - own, -leeway, leeway)
+        target = mean[inner].ravel().take(odd) * np.exp2(log_ratio)
+        new = own + np.clip(target - own, -leeway, leeway)
         changes.append(((start * radiance.shape[1] + odd) * 3 + channel, new.astype(np.float32)))
     return changes
 
@@ -393,11 +399,11 @@ def _changes(
 def _leeway(own: Float32, most: Float32, values: Sequence[Float32], channel: int) -> Float32:
     """Light that a few codes stand for in the brightest frame that does not clip the pixel."""
     leeway = np.zeros(own.shape, np.float32)
-    left = np.arange(own.size)
+    rest = np.arange(own.size)
     for number, value in enumerate(values):
-        open_here = most[left] < value[:, _OPEN].min()
-        here = left if number == len(values) - 1 else left[open_here]
+        open_here = most[rest] < value[:, _OPEN].min()
+        here = rest if number == len(values) - 1 else rest[open_here]
         slope = np.gradient(value[channel])
         leeway[here] = np.interp(own[here], value[channel], slope)
-        left = left[~open_here]
+        rest = rest[~open_here]
     return np.asarray(_CODES * leeway, np.float32)

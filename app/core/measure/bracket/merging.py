@@ -29,12 +29,12 @@ from app.core.measure.bracket.grouping import not_all_around
 from app.core.measure.bracket.half_size import anchors, halvable, is_whole
 from app.core.measure.bracket.merge import SIZE, merge
 from app.core.measure.bracket.weighting import doubts
-from app.core.measure.finish.corrections import Finished
+from app.core.measure.finish.corrections import FinishedLight
 from app.core.measure.fisheye.circles import Circles, recognise
 from app.core.measure.fisheye.stitch import circle_size, to_panorama
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read.frame import Bracket, Merged
+from app.core.measure.read.frame import Bracket, MergedLight
 from app.core.measure.read.opening import Opener, open_frame
 from app.core.measure.read.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.text import tr
@@ -77,12 +77,12 @@ def merge_bracket(
 ) -> Measurement:
     """Merge frames of a 360 camera, bright ones at half size if that suffices."""
     halves = () if options.full else _halves(bracket)
-    found = merge_frames(bracket, options, opener, token, report, halves)
-    if any(halves) and found.moved.share > _SUSPICIOUS:
+    measurement = merge_frames(bracket, options, opener, token, report, halves)
+    if any(halves) and measurement.motion.share > _SUSPICIOUS:
         small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
         if not all(is_whole(frame, token) for frame in small):
             return merge_frames(bracket, options, open_frame, token, report)
-    return found
+    return measurement
 
 
 def merge_frames(
@@ -104,7 +104,7 @@ def merge_frames(
         A measurement whose light is not finished.
     """
     ordinary = look is not None
-    opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves, not ordinary)
+    opened, circles = _open(bracket, opener, token, span(report, 0.0, 0.4), halves, not ordinary)
     choose = partial(choose_response, mode=options.response)
     with opened, ThreadPoolExecutor(1) as beside:
         early = beside.submit(choose, opened.samples, opened.stops)
@@ -124,13 +124,13 @@ def merge_frames(
             if look is not None:
                 look(stack)
             report(0.5, Progress(Task.CHECKING_EXPOSURES))
-            known = response.response.name == "sRGB"
+            is_srgb = response.response.name == "sRGB"
             motion = deghosting.trust(
                 stack.proxies,
                 response.stops,
                 response.response,
-                seen=stack.seen,
-                known=known and not response.remarks,
+                visibility=stack.visibility,
+                exposures_known=is_srgb and not response.remarks,
                 sphere=sphere,
             )
             level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
@@ -139,7 +139,7 @@ def merge_frames(
                 response.response,
                 response.stops,
                 scheme=options.weights,
-                known=known,
+                exposures_known=is_srgb,
                 doubts=_unlike(stack, response),
                 trust=motion.masks,
                 size=size if circles is None else circle_size(stack.shape, circles, size),
@@ -160,8 +160,8 @@ def merge_frames(
         alignments=aligned.alignments,
         lays=aligned.lays,
         levelling=level,
-        moved=motion,
-        finished=Finished(merged, merged),
+        motion=motion,
+        finished=FinishedLight(merged, merged),
         warnings=(
             *bracket.warnings,
             *stack.warnings,
@@ -184,7 +184,7 @@ def _foreign(
     stack: FrameStack, choice: ResponseChoice, options: MeasureOptions
 ) -> tuple[Foreign, ...]:
     """Find frames that are no exposures of the series; given times are believed."""
-    if options.times is not None or any(mask is not None for mask in stack.seen):
+    if options.times is not None or any(mask is not None for mask in stack.visibility):
         return ()
     return foreign_frames(stack.proxies, stack.samples, choice, stack.stops, options.response)
 
@@ -200,11 +200,11 @@ def _without(
     """Go from files to light without the frames that are no exposures of the series."""
     left_out = tuple(LeftOut(stack.frames[each.frame].path, each.reason) for each in foreign)
     names = {each.path for each in left_out}
-    kept = [k for k, frame in enumerate(stack.frames) if frame.path not in names]
+    indices = [k for k, frame in enumerate(stack.frames) if frame.path not in names]
     rest = replace(
         bracket,
-        frames=tuple(stack.frames[k] for k in kept),
-        stops=tuple(stack.stops[k] for k in kept),
+        frames=tuple(stack.frames[k] for k in indices),
+        stops=tuple(stack.stops[k] for k in indices),
         warnings=(*bracket.warnings, *stack.warnings, *(each.remark for each in left_out)),
         unstitched=False,
     )
@@ -220,7 +220,7 @@ def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
     return doubts(stack.samples, choice.response.table, choice.stops)
 
 
-def _opened(
+def _open(
     bracket: Bracket,
     opener: Opener,
     token: Token,
@@ -229,16 +229,16 @@ def _opened(
     whole: bool,
 ) -> tuple[FrameStack, Circles | None]:
     """Open the frames; those of two circles in full, since half the sphere fills half of them."""
-    opened = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
+    frame_stack = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
     if not whole:
-        return opened, None
+        return frame_stack, None
     try:
-        circles = _circles(opened)
+        circles = _circles(frame_stack)
     except ProbeError:
-        opened.close()
+        frame_stack.close()
         raise
-    if circles is None or all(opened.whole):
-        return opened, circles
+    if circles is None or all(frame_stack.whole):
+        return frame_stack, circles
     return open_frames(bracket, token=token, report=report), circles
 
 
@@ -269,11 +269,11 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Aligned:
+class _AlignedFrames:
     """Frames that lie on each other."""
 
     stack: FrameStack
-    alignments: tuple[align.Alignment, ...]
+    alignments: tuple[align.FrameAlignment, ...]
     remarks: tuple[Remark, ...]
     lays: tuple[handheld.Lay, ...] = ()
 
@@ -289,45 +289,49 @@ class _Aligned:
         return self.stack.proxies[align.reference_of(self.stack.proxies)]
 
 
-def _align(stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report) -> _Aligned:
+def _align(
+    stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report
+) -> _AlignedFrames:
     """Lay frames on each other where they do not lie so already, if they are to be moved at all."""
     report(0.0, Progress(Task.ALIGNING_FRAMES))
     if not moves:
-        return _Aligned(stack, (), ())
-    found = align.estimate(stack.proxies, stack.stops)
+        return _AlignedFrames(stack, (), ())
+    alignments = align.estimate(stack.proxies, stack.stops)
     names = [frame.path.name for frame in stack.frames]
     if not sphere or stack.shape[1] != 2 * stack.shape[0]:
-        return _aligned_by_hand(stack, found, names, token, report)
-    turns = [one.rotation for one in found]
+        return _aligned_by_hand(stack, alignments, names, token, report)
+    turns = [one.rotation for one in alignments]
     if any(turn is not None for turn in turns):
         ways = [None if turn is None else partial(remap_frame, matrix=turn) for turn in turns]
         stack = relaid(stack, ways, token=token, report=report)
-    return _Aligned(stack, found, align.remarks(found, names))
+    return _AlignedFrames(stack, alignments, align.remarks(alignments, names))
 
 
 def _aligned_by_hand(
     stack: FrameStack,
-    unturned: tuple[align.Alignment, ...],
+    unturned: tuple[align.FrameAlignment, ...],
     names: Sequence[str],
     token: Token,
     report: Report,
-) -> _Aligned:
+) -> _AlignedFrames:
     """Undo what a hand did between the frames of ordinary pictures."""
     small = reduced(stack, handheld.LONGEST, token)
     scale = max(stack.shape) / max(small[0].shape)
     home = handheld.reference_of(small)
     lays = handheld.lay_on_each_other(small, stack.stops, home, scale)
     moves = [lay.homography if lay.needed else None for lay in lays]
-    seen = handheld.shown(stack.proxies, moves, stack.shape)
-    if any(move is not None for move in moves) or any(mask is not None for mask in seen):
-        ways = [None if m is None else partial(handheld.laid, homography=m) for m in moves]
-        stack = relaid(stack, ways, seen=seen, token=token, report=report)
-    return _Aligned(stack, unturned, handheld.remarks(lays, names), lays)
+    visibility = handheld.visibility(stack.proxies, moves, stack.shape)
+    if any(move is not None for move in moves) or any(mask is not None for mask in visibility):
+        ways = [None if m is None else partial(handheld.warp, homography=m) for m in moves]
+        stack = relaid(stack, ways, visibility=visibility, token=token, report=report)
+    return _AlignedFrames(stack, unturned, handheld.remarks(lays, names), lays)
 
 
-def _levelled(merged: Merged, level: Levelling) -> Merged:
+def _levelled(merged: MergedLight, level: Levelling) -> MergedLight:
     """Turn merged light so that up is up."""
     if level.rotation is None:
         return merged
-    light, lost = (rotate_light(part, level.rotation) for part in (merged.radiance, merged.shares))
-    return merged.moved(light, lost)
+    light, clipping = (
+        rotate_light(part, level.rotation) for part in (merged.radiance, merged.shares)
+    )
+    return merged.moved(light, clipping)

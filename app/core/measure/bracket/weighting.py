@@ -148,7 +148,7 @@ def frame_tables(
     *,
     scheme: Scheme = "noise",
     fine: bool = False,
-    known: bool = True,
+    exposures_known: bool = True,
 ) -> FrameTables:
     """Return the look-up tables of a frame.
 
@@ -166,7 +166,7 @@ def frame_tables(
         own = np.zeros(count)
     else:
         step = float(np.median(np.diff(np.sort(stops)))) if len(stops) > 1 else 0.0
-        doubt = math.inf if known else _CURVE_ERROR * step**2
+        doubt = math.inf if exposures_known else _CURVE_ERROR * step**2
         bright, faint = _ramp(codes, first), _noise(mean, codes, fine, doubt) * exposure[index] ** 2
         own = _own(codes, first)
     bright = np.where(codes >= first, 0.0, bright)
@@ -310,7 +310,7 @@ _MISFIT: Final = 0.1
 _WIDE_STOPS: Final = 1.5
 _ODD: Final = 1.4  # standard errors from which on a frame loses its say
 _ROUNDS: Final = 3
-_TOLD: Final = 0.25  # of a frame's say that is enough for a mean
+_ENOUGH_WEIGHT: Final = 0.25  # of a frame's say that is enough for a mean
 _LEAST: Final = 1e-12
 
 
@@ -333,10 +333,10 @@ def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[floa
             light = [tables[k][channels, samples[k, places, channels]] for k in (bright, dark)]
             ratio = np.log(light[1] / light[0]) + np.log(2.0) * (stops[bright] - stops[dark])
             off[pair] = np.quantile(np.abs(ratio), _USUAL)
-    known = np.flatnonzero(np.isfinite(off))
-    if not known.size or off[known].max() < _MISFIT:
+    rows = np.flatnonzero(np.isfinite(off))
+    if not rows.size or off[rows].max() < _MISFIT:
         return ()
-    off = np.interp(np.arange(off.size), known, off[known])
+    off = np.interp(np.arange(off.size), rows, off[rows])
     by_order = 0.5 * (np.append(off, off[-1]) + np.append(off[0], off))
     return tuple(float(by_order[order.index(k)]) for k in range(len(stops)))
 
@@ -358,24 +358,24 @@ def agree(
     W), what they were merged to, is changed in place.
     """
     logs, says, sure = [], [], []
-    told = np.zeros(radiance[0].shape, np.float32)
+    weights = np.zeros(radiance[0].shape, np.float32)
     for pixels, light, trust, own in zip(bands, lights, trusts, doubt, strict=True):
         error = relative_error(light.tables.value) ** 2 + own**2
         precision = cv2.LUT(pixels.min(axis=-1), (1.0 / error).astype(np.float32))
         use = cv2.LUT(pixels.max(axis=-1), light.tables.bright)
         use = use if trust is None else use * trust
-        told += use
+        weights += use
         says.append(use * precision)
         sure.append(precision)
         logs.append(_logs(pixels, light))
     mean = _mean(logs, says)
     for _ in range(_ROUNDS):
-        left = []
+        rest = []
         for log, say, precision in zip(logs, says, sure, strict=True):
             off = np.square(log - mean).mean(axis=-1) * precision
-            left.append(say / (np.float32(1.0) + off * np.float32(_ODD**-2)))
-        mean = _mean(logs, left)
-    share = np.minimum(told * np.float32(1.0 / _TOLD), np.float32(1.0))
+            rest.append(say / (np.float32(1.0) + off * np.float32(_ODD**-2)))
+        mean = _mean(logs, rest)
+    share = np.minimum(weights * np.float32(1.0 / _ENOUGH_WEIGHT), np.float32(1.0))
     for channel, plane in enumerate(radiance):
         plain = np.log(np.maximum(plane, np.float32(_LEAST)))
         plane[...] = np.exp(plain + share * (mean[..., channel] - plain))

@@ -63,13 +63,13 @@ def looks_mirrored(
     Args:
         frames: A dozen of it, as `read_film` takes them.
     """
-    found = [0, 0]
+    votes = [0, 0]
     for _, _, picture in frames:
-        for way, shown in enumerate((picture, flip(picture))):
-            found[way] += find_heading(shown, index, None).heading_deg is not None
-        if max(found) >= _FEWEST and min(found) == 0:
+        for way, view in enumerate((picture, flip(picture))):
+            votes[way] += find_heading(view, index, None).heading_deg is not None
+        if max(votes) >= _FEWEST and min(votes) == 0:
             break
-    return None if max(found) < _FEWEST or found[0] == found[1] else found[1] > found[0]
+    return None if max(votes) < _FEWEST or votes[0] == votes[1] else votes[1] > votes[0]
 
 
 def beside(
@@ -91,21 +91,21 @@ def beside(
         ProbeError: If the film shows another place.
     """
     index = index or build_index(place.display)
-    found = [
+    turns = [
         turn_of_heading(heading) - float(np.interp(time_s, film.times_s, film.headings.turns_deg))
         for time_s, _, picture in frames
         if (heading := find_heading(picture, index, None).heading_deg) is not None
     ]
-    agreed = [
-        [wrap(two - one) for two in found if abs(wrap(two - one)) < _SAME_DEG] for one in found
+    groups = [
+        [wrap(two - one) for two in turns if abs(wrap(two - one)) < _SAME_DEG] for one in turns
     ]
-    most = max(agreed, key=len, default=[])
+    most = max(groups, key=len, default=[])
     if len(most) < _FEWEST:
         raise ProbeError(
             tr("The film does not show enough of this place to be laid on its panorama."),
             tr("Open it as a place of its own."),
         )
-    offset = wrap(found[agreed.index(most)] + float(np.median(most)))
+    offset = wrap(turns[groups.index(most)] + float(np.median(most)))
     own = {one.name: one for one in solve_all(pack, place.searched) if one.attainable}
     apart = {
         one.name: wrap(one.turn_refined_deg + offset - own[one.name].turn_refined_deg)

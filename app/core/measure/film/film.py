@@ -20,11 +20,11 @@ from app.core.environment.environment import reduce_radiance
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FRONTAL_DEG
 from app.core.faces.on_head import head_map, on_head
-from app.core.faces.pose import Pose, head_pose
+from app.core.faces.pose import HeadPose, head_pose
 from app.core.measure.film.headings import (
     Background,
+    FramePair,
     Headings,
-    Link,
     background,
     find_headings,
     step,
@@ -47,13 +47,13 @@ _ASIDE_DEG: Final = 50.0  # a face turned further from the lens is not read
 _STILL_DEG: Final = 45.0  # a lens that went around less stood still
 _LEAST_DEG: Final = 40.0  # of turns, or there is nothing to choose from
 _WHOLE: Final = 60  # of 64 turns
-_LOST: Final = 0.5
+_MOST_ASSUMED: Final = 0.5
 _UNSURE: Final = 0.15
 _FACELESS: Final = 12  # frames without a face, and the film is given up
 _IDLE: Final = 30  # frames in which nothing moves
 _UNMOVED: Final = 0.03  # of a frame's longer side
 _ROOM: Final = 0.8  # sides of a face around it, where it is looked for again, and shown
-_SHOWN: Final = 256  # most pixels of a side of what is kept of a frame
+_THUMB: Final = 256  # most pixels of a side of what is kept of a frame
 _QUEUE: Final = 6  # frames in memory at once
 _MISFIT: Final = 0.75
 _WHOLLY: Final = 0.9  # of a texel of the light, that was seen and is not clipped
@@ -70,9 +70,9 @@ class Glimpse:
 
     time_s: float
     face: Face | None
-    pose: Pose | None
+    pose: HeadPose | None
     grey: Float32 = field(repr=False)
-    seen: Bools = field(repr=False)
+    visible: Bools = field(repr=False)
     picture: Bytes | None = field(default=None, repr=False)
 
 
@@ -87,7 +87,7 @@ class Film:
         radiance: (H, 2 H, 3) float32. The light as a panorama, the lens of the first frame in the
             middle.
         still: Whether the lens stood still and only the face turned.
-        shown: (64,) bool. Grid turns at which the face was seen.
+        visible: (64,) bool. Grid turns at which the face was seen.
         pictures: Of each frame, as in `Glimpse`.
     """
 
@@ -98,13 +98,15 @@ class Film:
     light: FilmedLight
     radiance: FloatImage = field(repr=False)
     still: bool
-    shown: Bools
+    visible: Bools
     pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
 
     def results(self, pack: StylePack) -> tuple[StyleResult, ...]:
         """Solve all styles at the turns in the film."""
         return solve_all(
-            pack, reduce_radiance(self.radiance), is_open=None if self.shown.all() else self.shown
+            pack,
+            reduce_radiance(self.radiance),
+            is_open=None if self.visible.all() else self.visible,
         )
 
     def frame_at(self, turn_deg: float) -> int:
@@ -119,14 +121,14 @@ class Film:
 
     def facts(self) -> dict[str, Any]:
         """Return the facts for JSON."""
-        seen = round(float(self.shown.mean()), 3)
-        return {"frames": len(self.times_s), "seen": seen, "still": self.still}
+        visible_share = round(float(self.visible.mean()), 3)
+        return {"frames": len(self.times_s), "seen": visible_share, "still": self.still}
 
     @property
     def notes(self) -> tuple[Remark, ...]:
         """Sentences about missing turns and the reliability of the rest."""
         notes: list[Remark] = []
-        count, heads = int(self.shown.sum()), self.headings
+        count, heads = int(self.visible.sum()), self.headings
         if count < _WHOLE:
             notes.append(FilmPart(round(count * 360 / TURNS)))
         if self.still:
@@ -140,10 +142,10 @@ class Film:
         return tuple(notes)
 
 
-class _Seen(NamedTuple):
+class _FrameReading(NamedTuple):
     glimpse: Glimpse
     background: Background
-    step: Link | None
+    step: FramePair | None
     pause_s: float  # since the frame before
 
 
@@ -156,8 +158,8 @@ class FilmReader:
     def __init__(self) -> None:
         self._looking, self._following = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self._face: Face | None = None
-        self._last: _Seen | None = None
-        self._frames: list[Future[_Seen]] = []
+        self._last: _FrameReading | None = None
+        self._frames: list[Future[_FrameReading]] = []
 
     def __enter__(self) -> FilmReader:
         """Begin."""
@@ -179,13 +181,13 @@ class FilmReader:
         """Stop early on a hopeless film; raises as `film`."""
         if len(self._frames) not in (_FACELESS, _IDLE):
             return
-        seen = [one.result() for one in self._frames]
-        if all(one.glimpse.face is None for one in seen):
+        readings = [one.result() for one in self._frames]
+        if all(one.glimpse.face is None for one in readings):
             raise _no_face()
-        steps = [one.step.after - one.step.before for one in seen if one.step is not None]
-        moved = np.abs(np.cumsum([step.mean(axis=0) for step in steps], axis=0)).max()
-        yaws = [one.glimpse.pose.yaw_deg for one in seen if one.glimpse.pose is not None]
-        if len(seen) == _IDLE and moved < _UNMOVED and np.ptp(yaws) < FRONTAL_DEG:
+        steps = [one.step.after - one.step.before for one in readings if one.step is not None]
+        travel = np.abs(np.cumsum([step.mean(axis=0) for step in steps], axis=0)).max()
+        yaws = [one.glimpse.pose.yaw_deg for one in readings if one.glimpse.pose is not None]
+        if len(readings) == _IDLE and travel < _UNMOVED and np.ptp(yaws) < FRONTAL_DEG:
             raise _no_turn()
 
     def film(self) -> Film:
@@ -193,11 +195,11 @@ class FilmReader:
 
         Raises `ProbeError` where no face is seen, or nothing turns.
         """
-        seen = [one.result() for one in self._frames]
+        readings = [one.result() for one in self._frames]
         return read_turn(
-            [one.glimpse for one in seen],
-            [one.background for one in seen],
-            [one.step for one in seen if one.step is not None],
+            [one.glimpse for one in readings],
+            [one.background for one in readings],
+            [one.step for one in readings if one.step is not None],
         )
 
     def _look(self, time_s: float, picture: Bytes) -> Glimpse:
@@ -207,21 +209,21 @@ class FilmReader:
             return Glimpse(time_s, None, None, nothing, nothing > 0)
         pose = head_pose(self._face, (picture.shape[0], picture.shape[1]))
         part, _ = _around(picture, self._face)
-        share = min(_SHOWN / max(part.shape[:2]), 1.0)
-        shown = cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+        share = min(_THUMB / max(part.shape[:2]), 1.0)
+        thumb = cv2.resize(part, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
         return Glimpse(
-            time_s, self._face, pose, *on_head(picture, self._face), np.asarray(shown, np.uint8)
+            time_s, self._face, pose, *on_head(picture, self._face), np.asarray(thumb, np.uint8)
         )
 
-    def _follow(self, looked: Future[Glimpse], picture: Bytes) -> _Seen:
-        glimpse, last = looked.result(), self._last
+    def _follow(self, future: Future[Glimpse], picture: Bytes) -> _FrameReading:
+        glimpse, last = future.result(), self._last
         behind = background(picture, glimpse.face)
         way, pause = None, 0.0
         if last is not None:
             pause = glimpse.time_s - last.glimpse.time_s
             pace = pause / last.pause_s if pause > 0 and last.pause_s > 0 else 1.0
             way = step(last.background, behind, last.step, pace)
-        self._last = _Seen(glimpse, behind, way, pause)
+        self._last = _FrameReading(glimpse, behind, way, pause)
         return self._last
 
 
@@ -264,7 +266,7 @@ def flip(picture: Bytes) -> Bytes:
 
 
 def read_turn(
-    glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[Link]
+    glimpses: Sequence[Glimpse], backgrounds: Sequence[Background], steps: Sequence[FramePair]
 ) -> Film:
     """Combine the frames of a film."""
     trust = np.array([_trust(one) for one in glimpses])
@@ -272,7 +274,7 @@ def read_turn(
         raise _no_face()
     headings = find_headings(backgrounds, steps)
     still = float(np.ptp(headings.turns_deg)) < _STILL_DEG
-    if not still and headings.assumed > _LOST:
+    if not still and headings.assumed > _MOST_ASSUMED:
         raise ProbeError(
             tr("The way around the sitter cannot be followed: the background is blank or blurred."),
             tr("Film again, more slowly, with more of the place in view."),
@@ -282,27 +284,27 @@ def read_turn(
         # A face that is hardly turned counts as facing the lens.
         aside[np.abs(aside) < FRONTAL_DEG] = 0.0
     noses = headings.turns_deg - aside
-    known = trust > 0
+    rows = trust > 0
     turns = gather(
-        noses[known],
-        np.stack([one.grey for one in glimpses])[known],
-        np.stack([one.seen for one in glimpses])[known],
-        trust[known],
+        noses[rows],
+        np.stack([one.grey for one in glimpses])[rows],
+        np.stack([one.visible for one in glimpses])[rows],
+        trust[rows],
     )
     if turns.turns.sum() * 360 / TURNS < _LEAST_DEG:
         raise _no_turn()
     light, gains = find_light(turns), np.full(len(glimpses), np.nan)
-    nearest = np.round(noses[known] * TURNS / 360).astype(int) % TURNS
-    gains[known] = light.exposures[nearest] / np.maximum(turns.levels, 1e-9)
-    seen = surroundings(backgrounds, headings, gains)
-    if seen is None:
+    nearest = np.round(noses[rows] * TURNS / 360).astype(int) % TURNS
+    gains[rows] = light.exposures[nearest] / np.maximum(turns.levels, 1e-9)
+    around = surroundings(backgrounds, headings, gains)
+    if around is None:
         radiance = np.repeat(light.luminance[:, :, None], 3, axis=2).astype(np.float32)
     else:
-        panorama, sure = (reduce_radiance(each) for each in (seen[0], seen[1][..., None]))
+        panorama, sure = (reduce_radiance(each) for each in (around[0], around[1][..., None]))
         likely = luminance(panorama).astype(np.float64)
         most = np.where(sure[..., 0] > _WHOLLY, MOST * likely, np.inf)
         light = find_light(turns, replace(light, luminance=likely), most)
-        radiance = with_detail(light.luminance, seen[0])
+        radiance = with_detail(light.luminance, around[0])
     times = np.array([one.time_s for one in glimpses])
     pictures = tuple(one.picture for one in glimpses)
     return Film(times, trust, noses, headings, light, radiance, still, turns.turns, pictures)
@@ -333,9 +335,9 @@ def _face_in(picture: Bytes, near: Face | None) -> Face | None:
     """Find the sitter: where they were, around there, and then everywhere."""
     if near is not None:
         part, corner = _around(picture, near)
-        found = find_faces(part, small=False) if part.size else ()
-        if found and found[0].confidence >= _SURE:
-            return Face(found[0].landmarks + corner, found[0].confidence)
+        faces = find_faces(part, small=False) if part.size else ()
+        if faces and faces[0].confidence >= _SURE:
+            return Face(faces[0].landmarks + corner, faces[0].confidence)
     everywhere = find_faces(picture)
     return everywhere[0] if everywhere else None
 

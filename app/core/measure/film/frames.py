@@ -61,19 +61,19 @@ def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, floa
 def _evenly(
     capture: cv2.VideoCapture, rate: float, count: int, most: int, width: int
 ) -> Iterator[tuple[float, float, Bytes]]:
-    wanted = set(np.unique(np.linspace(0, count - 1, min(most, count)).astype(int)).tolist())
+    indices = set(np.unique(np.linspace(0, count - 1, min(most, count)).astype(int)).tolist())
     clock = FrameClock(rate)
     for number in range(count):
         # A frame that is not looked at need not be turned into colours.
         if not capture.grab():
             return
         time_s = clock.time_of(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0)
-        if number not in wanted:
+        if number not in indices:
             continue
         done, picture = capture.retrieve()
-        shown = as_rgb(picture) if done and picture is not None else None
-        if shown is not None:
-            yield time_s, (number + 1) / count, fitted(shown, width)
+        image = as_rgb(picture) if done and picture is not None else None
+        if image is not None:
+            yield time_s, (number + 1) / count, fitted(image, width)
 
 
 class FrameClock:

@@ -70,7 +70,7 @@ class Background:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Link:
+class FramePair:
     """Places of the same points in two frames, (N, 2) float64, as in `Background`.
 
     `assumed`: nothing was seen; the turn is supposed to go on as it did.
@@ -130,16 +130,16 @@ def background(picture: Bytes, face: Face | None) -> Background:
             sides = across - half * side, across + half * side
             rows, columns = (slice(*(max(round(x), 0) for x in pair)) for pair in (ends, sides))
             mask[rows, columns] = 0
-    found = describe(small, _POINTS, mask > 0)
-    places = ((found.places - middle) / scale).astype(np.float32)
-    thumb, seen = shrunk(small, _THUMB / scale, mask > 0)
+    features = describe(small, _POINTS, mask > 0)
+    places = ((features.places - middle) / scale).astype(np.float32)
+    thumb, thumb_mask = shrunk(small, _THUMB / scale, mask > 0)
     grey = cv2.cvtColor(thumb, cv2.COLOR_RGB2GRAY).astype(np.float32)
     shading = np.asarray(cv2.GaussianBlur(grey - grey.mean(), (0, 0), 0.8), np.float32)
-    assert seen is not None
-    return Background(found, places, small, mask > 0, shading, seen, place)
+    assert thumb_mask is not None
+    return Background(features, places, small, mask > 0, shading, thumb_mask, place)
 
 
-def link(before: Background, after: Background) -> Link | None:
+def link(before: Background, after: Background) -> FramePair | None:
     """Match two frames; None if too few points agree."""
     pairs = pair(
         before.features.descriptors, after.features.descriptors, after.places, _APART, _ALIKE
@@ -154,22 +154,24 @@ def link(before: Background, after: Background) -> Link | None:
     agree = np.asarray(inside).ravel() > 0 if np.ndim(matrix) == 2 else np.zeros(len(one), bool)
     if agree.sum() < _LEAST:
         return None
-    return Link(one[agree].astype(np.float64), other[agree].astype(np.float64))
+    return FramePair(one[agree].astype(np.float64), other[agree].astype(np.float64))
 
 
-def step(before: Background, after: Background, last: Link | None, pace: float = 1.0) -> Link:
+def step(
+    before: Background, after: Background, last: FramePair | None, pace: float = 1.0
+) -> FramePair:
     """Return the camera's rotation from one frame to the next.
 
     Args:
         last: The step before, which goes on where nothing is seen.
         pace: Time of this step over the time of the last.
     """
-    found = link(before, after)
-    slid = None if found is not None else _slid(before, after)
-    if found is None and slid is None:
+    pair_link = link(before, after)
+    slid = None if pair_link is not None else _slid(before, after)
+    if pair_link is None and slid is None:
         slid = np.zeros(2) if last is None else pace * (last.after - last.before).mean(axis=0)
-        return Link(_GRID, _GRID + slid, assumed=True)
-    return Link(_GRID, _GRID + slid) if found is None else found
+        return FramePair(_GRID, _GRID + slid, assumed=True)
+    return FramePair(_GRID, _GRID + slid) if pair_link is None else pair_link
 
 
 _GRID: Final = np.stack(np.meshgrid([-0.3, 0.3], [-0.2, 0.2]), axis=-1).reshape(-1, 2)
@@ -184,7 +186,7 @@ def _slid(before: Background, after: Background) -> Float64 | None:
     rows, columns = before.shading.shape
     size = 2 * rows, 2 * columns
 
-    def moved(one: Float32 | Bools, other: Float32 | Bools) -> Float64:
+    def shift(one: Float32 | Bools, other: Float32 | Bools) -> Float64:
         first, second = np.fft.rfft2(one, size), np.fft.rfft2(other, size)
         return np.asarray(np.fft.irfft2(np.conj(first) * second, size))
 
@@ -192,13 +194,13 @@ def _slid(before: Background, after: Background) -> Float64 | None:
     light = [
         shade * mask for shade, mask in zip((before.shading, after.shading), masks, strict=True)
     ]
-    count = np.maximum(moved(*masks), 1.0)
-    sums = moved(light[0], masks[1]), moved(masks[0], light[1])
+    count = np.maximum(shift(*masks), 1.0)
+    sums = shift(light[0], masks[1]), shift(masks[0], light[1])
     spread = [
-        np.maximum(moved(light[0] ** 2, masks[1]) - sums[0] ** 2 / count, 1e-3),
-        np.maximum(moved(masks[0], light[1] ** 2) - sums[1] ** 2 / count, 1e-3),
+        np.maximum(shift(light[0] ** 2, masks[1]) - sums[0] ** 2 / count, 1e-3),
+        np.maximum(shift(masks[0], light[1] ** 2) - sums[1] ** 2 / count, 1e-3),
     ]
-    score = (moved(*light) - sums[0] * sums[1] / count) / np.sqrt(spread[0] * spread[1])
+    score = (shift(*light) - sums[0] * sums[1] / count) / np.sqrt(spread[0] * spread[1])
     score[count < _OVERLAP * rows * columns] = -1.0
     score = np.fft.fftshift(score)
     across, down = round(_ROOM * columns), round(_ROOM * rows)
@@ -219,7 +221,7 @@ def _between(scores: Float64, best: int) -> float:
 
 
 def find_headings(
-    frames: Sequence[Background], steps: Sequence[Link], focal: float | None = None
+    frames: Sequence[Background], steps: Sequence[FramePair], focal: float | None = None
 ) -> Headings:
     """Return the azimuth of the lens at each frame.
 
@@ -240,8 +242,8 @@ def find_headings(
     toward = np.einsum("nij,nj->ni", level, ahead)
     turns = _smooth(np.degrees(np.unwrap(np.arctan2(toward[:, 0], toward[:, 2]))))
     first = sphere.from_vector(np.array([0.0, -math.radians(turns[0]), 0.0]))
-    assumed = sum(one.assumed for one in steps) / max(len(steps), 1)
-    return Headings(turns - turns[0], first @ level, lens, bool(ends), error, assumed)
+    assumed_share = sum(one.assumed for one in steps) / max(len(steps), 1)
+    return Headings(turns - turns[0], first @ level, lens, bool(ends), error, assumed_share)
 
 
 def _smooth(turns: Float64) -> Float64:
@@ -254,7 +256,7 @@ def _smooth(turns: Float64) -> Float64:
     return np.array([line[-1] for line in lines])
 
 
-def _chain(steps: Sequence[Link], focal: float) -> Float64:
+def _chain(steps: Sequence[FramePair], focal: float) -> Float64:
     """Rotations from each frame's axes to those of the first, (n, 3, 3)."""
     chain = [np.eye(3)]
     for one in steps:
@@ -276,54 +278,58 @@ def _vector(before: Float64, after: Float64) -> Float64:
     return sphere.to_vector(after @ before.T)
 
 
-def _walked(chain: Float64) -> Float64:
+def _walk(chain: Float64) -> Float64:
     """How far the chain has turned at each frame, clockwise, deg, without an end."""
     axis = _axis(chain)
     steps = [math.degrees(float(_vector(*pair) @ axis)) for pair in itertools.pairwise(chain)]
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, int], Link]:
+def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, int], FramePair]:
     """Links between early frames and late ones that see the same after a turn."""
-    walked = _walked(chain)
-    found: dict[tuple[int, int], Link] = {}
+    walk = _walk(chain)
+    links: dict[tuple[int, int], FramePair] = {}
     early = np.unique(np.linspace(0, len(frames) // 3, _LOOKS_BACK).astype(int))
     for one in early.tolist():
-        gone = np.abs(walked - walked[one])
-        late = np.flatnonzero((gone > _RETURN_DEG[0]) & (gone < _RETURN_DEG[1]))
-        seen = [(link(frames[one], frames[other]), other) for other in late[late > one].tolist()]
-        sure = [(len(each.before), other, each) for each, other in seen if each is not None]
+        distance = np.abs(walk - walk[one])
+        late = np.flatnonzero((distance > _RETURN_DEG[0]) & (distance < _RETURN_DEG[1]))
+        candidates = [
+            (link(frames[one], frames[other]), other) for other in late[late > one].tolist()
+        ]
+        sure = [(len(each.before), other, each) for each, other in candidates if each is not None]
         if sure:
             count, other, best = max(sure, key=lambda each: each[0])
             if count >= _LEAST_RETURN:
-                found[one, other] = best
-    return found
+                links[one, other] = best
+    return links
 
 
-def _closing_focal(steps: Sequence[Link], ends: Mapping[tuple[int, int], Link]) -> float:
+def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], FramePair]) -> float:
     """The focal length with which the way from each end to the other is a whole turn."""
     low, high = _FOCALS
     for _ in range(14):
         middle = math.sqrt(low * high)
         chain = _chain(steps, middle)
-        walked, axis = _walked(chain), _axis(chain)
+        walk, axis = _walk(chain), _axis(chain)
         excess = []
-        for (before, after), seen in ends.items():
-            met = chain[before] @ seen.rotation(middle).T
-            beside = math.degrees(float(_vector(chain[before], met) @ axis))
-            way = walked[after] - walked[before]
+        for (before, after), pair_link in ends.items():
+            end_pose = chain[before] @ pair_link.rotation(middle).T
+            beside = math.degrees(float(_vector(chain[before], end_pose) @ axis))
+            way = walk[after] - walk[before]
             excess.append(abs(way) - np.sign(way) * beside - 360.0)
         # A longer lens makes each step smaller.
         low, high = (middle, high) if np.median(excess) > 0 else (low, middle)
     return math.sqrt(low * high)
 
 
-def _without_drift(chain: Float64, ends: Mapping[tuple[int, int], Link], focal: float) -> float:
+def _without_drift(
+    chain: Float64, ends: Mapping[tuple[int, int], FramePair], focal: float
+) -> float:
     """Turn the chain until its ends meet, evenly all the way; tell how far they lay apart, deg."""
     drifts = []
-    for (before, after), seen in ends.items():
-        met = chain[before] @ seen.rotation(focal).T
-        drifts.append(_vector(chain[after], met) / max(after - before, 1))
+    for (before, after), pair_link in ends.items():
+        end_pose = chain[before] @ pair_link.rotation(focal).T
+        drifts.append(_vector(chain[after], end_pose) / max(after - before, 1))
     drift = np.median(drifts, axis=0)
     for number in range(len(chain)):
         chain[number] = sphere.from_vector(drift * number) @ chain[number]

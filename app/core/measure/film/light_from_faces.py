@@ -21,7 +21,7 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.environment.environment import energy, solid_angles
 from app.core.faces.on_head import head_map
 
-_HELD: Final = 1e-4  # of the largest eigenvalue: keeps light small that no skin shows
+_DAMPING: Final = 1e-4  # of the largest eigenvalue: keeps light small that no skin shows
 _HELD_NEAR: Final = 1e-3  # the same, near what is expected
 _FLOOR: Final = 0.5  # of what is expected: there is at least so much light
 MOST: Final = 4.0
@@ -40,18 +40,18 @@ class FaceTurns:
     Attributes:
         pictures: (Q, 64) float64. Luminance at the pixels of `head_map().skin`, each turn in its
             own exposure.
-        seen: (Q, 64) bool.
+        visible: (Q, 64) bool.
         levels: (n,) float64. Mean of the skin in each frame, as its camera exposed it.
     """
 
     pictures: Float64 = field(repr=False)
-    seen: Bools = field(repr=False)
+    visible: Bools = field(repr=False)
     levels: Float64 = field(repr=False)
 
     @property
     def turns(self) -> Bools:
         """(64,) bool. Turns in the film."""
-        return np.asarray(self.seen.any(axis=0))
+        return np.asarray(self.visible.any(axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +70,7 @@ class FilmedLight:
     misfit: float
 
 
-def gather(turns_deg: Float64, greys: Float32, seen: Bools, trust: Float64) -> FaceTurns:
+def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -> FaceTurns:
     """Combine frames to one picture per grid turn.
 
     Args:
@@ -79,18 +79,18 @@ def gather(turns_deg: Float64, greys: Float32, seen: Bools, trust: Float64) -> F
         trust: (n,) float64. How much each frame counts.
     """
     skin = head_map().skin
-    shown, there = greys[:, skin].astype(np.float64), seen[:, skin]
-    level = (shown * there).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
-    shown /= np.maximum(level, 1e-9)[:, None]
+    values, there = greys[:, skin].astype(np.float64), visible[:, skin]
+    level = (values * there).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
+    values /= np.maximum(level, 1e-9)[:, None]
     away = np.abs((turns_deg[:, None] - np.arange(TURNS) * 360 / TURNS + 180) % 360 - 180)
     weights = np.maximum(1 - away / _NEAR_DEG, 0) * trust[:, None]
     total = there.T.astype(np.float64) @ weights
-    pictures = (there * shown).T @ weights / np.maximum(total, 1e-9)
+    pictures = (there * values).T @ weights / np.maximum(total, 1e-9)
     return FaceTurns(pictures, total > _FEWEST, level)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Turned:
+class _TurnedTransport:
     """The transport of the skin, by azimuth frequency.
 
     `spectra`: (Q, H, M); `products`: (M, H, H), of it with itself; `largest`: their largest
@@ -105,8 +105,8 @@ class _Turned:
     def pictures(self, light: Float64) -> Float64:
         """(Q, 64) of the skin under light (H, W) at all turns."""
         spectrum = np.fft.rfft(light, axis=1)
-        found = np.einsum("qhm,hm->mq", self.spectra, spectrum, optimize=True)
-        return np.asarray(np.fft.irfft(found.T, n=self.shape[1], axis=1))
+        images = np.einsum("qhm,hm->mq", self.spectra, spectrum, optimize=True)
+        return np.asarray(np.fft.irfft(images.T, n=self.shape[1], axis=1))
 
     def against(self, pictures: Float64) -> NDArray[np.complex128]:
         """(H, M): pictures (Q, 64) seen by the transport's other side."""
@@ -115,7 +115,7 @@ class _Turned:
 
 
 @lru_cache(maxsize=1)
-def _transport() -> _Turned:
+def _transport() -> _TurnedTransport:
     head = head_map()
     shape = head.transport.environment_shape
     rows = head.transport.luminance_basis[head.skin[head.transport.pixels]].astype(np.float64)
@@ -125,7 +125,7 @@ def _transport() -> _Turned:
     by_frequency = spectra.transpose(2, 0, 1)
     products = by_frequency.conj().transpose(0, 2, 1) @ by_frequency
     largest = max(float(np.linalg.eigvalsh(one)[-1]) for one in products)
-    return _Turned(spectra, products, largest, shape)
+    return _TurnedTransport(spectra, products, largest, shape)
 
 
 def find_light(
@@ -137,42 +137,46 @@ def find_light(
         likely: What to expect where the face does not tell, and the exposures to begin with.
         most: The most that there can be, (H, W), in the unit of `likely`.
     """
-    known = _transport()
-    prior = np.zeros(known.shape) if likely is None else likely.luminance
+    transport = _transport()
+    prior = np.zeros(transport.shape) if likely is None else likely.luminance
     light = prior
-    pictures = np.where(turns.seen, turns.pictures, 1.0)
+    pictures = np.where(turns.visible, turns.pictures, 1.0)
     exposures = np.ones(TURNS) if likely is None else likely.exposures
     for _ in range(_ROUNDS):
-        light = _explained(known, pictures * exposures, light, prior, most)
-        shown = known.pictures(light)
-        both = (turns.seen * shown * turns.pictures).sum(axis=0)
-        alone = (turns.seen * turns.pictures**2).sum(axis=0)
+        light = _fit_light(transport, pictures * exposures, light, prior, most)
+        images = transport.pictures(light)
+        both = (turns.visible * images * turns.pictures).sum(axis=0)
+        alone = (turns.visible * turns.pictures**2).sum(axis=0)
         exposures = np.where(alone > 0, both / np.maximum(alone, 1e-12), 1.0)
         if likely is None:
             exposures /= exposures[turns.turns].mean()
-        unseen = shown / exposures
-        pictures = np.where(turns.seen, turns.pictures, unseen)
-    exposed = turns.pictures * exposures
-    left = (shown - exposed)[turns.seen]
-    contrast = (exposed - exposed.mean(axis=0))[turns.seen]
+        unseen = images / exposures
+        pictures = np.where(turns.visible, turns.pictures, unseen)
+    values = turns.pictures * exposures
+    residual = (images - values)[turns.visible]
+    contrast = (values - values.mean(axis=0))[turns.visible]
     mean = max(float(energy(light.astype(np.float32))) / (4 * np.pi), 1e-12)
-    misfit = float(left.std() / max(contrast.std(), 1e-9))
+    misfit = float(residual.std() / max(contrast.std(), 1e-9))
     return FilmedLight(light / mean, exposures / mean, misfit)
 
 
-def _explained(
-    known: _Turned, pictures: Float64, start: Float64, prior: Float64, most: Float64 | float
+def _fit_light(
+    transport: _TurnedTransport,
+    pictures: Float64,
+    start: Float64,
+    prior: Float64,
+    most: Float64 | float,
 ) -> Float64:
     """Light, (H, W), not negative, that explains pictures (Q, 64) best, else near `prior`."""
-    wanted, width = known.against(pictures), known.shape[1]
-    solid = solid_angles(known.shape)[:, None]
-    share = _HELD_NEAR if prior.any() else _HELD
-    held = share * known.largest * solid / solid.max()
+    target, width = transport.against(pictures), transport.shape[1]
+    solid = solid_angles(transport.shape)[:, None]
+    share = _HELD_NEAR if prior.any() else _DAMPING
+    damping = share * transport.largest * solid / solid.max()
     light, ahead, pace = start, start, 1.0
     for _ in range(_STEPS):
         spectrum = np.fft.rfft(ahead, axis=1).T[:, :, None]
-        slope = np.fft.irfft((known.products @ spectrum)[:, :, 0].T - wanted, n=width, axis=1)
-        step = ahead - (slope + held * (ahead - prior)) / (known.largest * (1 + share))
+        slope = np.fft.irfft((transport.products @ spectrum)[:, :, 0].T - target, n=width, axis=1)
+        step = ahead - (slope + damping * (ahead - prior)) / (transport.largest * (1 + share))
         new, faster = np.clip(step, _FLOOR * prior, most), (1 + np.sqrt(1 + 4 * pace**2)) / 2
         ahead = new + (pace - 1) / faster * (new - light)
         light, pace = new, faster

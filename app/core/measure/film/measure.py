@@ -13,10 +13,10 @@ from app.core.measure.film.film import MOST_FRAMES, WIDTH, Film, flipped, read_f
 from app.core.measure.film.frames import film_frames
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.measure.film.remarks import FrontCamera
-from app.core.measure.finish.corrections import Finished
+from app.core.measure.finish.corrections import FinishedLight
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions, WayOptions
-from app.core.measure.read.frame import Bracket, Merged
+from app.core.measure.read.frame import Bracket, MergedLight
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +47,12 @@ def measure(
         frames = film_frames(video, MOST_FRAMES, WIDTH)
         film = read_film(flipped(frames) if options.mirrored else frames, token, report)
     none = np.zeros(film.radiance.shape[:2], np.float32)
-    light = Merged(film.radiance, none, none, reference_ev=0.0, clip_level=1.0)
+    light = MergedLight(film.radiance, none, none, reference_ev=0.0, clip_level=1.0)
     front = not options.mirrored and read_movie_header(video).front_camera
     return Measurement(
         way="film",
         bracket=Bracket((), (), unstitched=True),
-        finished=Finished(light, light),
+        finished=FinishedLight(light, light),
         warnings=(*film.notes, *[FrontCamera()] * front),
         own=film,
     )

@@ -18,8 +18,8 @@ from app.core.base.sphere import wrapped
 from app.core.environment.environment import reduce_radiance
 from app.core.measure.film.headings import Background, Headings
 from app.core.measure.finish.inpainting import fill
-from app.core.measure.photos.mosaic import Placed, light_around
-from app.core.measure.read.frame import Merged
+from app.core.measure.photos.mosaic import OrientedPicture, light_around
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import wrapped_blur
 
 SHAPE: Final = (512, 1024)
@@ -42,43 +42,45 @@ def surroundings(
         (512, 1024, 3) float32, the lens of the first frame in the middle; and (512, 1024) float32,
         1 where it was seen and nothing is clipped.
     """
-    known = np.flatnonzero(np.isfinite(gains))
-    chosen = known[np.unique(np.linspace(0, len(known) - 1, _MOST).astype(int))].tolist()
+    rows = np.flatnonzero(np.isfinite(gains))
+    picks = rows[np.unique(np.linspace(0, len(rows) - 1, _MOST).astype(int))].tolist()
     pictures = [
-        Placed(
+        OrientedPicture(
             frames[number].picture,
             _BEHIND @ headings.rotations[number],
             headings.focal * max(frames[number].picture.shape[:2]),
             (float(gains[number]),) * 3,
             frames[number].beside,
         )
-        for number in chosen
+        for number in picks
     ]
-    radiance, covered, clipped = light_around(pictures, SHAPE)
-    if covered.mean() < _LEAST:
+    radiance, coverage, clipped = light_around(pictures, SHAPE)
+    if coverage.mean() < _LEAST:
         return None
-    merged = Merged(radiance, clipped, np.zeros_like(clipped), reference_ev=0.0, clip_level=1.0)
-    sure = (covered & (clipped < _CLIPPED)).astype(np.float32)
-    return fill(merged, (~covered).astype(np.float32)).radiance, sure
+    merged = MergedLight(
+        radiance, clipped, np.zeros_like(clipped), reference_ev=0.0, clip_level=1.0
+    )
+    sure = (coverage & (clipped < _CLIPPED)).astype(np.float32)
+    return fill(merged, (~coverage).astype(np.float32)).radiance, sure
 
 
-def with_detail(light: Float64, seen: FloatImage) -> FloatImage:
+def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
     """Add detail and colours of a panorama, (h, w, 3), to light, (H, W), preserving its means."""
-    size = (seen.shape[1], seen.shape[0])
-    texel = seen.shape[1] / light.shape[1]
-    smooth = wrapped_blur(luminance(seen).astype(np.float32), texel)[..., None]
-    detail = np.clip(seen / np.maximum(smooth, 1e-6), *_DETAIL)
-    made = detail * _resized(light.astype(np.float32), size)[..., None]
+    size = (panorama.shape[1], panorama.shape[0])
+    texel = panorama.shape[1] / light.shape[1]
+    smooth = wrapped_blur(luminance(panorama).astype(np.float32), texel)[..., None]
+    detail = np.clip(panorama / np.maximum(smooth, 1e-6), *_DETAIL)
+    result = detail * _resized(light.astype(np.float32), size)[..., None]
     for _ in range(2):
-        now = luminance(reduce_radiance(np.asarray(made, np.float32), light.shape[:2]))
+        now = luminance(reduce_radiance(np.asarray(result, np.float32), light.shape[:2]))
         ratio = (light / np.maximum(now, 1e-6)).astype(np.float32)
-        made = made * _resized(ratio, size)[..., None]
-    return np.asarray(made, np.float32)
+        result = result * _resized(ratio, size)[..., None]
+    return np.asarray(result, np.float32)
 
 
 def _resized(picture: FloatImage, size: tuple[int, int]) -> FloatImage:
     """Enlarge a panorama that ends where it begins."""
     share = size[0] // picture.shape[1]
     larger = (size[0] + 2 * share, size[1])
-    grown = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(grown[:, share:-share], np.float32)
+    larger_picture = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(larger_picture[:, share:-share], np.float32)

@@ -45,12 +45,12 @@ from app.core.measure.finish.sun import (
     may_be_sun,
     sun_core,
 )
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.solver import turn_choice
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves_of
 from app.core.solver.solve import measure
-from app.core.solver.turn_choice import LIMITS, Choice, Limits, Measured, Objective
+from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures
 from app.core.styles.style_pack import StylePack
 
 _AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
@@ -70,10 +70,10 @@ def choices(
     parts = []
     for start in range(0, len(lights), _AT_ONCE):
         some = lights[start : start + _AT_ONCE]
-        seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
-        parts.append(measure(pack, curves_of(pack.tables, np.stack(seen))))
-    names = [each.name for each in fields(Measured)]
-    measured = Measured(*(np.concatenate([getattr(one, n) for one in parts]) for n in names))
+        values = [pack.project(normalised(light, pack.header.environment)[0]) for light in some]
+        parts.append(measure(pack, curves_of(pack.tables, np.stack(values))))
+    names = [each.name for each in fields(StyleMeasures)]
+    measured = StyleMeasures(*(np.concatenate([getattr(one, n) for one in parts]) for n in names))
     return turn_choice.choose(measured, objective, limits)
 
 
@@ -85,11 +85,11 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
     objective's curve; 0 to 1. A turn of a lower grade that matches better gives up as much, since
     the grade is what it lacks.
     """
-    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
-    taken = truth.curve[..., np.arange(len(turns)), turns]
+    best = np.where(truth.eligible, truth.curve, -np.inf).max(axis=-1)
+    at_turns = truth.curve[..., np.arange(len(turns)), turns]
     span = np.ptp(truth.curve, axis=-1)
-    lost = np.abs(best - taken) / np.maximum(span, 1e-30)
-    return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
+    loss = np.abs(best - at_turns) / np.maximum(span, 1e-30)
+    return np.asarray(np.clip(loss, 0.0, 1.0), np.float64)
 
 
 GAINS: Final = (1.0, 3.0, 6.0)
@@ -164,7 +164,7 @@ class Audit:
 
 
 def audit(
-    merged: Merged,
+    merged: MergedLight,
     lights: Sequence[Light],
     pack: StylePack,
     *,
@@ -186,7 +186,7 @@ def audit(
     ProbeError if `merged` is not a full panorama.
     """
     grid = light_grid(merged) if grid is None else grid
-    bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
+    bound = float((grid.loss * grid.solid_angle).sum()) / grid.total
     sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
     maybe = next((light.id for light in lights if may_be_sun(light, merged, grid)), "")
     unseen = None if blind is None else luminance(merged.radiance) * blind
@@ -206,13 +206,13 @@ def _verdict(
     changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
 ) -> tuple[Remark, ...]:
     """Report which styles are in doubt, and how much it takes."""
-    given = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
+    names = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
     if bound <= 0:
-        if restoration is None or restoration.light is None or not given:
+        if restoration is None or restoration.light is None or not names:
             return ()
-        return (RestoredRange(restoration.light, tuple(given), _rest(given, changes)),)
-    touched = [s for s in changes if s.least_stops is not None or s.reach_stops is not None]
-    if not touched:
+        return (RestoredRange(restoration.light, tuple(names), _rest(names, changes)),)
+    relevant = [s for s in changes if s.least_stops is not None or s.reach_stops is not None]
+    if not relevant:
         return (ClippingSafe(len(changes), every=True),)
     lines: list[Remark] = []
     for soon, least, most in ((True, 0.0, GAINS[1]), (False, GAINS[1], math.inf)):
@@ -226,7 +226,7 @@ def _verdict(
             lines.append(ClippingMatters(soon, "into reach", gains))
         if loses:
             lines.append(ClippingMatters(soon, "out of reach", loses))
-    safe = len(changes) - len(touched)
+    safe = len(changes) - len(relevant)
     return (*lines, ClippingSafe(safe)) if safe else tuple(lines)
 
 
@@ -249,7 +249,7 @@ def _between(stops: float | None, least: float, most: float) -> bool:
     return stops is not None and least < stops <= most
 
 
-def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> float:
+def _upper(merged: MergedLight, grid: LightGrid, bound: float, sun: Light | None) -> float:
     """Upper end of the clipped share."""
     if bound <= 0:
         return 0.0
@@ -270,36 +270,36 @@ def _changes(
     restoration: Restoration | None,
     unseen: Float32 | None,
 ) -> tuple[StyleChange, ...]:
-    named, maps, whole = _brightened(lights, grid, pack.header.environment)
+    names, maps, whole = _brightened(lights, grid, pack.header.environment)
     base = whole if environment is None else np.asarray(environment, np.float64)
     trials = [
         (name, stops, (2.0**stops - 1.0) * extra)
-        for name, extra in zip(named, maps, strict=True)
+        for name, extra in zip(names, maps, strict=True)
         for stops in ((*GAINS, _FURTHER) if name else _PART_GAINS)
     ]
     if restoration is not None:
-        trials += _restored(restoration, pack.header.environment)
+        trials += _restoration_trials(restoration, pack.header.environment)
     if unseen is not None:
         extra = reduce_radiance(unseen[..., None], pack.header.environment)[..., 0]
         trials.append((BLIND, GAINS[0], extra))
     brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
-    found = choices(pack, [base, *brighter], *rule)
-    turns, then, reach = found[0].turns, found[1:], found.in_reach
-    lost = given_up(then, turns)
+    choice = choices(pack, [base, *brighter], *rule)
+    turns, then, reach = choice[0].turns, choice[1:], choice.in_reach
+    loss = given_up(then, turns)
     amounts = np.array([abs(stops) for _, stops, _ in trials])[:, None]
-    least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
+    least = np.where(loss > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
     flips = np.where(reach[1:] != reach[0], amounts, np.inf).min(axis=0, initial=np.inf)
     degrees = [turn_of_index(turn) for turn in range(TURNS)]
-    told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
-    now = found[0].offered
-    best = {k: _offered(then[k], turns, now) for k in told}
+    rows = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
+    now = choice[0].offer
+    best = {k: _offer(then[k], turns, now) for k in rows}
     return tuple(
         StyleChange(
             style.name,
             style.title,
             degrees[now[row]],
-            tuple(WhatIf(*trials[k][:2], degrees[best[k][row]], float(lost[k, row])) for k in told),
-            float(lost[:, row].max(initial=0.0)),
+            tuple(WhatIf(*trials[k][:2], degrees[best[k][row]], float(loss[k, row])) for k in rows),
+            float(loss[:, row].max(initial=0.0)),
             _or_none(least[row]),
             bool(reach[0, row]),
             _or_none(flips[row]),
@@ -308,26 +308,28 @@ def _changes(
     )
 
 
-def _offered(then: Choice, turns: Indices, now: Indices) -> Indices:
+def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
     """(S,) grid turn offered in brighter light; where the best turn stays, the offer stays."""
-    best, offered = then.turns, now.copy()
+    best, turns_offer = then.turns, now.copy()
     for row in np.flatnonzero(best != turns).tolist():
-        offered[row] = then[row].peak(int(best[row])).index
-    return offered
+        turns_offer[row] = then[row].peak(int(best[row])).index
+    return turns_offer
 
 
 def _or_none(stops: np.floating[Any]) -> float | None:
     return float(stops) if np.isfinite(stops) else None
 
 
-def _restored(restoration: Restoration, shape: tuple[int, int]) -> list[tuple[str, float, Float64]]:
+def _restoration_trials(
+    restoration: Restoration, shape: tuple[int, int]
+) -> list[tuple[str, float, Float64]]:
     """Both ends of the likely range of a restored light: name, stops, and what to add."""
-    lux, held = restoration.illuminance_lux, restoration.held_lux
-    if restoration.light is None or lux <= held:
+    lux, held_lux = restoration.illuminance_lux, restoration.held_lux
+    if restoration.light is None or lux <= held_lux:
         return []
     disc = added_light(restoration, shape)
     return [
-        (restoration.light, math.log2(end / lux), (end - lux) / (lux - held) * disc)
+        (restoration.light, math.log2(end / lux), (end - lux) / (lux - held_lux) * disc)
         for end in restoration.range_lux
     ]
 
@@ -340,19 +342,19 @@ def _brightened(
     Names are lamp ids, "" for parts of wide lamps and "all"; the last result is the whole
     panorama, (H, W).
     """
-    lost = grid.lost.ravel()
+    loss = grid.loss.ravel()
     clipped = [light for light in lights if light.clipped]
-    chosen = [(light.id, light.texels) for light in clipped]
-    chosen += [("", part) for light in clipped for part in _parts(light, grid)]
-    names = [name for name, _ in chosen]
-    if float(lost.max()) > 0:
-        chosen.append(("all", np.arange(lost.size, dtype=np.int32)))
+    sources = [(light.id, light.texels) for light in clipped]
+    sources += [("", part) for light in clipped for part in _parts(light, grid)]
+    names = [name for name, _ in sources]
+    if float(loss.max()) > 0:
+        sources.append(("all", np.arange(loss.size, dtype=np.int32)))
         names.append("all")
     cells, weights = _cells(grid.luminance.shape[0], shape)
     size = shape[0] * shape[1]
-    maps = np.zeros((len(chosen), *shape))
-    for into, (_, texels) in zip(maps, chosen, strict=True):
-        shares = lost[texels] * weights[texels]
+    maps = np.zeros((len(sources), *shape))
+    for into, (_, texels) in zip(maps, sources, strict=True):
+        shares = loss[texels] * weights[texels]
         into[:] = np.bincount(cells[texels], shares, size).reshape(shape)
     whole = reduce_radiance(grid.luminance[..., None], shape)[..., 0]
     return names, maps, whole.astype(np.float64)
@@ -376,7 +378,7 @@ def _parts(light: Light, grid: LightGrid) -> list[NDArray[np.int32]]:
     height, width = grid.luminance.shape
     row, column = np.divmod(light.texels, width)
     block = row * _PART_ROWS // height * _PART_COLUMNS + column * _PART_COLUMNS // width
-    lost = (grid.lost * grid.solid_angle).ravel()
-    least = _PART_SHARE * float(lost.sum())
+    loss = (grid.loss * grid.solid_angle).ravel()
+    least = _PART_SHARE * float(loss.sum())
     parts = [light.texels[block == each] for each in np.unique(block)]
-    return [part for part in parts if float(lost[part].sum()) >= least]
+    return [part for part in parts if float(loss[part].sum()) >= least]

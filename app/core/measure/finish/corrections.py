@@ -23,7 +23,7 @@ from app.core.measure.finish.sun import Restoration, restore, set_illuminance
 from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.measure.finish.turn_changes import Change, changes, masking_changes
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
@@ -31,7 +31,9 @@ _MOST_STOPS = 20.0
 _HALF: Final = 0.5  # of a texel: what is filled by more was not seen
 
 
-def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
+def apply_gains(
+    merged: MergedLight, lights: Sequence[Light], gains: Mapping[str, float]
+) -> MergedLight:
     """Brighten or darken lamps by stops.
 
     Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
@@ -40,7 +42,7 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
     """
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     for name, stops in gains.items():
-        light = _named(lights, name)
+        light = _light_named(lights, name)
         if not (math.isfinite(stops) and abs(stops) <= _MOST_STOPS):
             raise ProbeError(tr("The gain of lamp {id} must be from -20 to 20 stops.", id=light.id))
         inside = upsampled(light, clipped.shape)
@@ -56,7 +58,7 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 
 
 @dataclass(frozen=True, slots=True)
-class Finished:
+class FinishedLight:
     """Finished light and its audit.
 
     `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
@@ -64,8 +66,8 @@ class Finished:
     (H, W) bool, is where the light was filled because no frame shows it.
     """
 
-    merged: Merged
-    measured: Merged
+    merged: MergedLight
+    measured: MergedLight
     lights: tuple[Light, ...] = ()
     measured_clipped: float = 0.0
     restoration: Restoration | None = None
@@ -77,7 +79,7 @@ class Finished:
 
 
 def finish(
-    merged: Merged,
+    merged: MergedLight,
     pack: StylePack,
     options: MeasureOptions,
     *,
@@ -85,7 +87,7 @@ def finish(
     room_stops: float | None = None,
     alone: str = "",
     blind: Float32 | None = None,
-) -> Finished:
+) -> FinishedLight:
     """Apply the user's corrections to a merged panorama and audit the result.
 
     `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
@@ -97,26 +99,26 @@ def finish(
     grid = light_grid(merged)
     lights = find_lights(merged, grid)
     light, restoration, notes = _put_right(merged, lights, options, grid)
-    found = Finished(
+    finished = FinishedLight(
         merged=light,
         measured=merged,
         lights=lights,
-        measured_clipped=float((grid.lost * grid.solid_angle).sum()) / grid.total,
+        measured_clipped=float((grid.loss * grid.solid_angle).sum()) / grid.total,
         restoration=None if restoration is None or restoration.light is None else restoration,
         notes=tuple(notes),
         unseen=None if blind is None or not (blind > _HALF).any() else blind > _HALF,
     )
-    found = _cleaned(found, pack, options, foot)
-    looks = found.merged
+    finished = _cleaned(finished, pack, options, foot)
+    looks = finished.merged
     if alone:
-        found = replace(found, merged=brightened(looks))
-    last = grid if found.merged is merged else light_grid(found.merged)
+        finished = replace(finished, merged=brightened(looks))
+    last = grid if finished.merged is merged else light_grid(finished.merged)
     remaining = still_clipped(lights, last)
     if alone:
-        verdict = rough_audit(looks, found.merged, remaining, last, pack)
-        return replace(found, audit=verdict)
+        verdict = rough_audit(looks, finished.merged, remaining, last, pack)
+        return replace(finished, audit=verdict)
     verdict = audit(
-        found.merged,
+        finished.merged,
         remaining,
         pack,
         restoration=restoration,
@@ -124,12 +126,12 @@ def finish(
         grid=last,
         blind=blind,
     )
-    return replace(found, audit=verdict)
+    return replace(finished, audit=verdict)
 
 
 def _put_right(
-    merged: Merged, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
-) -> tuple[Merged, Restoration | None, list[Remark]]:
+    merged: MergedLight, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
+) -> tuple[MergedLight, Restoration | None, list[Remark]]:
     """Put the sun back, and the lamps that the user knows better.
 
     There is a restoration where the sun was looked for, found or not.
@@ -138,18 +140,18 @@ def _put_right(
     restoration = None
     if options.sun != "leave" and grid.clipped.any():
         restoration = restore(merged, lights, options.sun, grid)
-        chosen = {name.strip().upper() for name in (*options.gains, *options.lux)}
+        wishes = {name.strip().upper() for name in (*options.gains, *options.lux)}
         # What the user says of a lamp is worth more than what a model says of it.
-        if restoration.light in chosen:
+        if restoration.light in wishes:
             restoration = None
         elif restoration.remark is not None:
             merged = restoration.merged
             notes.append(restoration.remark)
     for name, lux in options.lux.items():
-        metered = set_illuminance(merged, _named(lights, name), lux)
-        merged = metered.merged
-        if metered.remark is not None:
-            notes.append(metered.remark)
+        metering = set_illuminance(merged, _light_named(lights, name), lux)
+        merged = metering.merged
+        if metering.remark is not None:
+            notes.append(metering.remark)
     if options.gains:
         merged = apply_gains(merged, lights, options.gains)
         notes += [LampGained(name.strip().upper(), stops) for name, stops in options.gains.items()]
@@ -157,22 +159,24 @@ def _put_right(
 
 
 def _cleaned(
-    found: Finished, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
-) -> Finished:
+    finished: FinishedLight, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
+) -> FinishedLight:
     """Fill what is masked, and report what that changes."""
     if not options.masks:
-        return found
-    merged = found.merged
+        return finished
+    merged = finished.merged
     clutter = resolve(options.masks, merged, foot)
     if not clutter:
-        return replace(found, notes=(*found.notes, NoClutter()))
-    filled = fill(merged, union(clutter, merged.clipped.shape))
+        return replace(finished, notes=(*finished.notes, NoClutter()))
+    filled_light = fill(merged, union(clutter, merged.clipped.shape))
     shape = pack.header.environment
-    changed = changes(
-        reduce_radiance(merged.radiance, shape), reduce_radiance(filled.radiance, shape), pack
+    style_changes = changes(
+        reduce_radiance(merged.radiance, shape), reduce_radiance(filled_light.radiance, shape), pack
     )
-    notes = (*found.notes, masking_changes(changed))
-    return replace(found, merged=filled, clutter=clutter, changes=changed, notes=notes)
+    notes = (*finished.notes, masking_changes(style_changes))
+    return replace(
+        finished, merged=filled_light, clutter=clutter, changes=style_changes, notes=notes
+    )
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
@@ -184,12 +188,12 @@ def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ..
     )
 
 
-def _named(lights: Sequence[Light], name: str) -> Light:
+def _light_named(lights: Sequence[Light], name: str) -> Light:
     for light in lights:
         if light.id == name.strip().upper():
             return light
-    known = ", ".join(light.id for light in lights) or tr("none was found")
+    names = ", ".join(light.id for light in lights) or tr("none was found")
     raise ProbeError(
         tr("There is no lamp {name!r} in this place.", name=name),
-        tr("Lamps: {known}.", known=known),
+        tr("Lamps: {known}.", known=names),
     )

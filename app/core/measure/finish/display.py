@@ -54,12 +54,12 @@ def display_panorama(
         method = cv2.INTER_AREA if width < radiance.shape[1] else cv2.INTER_LINEAR
         resized = cv2.resize(radiance, (width, rows), interpolation=method)
         radiance = np.asarray(resized, np.float32)
-    shown = np.empty(radiance.shape, np.uint8)
+    picture = np.empty(radiance.shape, np.uint8)
     work = np.empty((6, _BAND_ROWS, radiance.shape[1]), np.float32)
     for start in range(0, radiance.shape[0], _BAND_ROWS):
         stop = min(start + _BAND_ROWS, radiance.shape[0])
-        _tone_band(radiance[start:stop], gain, work[:, : stop - start], shown[start:stop])
-    return shown
+        _tone_band(radiance[start:stop], gain, work[:, : stop - start], picture[start:stop])
+    return picture
 
 
 def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) -> Bytes:
@@ -68,21 +68,21 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
     `display` is (h, w, 3) sRGB; `clipped`, (H, W) of any size of the same proportion, the share
     of each texel, 0 to 1. Marks are widened to two pixels, so that a clipped point is seen too.
     """
-    shown = display.copy()
+    picture = display.copy()
     size = (display.shape[1], display.shape[0])
     share = cv2.resize(np.asarray(clipped, np.float32), size, interpolation=cv2.INTER_AREA)
     unit = max((width or display.shape[1]) / WIDTH, 0.25)
     wide = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (_odd(5 * unit), _odd(5 * unit)))
-    marked = cv2.dilate((share > 0.02).astype(np.uint8), wide) > 0
-    if not marked.any():
-        return shown
-    rows, columns = np.nonzero(marked)
+    marks = cv2.dilate((share > 0.02).astype(np.uint8), wide) > 0
+    if not marks.any():
+        return picture
+    rows, columns = np.nonzero(marks)
     period = max(_HATCH * unit, 4.0)
     white = (rows + columns) % period < period / 2.0
-    shown[rows, columns] = np.where(
+    picture[rows, columns] = np.where(
         white[:, np.newaxis], np.array(_PAPER, np.uint8), np.array(_INK, np.uint8)
     )
-    return shown
+    return picture
 
 
 def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
@@ -102,9 +102,9 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
     line = np.clip(1.2 - np.abs(soft - 0.5) * 3.0, 0.0, 1.0)[..., np.newaxis]
     tint = (0.45 * np.clip(share, 0.0, 1.0))[..., np.newaxis]
     ink = np.asarray(MASK_COLOUR, np.float32)
-    shown = display + tint * (ink - display)
-    shown += line * (np.asarray(_PAPER, np.float32) - shown)
-    return (shown + 0.5).astype(np.uint8)
+    picture = display + tint * (ink - display)
+    picture += line * (np.asarray(_PAPER, np.float32) - picture)
+    return (picture + 0.5).astype(np.uint8)
 
 
 def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> None:
@@ -131,14 +131,14 @@ def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> N
     level += np.minimum(largest, np.float32(start))
     level *= np.float32(_STEPS)
     white = np.divide(over, over + np.float32(fade), out=over)
-    added = level * white
-    level -= added
+    haze = level * white
+    level -= haze
     level *= np.float32(gain)
     factor = np.divide(level, largest, out=level)
-    added += np.float32(0.5)
+    haze += np.float32(0.5)
     for plane in planes:
         plane *= factor
-        plane += added
+        plane += haze
     cv2.merge([colour.look_up(plane.astype(np.uint16), _curve()) for plane in planes], out)
 
 

@@ -27,7 +27,7 @@ from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment, reduce_light, solid_angles
 from app.core.measure.finish.clip_audit import choices, given_up
 from app.core.measure.finish.rough import DOUBT, brightened, dimmed, doubts, guesses
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.solver.turn_choice import Choice, Objective, grade_at
 from app.core.styles.style_pack import StylePack
 
@@ -35,7 +35,7 @@ _COLUMNS: Final = 2048
 _FEW_STOPS: Final = 2.0
 _WHOLE: Final = 2  # guesses about all that is clipped, besides
 _GIVEN_UP: Final = 0.05  # of a curve's range
-_MOVED: Final = 2  # turns of the grid: 11 degrees
+_FAR_TURNS: Final = 2  # turns of the grid: 11 degrees
 _FACTORS: Final = (0.0, 4.0)  # of the filled light
 _BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, where a lamp may be hidden
 _LEAST_GAP: Final = 0.03  # of a block
@@ -71,7 +71,7 @@ def doubt_of(
     names = [style.name for style in pack.styles]
     clipped = unseen = np.zeros(len(names), np.bool_)
     if environment.clipped is not None:
-        light = Merged(
+        light = MergedLight(
             radiance,
             bounded(environment.clipped, _COLUMNS),
             np.zeros(radiance.shape[:2], np.float32),
@@ -85,18 +85,18 @@ def doubt_of(
     return Doubt(*(tuple(np.array(names)[marks].tolist()) for marks in (clipped, unseen)))
 
 
-def _by_clipping(light: Merged, rough: bool, pack: StylePack, objective: Objective) -> Bools:
+def _by_clipping(light: MergedLight, rough: bool, pack: StylePack, objective: Objective) -> Bools:
     """Styles that depend on what is clipped; of `rough` light it is brightened already."""
     shape = pack.header.environment
     if rough:
         lights = guesses(dimmed(light), light)
-        found = choices(pack, [reduce_light(one, shape) for one in lights], objective)
-        return np.asarray(doubts(found) > DOUBT)
+        choice = choices(pack, [reduce_light(one, shape) for one in lights], objective)
+        return np.asarray(doubts(choice) > DOUBT)
     likely, looks, *others = guesses(light, brightened(light))
     fewer = guesses(light, brightened(light, _FEW_STOPS))[0]
     alone = [looks + likely - one for one in others[_WHOLE:]]
     lights = [looks, fewer, likely, *others[:_WHOLE], *alone]
-    return _changed(choices(pack, [reduce_light(one, shape) for one in lights], objective))
+    return _has_changed(choices(pack, [reduce_light(one, shape) for one in lights], objective))
 
 
 def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective) -> Bools:
@@ -107,7 +107,7 @@ def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: 
     cover = reduce_light(np.repeat(unseen[..., None], 3, axis=2), shape)
     lights = [whole, *(whole + (factor - 1.0) * gap for factor in _FACTORS)]
     lights += [whole + lamp[..., None] for lamp in hidden_lamps(cover[..., 0], whole)]
-    return _changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective))
+    return _has_changed(choices(pack, [np.maximum(one, 0.0) for one in lights], objective))
 
 
 def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
@@ -151,12 +151,12 @@ def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
     return lamp
 
 
-def _changed(found: Choice) -> Bools:
+def _has_changed(choice: Choice) -> Bools:
     """Whether any light after the first changes a style's grade, or makes its turn a loss."""
-    turns, best = found[0].turns, found.best
+    turns, best = choice[0].turns, choice.best
     best[0] = turns
-    lost = given_up(found[1:], turns)
+    loss = given_up(choice[1:], turns)
     away = np.abs((best[1:] - turns + TURNS // 2) % TURNS - TURNS // 2)
-    grade = grade_at(found.measured, found.limits, best)
-    moved = (away >= _MOVED) & (lost > _GIVEN_UP)
-    return np.asarray((moved | (grade[1:] != grade[0])).any(axis=0))
+    grade = grade_at(choice.measured, choice.limits, best)
+    differs = (away >= _FAR_TURNS) & (loss > _GIVEN_UP)
+    return np.asarray((differs | (grade[1:] != grade[0])).any(axis=0))

@@ -28,7 +28,7 @@ from app.core.measure.bracket.merge import reference_exposure
 from app.core.measure.finish.lights import Light, LightGrid, Source, find_lights, light_grid
 from app.core.measure.finish.remarks import LampClipped, MaybeSun, MoreLampsClipped, Remedy
 from app.core.measure.finish.sun import find_sun
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
@@ -67,7 +67,7 @@ class Surroundings:
     sky_blueness: float  # blue by red
 
 
-def surroundings_of(merged: Merged, grid: LightGrid) -> Surroundings:
+def surroundings_of(merged: MergedLight, grid: LightGrid) -> Surroundings:
     """Measure the surroundings of a place."""
     height = len(grid.luminance)
     small = cv2.resize(merged.radiance, (_SMALL[1], _SMALL[0]), interpolation=cv2.INTER_AREA)
@@ -115,7 +115,7 @@ def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -
 
 
 def sources_of(
-    merged: Merged,
+    merged: MergedLight,
     lights: Sequence[Light],
     sun: Light | None = None,
     grid: LightGrid | None = None,
@@ -123,14 +123,14 @@ def sources_of(
     """Classify the lights of a place; `sun` is the one known to be the sun."""
     grid = light_grid(merged) if grid is None else grid
     place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
-    known = None if sun is None else sun.id
-    found: list[Source] = []
+    sun_id = None if sun is None else sun.id
+    sources: list[Source] = []
     for light in lights:
-        alone = known is None and 2.0 * light.share > total
+        alone = sun_id is None and 2.0 * light.share > total
         colour = _colour(merged.radiance, light, grid)
         source = source_of(light, place, colour, alone)
-        found.append("sun" if light.id == known else source)
-    return tuple(found)
+        sources.append("sun" if light.id == sun_id else source)
+    return tuple(sources)
 
 
 def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
@@ -145,7 +145,7 @@ def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
     return float(blue) / max(float(red), 1e-30)
 
 
-def darker_frames(light: Light, merged: Merged, kind: str) -> int:
+def darker_frames(light: Light, merged: MergedLight, kind: str) -> int:
     """Return how many more frames, each 2 EV darker, would probably hold a clipped light.
 
     With absolute luminance that follows from what such lights reach, else from experience.
@@ -158,7 +158,7 @@ def darker_frames(light: Light, merged: Merged, kind: str) -> int:
 
 
 def advise(
-    merged: Merged,
+    merged: MergedLight,
     lights: Sequence[Light],
     sun: Light | None,
     room_stops: float | None,
@@ -173,11 +173,11 @@ def advise(
     if not clipped:
         return ()
     names = sources_of(merged, lights, sun)
-    named = {light.id: name for light, name in zip(lights, names, strict=True)}
+    names_by_id = {light.id: name for light, name in zip(lights, names, strict=True)}
     lines: list[Remark] = [
         MaybeSun(light.id, light.azimuth_deg, light.elevation_deg)
         if light.id == maybe
-        else _about(light, merged, named[light.id], sun, room_stops)
+        else _about(light, merged, names_by_id[light.id], sun, room_stops)
         for light in clipped[:_WORTH_SAYING]
     ]
     if sun is not None and sun not in clipped[:_WORTH_SAYING]:
@@ -189,7 +189,7 @@ def advise(
 
 
 def _about(
-    light: Light, merged: Merged, kind: Source, sun: Light | None, room_stops: float | None
+    light: Light, merged: MergedLight, kind: Source, sun: Light | None, room_stops: float | None
 ) -> LampClipped:
     about = LampClipped(light.id, kind, light.azimuth_deg, light.elevation_deg, Remedy.SKY)
     if sun is not None and light.id == sun.id:
@@ -203,12 +203,12 @@ def _about(
 
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
-_SHOWN: Final = 1024  # columns of the mask; what covers a part of a texel stays seen
+_MASK_COLUMNS: Final = 1024  # columns of the mask; what covers a part of a texel stays seen
 _LEAST_SHARE: Final = 0.0005
 
 
 @dataclass(frozen=True, slots=True)
-class Lamp:
+class LampFinding:
     """A lamp, window or the sun, for lists.
 
     `kind` is of `source_of`. Azimuth and elevation are of the centre of its light, the
@@ -233,11 +233,13 @@ class Findings:
     is known to be clipped. `map`, (h, w) int8, is which lamp a texel belongs to, -1 for none.
     """
 
-    lamps: tuple[Lamp, ...] = ()
+    lamps: tuple[LampFinding, ...] = ()
     clipped: Float32 | None = field(default=None, repr=False)
     map: NDArray[np.int8] | None = field(default=None, repr=False)
 
-    def at(self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0) -> Lamp | None:
+    def at(
+        self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0
+    ) -> LampFinding | None:
         """Return the lamp in or near a direction of the panorama; None without one."""
         if self.map is None:
             return None
@@ -257,7 +259,7 @@ class Findings:
         return None if here < 0 else self.lamps[here]
 
     @property
-    def clipped_lamps(self) -> tuple[Lamp, ...]:
+    def clipped_lamps(self) -> tuple[LampFinding, ...]:
         """Those that are clipped, the largest share first."""
         return tuple(lamp for lamp in self.lamps if lamp.clipped)
 
@@ -311,11 +313,11 @@ def find(
     1; None where not known. `clipped`, (H, 2 H), is what is clipped, where that is known of each
     texel.
     """
-    lost = clipped_share(radiance, level) if clipped is None else clipped
-    merged = Merged(
+    clipping = clipped_share(radiance, level) if clipped is None else clipped
+    merged = MergedLight(
         radiance=radiance,
-        clipped=lost,
-        dark=np.zeros_like(lost),
+        clipped=clipping,
+        dark=np.zeros_like(clipping),
         reference_ev=0.0,
         clip_level=level or 2.0 * float(radiance.max()),
         cd_m2=cd_m2,
@@ -326,12 +328,12 @@ def find(
     except ProbeError:
         return Findings()
     sources = sources_of(merged, lights, find_sun(merged, lights, grid), grid)
-    lamps: list[Lamp] = []
+    lamps: list[LampFinding] = []
     where = np.full(grid.luminance.size, -1, np.int8)
     for light, source in zip(lights, sources, strict=True):
         if light.share >= _LEAST_SHARE:
             where[light.texels] = len(lamps)
             numbers = light.azimuth_deg, light.elevation_deg, light.diameter_deg
-            lamps.append(Lamp(light.id, source, *numbers, light.share, light.clipped))
-    clipped = bounded(lost, _SHOWN) if lost.any() else None
+            lamps.append(LampFinding(light.id, source, *numbers, light.share, light.clipped))
+    clipped = bounded(clipping, _MASK_COLUMNS) if clipping.any() else None
     return Findings(tuple(lamps), clipped, where.reshape(grid.luminance.shape))

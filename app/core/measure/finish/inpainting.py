@@ -20,7 +20,7 @@ from app.core.base.arrays import Bools
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions, solid_angles
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
@@ -38,7 +38,7 @@ _COARSEST: Final = 4
 _LAMP_RATIO: Final = 2.0
 
 
-def fill(merged: Merged, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> Merged:
+def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
     """Replace masked light, (H, W) float32, by interpolation from its surroundings.
 
     1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
@@ -52,14 +52,16 @@ def fill(merged: Merged, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> M
     _check(shape, mask)
     if not (mask > _TOUCHED).any():
         return merged
-    light, known = _small(merged.radiance, mask)
+    light, coverage = _small(merged.radiance, mask)
     radiance, clipped, dark = (
         np.array(part) for part in (merged.radiance, merged.clipped, merged.dark)
     )
     for part in components(_coarse(mask)):
         chart = _chart(part, shape)
-        masked = (chart.sample(1.0 - known) > 0.0) & (chart.sample(part.astype(np.float32)) > 0.0)
-        filling = _solve(chart, light, known, masked, lamp_ratio)
+        masked = (chart.sample(1.0 - coverage) > 0.0) & (
+            chart.sample(part.astype(np.float32)) > 0.0
+        )
+        filling = _solve(chart, light, coverage, masked, lamp_ratio)
         _blend(chart, filling, mask, (radiance, clipped, dark))
     for array in (radiance, clipped, dark):
         array.flags.writeable = False
@@ -82,8 +84,8 @@ def components(area: Bools) -> list[Bools]:
             names[names == names[b]] = names[a]
     labels = names[labels]
     heights = solid_angles((area.shape[0], area.shape[1]))
-    kept = [labels == name for name in sorted(set(names.tolist()) - {0})]
-    return sorted(kept, key=lambda part: -float(part.sum(axis=1) @ heights))
+    parts = [labels == name for name in sorted(set(names.tolist()) - {0})]
+    return sorted(parts, key=lambda part: -float(part.sum(axis=1) @ heights))
 
 
 def _check(shape: tuple[int, int], mask: FloatImage) -> None:
@@ -97,8 +99,8 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
                 wanted=shape,
             )
         )
-    covered = float((mask > _TOUCHED).mean(axis=1) @ solid_angles(shape)) * shape[1]
-    if covered > _MOST * 4.0 * np.pi:
+    share = float((mask > _TOUCHED).mean(axis=1) @ solid_angles(shape)) * shape[1]
+    if share > _MOST * 4.0 * np.pi:
         raise ProbeError(
             tr("The mask covers nearly everything, so that nothing is left to fill it from."),
             tr("Mask less."),
@@ -107,15 +109,15 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
 
 def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatImage]:
     """Light outside the mask at no more than `_WIDEST` columns, and the share it was seen in."""
-    known = (mask <= _TOUCHED).astype(np.float32)
+    coverage = (mask <= _TOUCHED).astype(np.float32)
     height, width = mask.shape
     if width <= _WIDEST:
-        return radiance * known[..., np.newaxis], known
+        return radiance * coverage[..., np.newaxis], coverage
     # Whole factors only, so that texels on the seam stay texels on the seam.
     step = -(-width // _WIDEST)
     size = (width // step, height // step)
     light = cv2.resize(radiance, size, interpolation=cv2.INTER_AREA)
-    share = np.asarray(cv2.resize(known, size, interpolation=cv2.INTER_AREA), np.float32)
+    share = np.asarray(cv2.resize(coverage, size, interpolation=cv2.INTER_AREA), np.float32)
     # Texels that the mask cuts are not used: an object's edge is in them.
     share = (share > 0.999).astype(np.float32)
     return np.asarray(light, np.float32) * share[..., np.newaxis], share
@@ -123,12 +125,12 @@ def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatIma
 
 def _coarse(mask: FloatImage) -> Bools:
     """Reduce a mask to at most `_COARSE` columns; texels that it touches at all count."""
-    touched = (mask > _TOUCHED).astype(np.float32)
-    step = -(-touched.shape[1] // _COARSE)
+    near_mask = (mask > _TOUCHED).astype(np.float32)
+    step = -(-near_mask.shape[1] // _COARSE)
     if step == 1:
-        return touched > 0.0
-    size = (-(-touched.shape[1] // step), -(-touched.shape[0] // step))
-    return np.asarray(cv2.resize(touched, size, interpolation=cv2.INTER_AREA)) > 0.0
+        return near_mask > 0.0
+    size = (-(-near_mask.shape[1] // step), -(-near_mask.shape[0] // step))
+    return np.asarray(cv2.resize(near_mask, size, interpolation=cv2.INTER_AREA)) > 0.0
 
 
 def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
@@ -148,11 +150,11 @@ def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
 
 
 def _solve(
-    chart: Chart, light: FloatImage, known: FloatImage, masked: Bools, lamp_ratio: float
+    chart: Chart, light: FloatImage, coverage: FloatImage, masked: Bools, lamp_ratio: float
 ) -> tuple[FloatImage, FloatImage]:
     """Membrane on the chart, (side, side, 3), and how much of it replaces the picture."""
-    weight = chart.sample(known)
-    seen = chart.sample(light) / np.maximum(weight, 1e-6)[..., np.newaxis]
+    weight = chart.sample(coverage)
+    samples = chart.sample(light) / np.maximum(weight, 1e-6)[..., np.newaxis]
     outside = cv2.distanceTransform((~masked).astype(np.uint8), cv2.DIST_L2, 5)
     # The pixel's size in degrees: on a stereographic chart it is largest in the middle.
     radius = np.tan(np.radians(chart.distances()) / 2.0)
@@ -162,18 +164,18 @@ def _solve(
     share = np.clip(1.0 - beyond / FEATHER_DEG, 0.0, 1.0).astype(np.float32)
     free = (share > 0.0) | (weight < 0.999)
     edge = free ^ (cv2.dilate(free.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
-    values = _without_lamps(seen, edge, lamp_ratio)
+    values = _without_lamps(samples, edge, lamp_ratio)
     return _membrane(values, (~free).astype(np.float32)), share
 
 
-def _without_lamps(seen: FloatImage, edge: Bools, ratio: float) -> FloatImage:
+def _without_lamps(samples: FloatImage, edge: Bools, ratio: float) -> FloatImage:
     """Hold light down to what most of the surroundings give, its hue kept."""
     if not edge.any():
-        return seen
-    bright = colour.luminance(seen)
+        return samples
+    bright = colour.luminance(samples)
     limit = ratio * float(np.percentile(bright[edge], 75.0))
     scale = np.minimum(1.0, limit / np.maximum(bright, 1e-30))
-    return np.asarray(seen * scale[..., np.newaxis], np.float32)
+    return np.asarray(samples * scale[..., np.newaxis], np.float32)
 
 
 def _membrane(values: FloatImage, fixed: FloatImage) -> FloatImage:
@@ -204,11 +206,13 @@ def _relaxed(values: FloatImage, fixed: FloatImage, guess: FloatImage) -> FloatI
     top, bottom = max(int(rows.min()) - 1, 0), int(rows.max()) + 2
     left, right = max(int(columns.min()) - 1, 0), int(columns.max()) + 2
     box = np.ascontiguousarray(now[top:bottom, left:right])
-    held = np.ascontiguousarray(np.repeat(~free[top:bottom, left:right], 3, axis=2)).view(np.uint8)
-    kept = box.copy()
+    fixed_mask = np.ascontiguousarray(np.repeat(~free[top:bottom, left:right], 3, axis=2)).view(
+        np.uint8
+    )
+    backup = box.copy()
     for _ in range(_SWEEPS):
         box = np.asarray(cv2.filter2D(box, -1, cross, borderType=cv2.BORDER_REPLICATE), np.float32)
-        np.copyto(box, kept, where=held.view(np.bool_))
+        np.copyto(box, backup, where=fixed_mask.view(np.bool_))
     now[top:bottom, left:right] = box
     return now
 

@@ -21,7 +21,7 @@ from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import wrapped
 from app.core.environment.environment import solid_angles
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.text import tr
 
 Int32: TypeAlias = NDArray[np.int32]
@@ -47,13 +47,13 @@ class LightGrid:
     """A panorama reduced for finding lamps, (h, w), at most 256 x 512.
 
     `luminance` is in the unit of the panorama, `clipped` the share that is clipped in every
-    frame, `lost` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
+    frame, `loss` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
     one texel in each row, sr.
     """
 
     luminance: FloatImage
     clipped: FloatImage
-    lost: FloatImage
+    loss: FloatImage
     solid_angle: Float64
 
     @property
@@ -91,7 +91,7 @@ class Light:
     texels: Int32 = field(repr=False)
 
 
-def light_grid(merged: Merged) -> LightGrid:
+def light_grid(merged: MergedLight) -> LightGrid:
     """Reduce a panorama to at most 512 x 256 texels; raises ProbeError if it is not full."""
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
@@ -108,11 +108,11 @@ def light_grid(merged: Merged) -> LightGrid:
     light = cv2.transform(merged.radiance, np.array([LUMINANCE_WEIGHTS]))
     planes = (light, merged.clipped, light * merged.clipped)
     means = [cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in planes]
-    bright, clipped, lost = (np.asarray(mean, np.float32) for mean in means)
-    return LightGrid(bright, clipped, lost, solid_angles((height, width))[:, None])
+    bright, clipped, loss = (np.asarray(mean, np.float32) for mean in means)
+    return LightGrid(bright, clipped, loss, solid_angles((height, width))[:, None])
 
 
-def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
+def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Light, ...]:
     """Return the lamps of a place, at most `MAX_LIGHTS`, by falling share of the light.
 
     Empty where no direction stands out. ProbeError if it is not a full panorama, or is black.
@@ -127,11 +127,11 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
     labels, count = _regions(grid, total)
     if count == 0:
         return ()
-    energy, clipped = grid.energy.ravel(), (grid.lost * grid.solid_angle).ravel()
+    energy, clipped = grid.energy.ravel(), (grid.loss * grid.solid_angle).ravel()
     share = _sums(labels, energy, count) / total
-    lost = _sums(labels, clipped, count) / total
-    matters = (share >= _LEAST_SHARE) | (lost >= _LEAST_CLIPPED_SHARE)
-    order = [int(k) for k in np.argsort(-(share + _HIDDEN * lost)) if matters[k]][:MAX_LIGHTS]
+    loss = _sums(labels, clipped, count) / total
+    matters = (share >= _LEAST_SHARE) | (loss >= _LEAST_CLIPPED_SHARE)
+    order = [int(k) for k in np.argsort(-(share + _HIDDEN * loss)) if matters[k]][:MAX_LIGHTS]
     order.sort(key=lambda k: -share[k])
     members = _members(labels, count)
     around = cv2.blur(wrapped(grid.luminance * (labels == 0), 16), (33, 33))[:, 16:-16]
@@ -185,15 +185,15 @@ def spread_of(
 def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
     """Label the regions, 1 .. count; 0 is no lamp."""
     level = _ABOVE_MEAN * total / (4.0 * np.pi)
-    lost = grid.clipped > 0
-    bright, count = components((grid.luminance > level) | lost)
+    loss = grid.clipped > 0
+    bright, count = components((grid.luminance > level) | loss)
     if count == 0:
         return bright, 0
     peaks = np.zeros(count + 1, np.float32)
-    lit = bright > 0
-    np.maximum.at(peaks, bright[lit], grid.luminance[lit])
-    core = lit & (grid.luminance >= _BELOW_PEAK * peaks[bright])
-    return components(core | lost)
+    bright_mask = bright > 0
+    np.maximum.at(peaks, bright[bright_mask], grid.luminance[bright_mask])
+    core = bright_mask & (grid.luminance >= _BELOW_PEAK * peaks[bright])
+    return components(core | loss)
 
 
 def components(mask: Bools) -> tuple[Int32, int]:
@@ -211,8 +211,8 @@ def components(mask: Bools) -> tuple[Int32, int]:
             if a and b:
                 ends = (join[a], join[b])
                 join[join == max(ends)] = min(ends)
-    kept, dense = np.unique(join, return_inverse=True)
-    return np.where(mask, dense[labels], 0).astype(np.int32), len(kept) - 1
+    ids, dense = np.unique(join, return_inverse=True)
+    return np.where(mask, dense[labels], 0).astype(np.int32), len(ids) - 1
 
 
 def _sums(labels: Int32, values: Float64, count: int) -> Float64:
@@ -223,8 +223,8 @@ def _sums(labels: Int32, values: Float64, count: int) -> Float64:
 def _members(labels: Int32, count: int) -> list[Int32]:
     """Flat indices of each label's texels; entry k belongs to label k + 1."""
     flat = labels.ravel()
-    lit = np.flatnonzero(flat)
-    order = lit[np.argsort(flat[lit], kind="stable")].astype(np.int32)
+    texels = np.flatnonzero(flat)
+    order = texels[np.argsort(flat[texels], kind="stable")].astype(np.int32)
     stops = np.cumsum(np.bincount(flat, minlength=count + 1)[1:-1])
     return list(np.split(order, stops))
 
@@ -235,7 +235,7 @@ def _measure(
     shape = grid.luminance.shape[0], grid.luminance.shape[1]
     areas = np.broadcast_to(grid.solid_angle, shape).ravel()[texels]
     values = grid.luminance.ravel()[texels].astype(np.float64)
-    lost = grid.clipped.ravel()[texels].astype(np.float64)
+    clip_weights = grid.clipped.ravel()[texels].astype(np.float64)
     energy = values * areas
     azimuth, elevation, _ = spread_of(shape, texels, energy)
     _, _, moment = spread_of(shape, texels, areas)
@@ -248,7 +248,7 @@ def _measure(
         roundness=min(1.0, solid_angle / (2.0 * np.pi) / moment),
         solid_angle_sr=solid_angle,
         share=float(energy.sum()) / total,
-        clipped=bool((lost > 0).any()),
+        clipped=bool((clip_weights > 0).any()),
         surround=float((surround.ravel()[texels] * areas).sum() / solid_angle),
         texels=texels,
     )

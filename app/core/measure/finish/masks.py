@@ -60,17 +60,17 @@ def parse_mask(text: str) -> MaskSpec:
     >>> parse_mask("nadir:-65")
     MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
     """
-    given = text.strip()
-    word, colon, rest = given.partition(":")
-    if given == "suggested":
+    spec_text = text.strip()
+    word, colon, rest = spec_text.partition(":")
+    if spec_text == "suggested":
         return MaskSpec("suggested")
     if colon and word in ("nadir", "zenith", "box"):
-        numbers = _numbers(rest.split(","), given)
+        numbers = _numbers(rest.split(","), spec_text)
         kind: MaskKind = "box" if word == "box" else "nadir" if word == "nadir" else "zenith"
-        return _cap_or_box(kind, numbers, given)
-    if Path(given).suffix.lower() in _PICTURES:
-        return MaskSpec("picture", path=Path(given))
-    raise ProbeError(tr("The mask '{given}' is not understood.", given=given), _FORMS)
+        return _cap_or_box(kind, numbers, spec_text)
+    if Path(spec_text).suffix.lower() in _PICTURES:
+        return MaskSpec("picture", path=Path(spec_text))
+    raise ProbeError(tr("The mask '{given}' is not understood.", given=spec_text), _FORMS)
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
@@ -118,15 +118,15 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
     The brightest of the colour channels counts, transparency does not. ProbeError when it is
     missing, damaged, wider than 16,384, or not twice as wide as high.
     """
-    with contextlib.closing(_opened(path)) as source:
+    with contextlib.closing(_open(path)) as source:
         spec = source.spec()
         height, width = int(spec.height), int(spec.width)
-        used = min(spec.nchannels, 3 if spec.nchannels > 2 else 1)
+        channels = min(spec.nchannels, 3 if spec.nchannels > 2 else 1)
         values = np.empty((height, width), np.float32)
         step = rows_at_once(spec, _BAND_ROWS)
         for start in range(0, height, step):
             stop = min(start + step, height)
-            band = read_rows(source, (start, stop), (0, used), "half")
+            band = read_rows(source, (start, stop), (0, channels), "half")
             if band is None:
                 clear_error(source)
                 raise ProbeError(
@@ -136,18 +136,18 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
     values = np.clip(np.nan_to_num(values, copy=False, nan=0.0), 0.0, 1.0, out=values)
     larger = shape[1] > width
     method = cv2.INTER_LINEAR if larger else cv2.INTER_AREA
-    sized = cv2.resize(values, (shape[1], shape[0]), interpolation=method)
-    return np.asarray(sized, np.float32)
+    small = cv2.resize(values, (shape[1], shape[0]), interpolation=method)
+    return np.asarray(small, np.float32)
 
 
 def check_picture_mask(path: Path) -> None:
     """Check a mask picture's header early; errors as `picture_mask`."""
-    _opened(path).close()
+    _open(path).close()
 
 
-def _opened(path: Path) -> ImageInput:
-    refused = tr("The mask {name} cannot be read: {reason}.")
-    with os_errors_as(ProbeError, refused, _FORMS, name=path.name):
+def _open(path: Path) -> ImageInput:
+    sentence = tr("The mask {name} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, sentence, _FORMS, name=path.name):
         try:
             read_start(path, 1)
         except FileNotFoundError:
@@ -181,38 +181,42 @@ def _opened(path: Path) -> ImageInput:
     return source
 
 
-def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], given: str) -> MaskSpec:
-    wanted = 4 if kind == "box" else 1
-    if len(numbers) != wanted:
+def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], spec_text: str) -> MaskSpec:
+    count = 4 if kind == "box" else 1
+    if len(numbers) != count:
         raise ProbeError(
             tr(
                 "The mask '{given}' needs {wanted} numbers after the colon.",
-                given=given,
-                wanted=wanted,
+                given=spec_text,
+                wanted=count,
             ),
             _FORMS,
         )
-    _check_elevations(numbers[2:] if kind == "box" else numbers, given)
+    _check_elevations(numbers[2:] if kind == "box" else numbers, spec_text)
     if kind == "box" and numbers[2] >= numbers[3]:
-        raise ProbeError(tr("The mask '{given}' ends below where it starts.", given=given), _FORMS)
+        raise ProbeError(
+            tr("The mask '{given}' ends below where it starts.", given=spec_text), _FORMS
+        )
     return MaskSpec(kind, numbers)
 
 
-def _check_elevations(values: Sequence[float], given: str) -> None:
+def _check_elevations(values: Sequence[float], spec_text: str) -> None:
     if any(abs(value) > 90.0 for value in values):
         raise ProbeError(
-            tr("The mask '{given}' has an elevation outside -90 to 90 degrees.", given=given)
+            tr("The mask '{given}' has an elevation outside -90 to 90 degrees.", given=spec_text)
         )
 
 
-def _numbers(words: Sequence[str], given: str) -> tuple[float, ...]:
+def _numbers(words: Sequence[str], spec_text: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(word.replace("−", "-")) for word in words)
     except ValueError:
-        raise ProbeError(tr("The mask '{given}' is not understood.", given=given), _FORMS) from None
+        raise ProbeError(
+            tr("The mask '{given}' is not understood.", given=spec_text), _FORMS
+        ) from None
     if not all(abs(value) <= 360.0 for value in numbers):
         raise ProbeError(
-            tr("The mask '{given}' has an angle outside -360 to 360 degrees.", given=given)
+            tr("The mask '{given}' has an angle outside -360 to 360 degrees.", given=spec_text)
         )
     return numbers
 

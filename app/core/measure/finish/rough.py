@@ -33,7 +33,7 @@ from app.core.measure.finish.clip_audit import Audit, StyleChange, WhatIf, choic
 from app.core.measure.finish.findings import advise
 from app.core.measure.finish.lights import Light, LightGrid, components, light_grid
 from app.core.measure.finish.remarks import RoughLight, RoughTurns
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.solver.turn_choice import Choice
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
@@ -58,7 +58,7 @@ _MOST_CLIPPED: Final = 0.9  # of the sphere
 _LEAST_LIGHT: Final = 0.004  # of what saturates the frame: code 13
 
 
-def told_clipped(merged: Merged, name: str) -> Merged:
+def told_clipped(merged: MergedLight, name: str) -> MergedLight:
     """Mark clipped texels of a single coded frame; ProbeError if all is clipped or black."""
     largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
@@ -76,14 +76,14 @@ def told_clipped(merged: Merged, name: str) -> Merged:
     return replace(merged, clipped=clipped)
 
 
-def brightened(merged: Merged, stops: float = STOPS) -> Merged:
+def brightened(merged: MergedLight, stops: float = STOPS) -> MergedLight:
     """Brighten clipped light to its most likely value."""
     white, coloured = _shares(merged.radiance, merged.clipped)
     gain = _gain(white, coloured, stops, _COLOURED_STOPS)
     return replace(merged, radiance=merged.radiance * gain)
 
 
-def dimmed(merged: Merged) -> Merged:
+def dimmed(merged: MergedLight) -> MergedLight:
     """Return the light before `brightened`."""
     white, coloured = _shares(merged.radiance, merged.clipped)
     gain = _gain(white, coloured, STOPS, _COLOURED_STOPS)
@@ -104,8 +104,8 @@ def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
 
 
 def rough_audit(
-    looks: Merged,
-    likely: Merged,
+    looks: MergedLight,
+    likely: MergedLight,
     lights: Sequence[Light],
     grid: LightGrid,
     pack: StylePack,
@@ -115,17 +115,17 @@ def rough_audit(
     `looks` is the light before `brightened`, `likely` after; `grid` is of the latter.
     """
     shape = pack.header.environment
-    found = choices(pack, [reduce_light(each, shape) for each in guesses(looks, likely)])
-    doubt = doubts(found) if looks.clipped.any() else np.zeros(len(pack.styles))
-    lost = given_up(found[1:], found[0].turns)
-    reach, now, then = found.in_reach, found[0].offered, found[1].offered
+    choice = choices(pack, [reduce_light(each, shape) for each in guesses(looks, likely)])
+    doubt = doubts(choice) if looks.clipped.any() else np.zeros(len(pack.styles))
+    loss = given_up(choice[1:], choice[0].turns)
+    reach, now, then = choice.in_reach, choice[0].offer, choice[1].offer
     changes = tuple(
         StyleChange(
             style.name,
             style.title,
             turn_of_index(now[row]),
-            (WhatIf("all", -STOPS, turn_of_index(then[row]), float(lost[0, row])),),
-            float(lost[:, row].max()),
+            (WhatIf("all", -STOPS, turn_of_index(then[row]), float(loss[0, row])),),
+            float(loss[:, row].max()),
             STOPS if doubt[row] > DOUBT else None,
             bool(reach[0, row]),
             STOPS if (reach[1:, row] != reach[0, row]).any() else None,
@@ -133,7 +133,7 @@ def rough_audit(
         for row, style in enumerate(pack.styles)
     )
     low, share = (
-        float((each.lost * each.solid_angle).sum()) / each.total
+        float((each.loss * each.solid_angle).sum()) / each.total
         for each in (light_grid(looks), grid)
     )
     names = tuple(each.name for each in changes if each.in_doubt)
@@ -142,17 +142,17 @@ def rough_audit(
     return Audit((low, share), advice, changes)
 
 
-def doubts(found: Choice) -> Float64:
+def doubts(choice: Choice) -> Float64:
     """How far each style's turn under the first light hangs on the guesses that follow, (S,)."""
-    turns = found[0].turns
-    lost = given_up(found[1:], turns)
-    areas = lost[_WHOLE:].mean(axis=0) if len(lost) > _WHOLE else np.zeros(len(turns))
-    parts = [*lost[:_WHOLE], areas]
-    match = found[0].measured.match[np.arange(len(turns)), turns]
+    turns = choice[0].turns
+    loss = given_up(choice[1:], turns)
+    areas = loss[_WHOLE:].mean(axis=0) if len(loss) > _WHOLE else np.zeros(len(turns))
+    parts = [*loss[:_WHOLE], areas]
+    match = choice[0].measured.match[np.arange(len(turns)), turns]
     return np.asarray(np.mean(parts, axis=0) + _UNSURE * (1.0 - match / 100.0), np.float64)
 
 
-def guesses(looks: Merged, likely: Merged) -> list[Float32]:
+def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
     """Light, (h, w, 3) each: the likely, as it looks, brighter, with bright middles, by area."""
     columns = min(looks.radiance.shape[1], _COLUMNS)
     white, coloured = _shares(looks.radiance, looks.clipped)

@@ -40,7 +40,7 @@ from app.core.base.sphere import direction, directions_at
 from app.core.environment.environment import reduce_radiance, solid_angles
 from app.core.measure.finish.lights import Light, LightGrid, light_grid, spread_of, upsampled
 from app.core.measure.finish.remarks import LampMetered, SunRestored
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.text import tr
 
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
@@ -134,15 +134,15 @@ class Core:
 
 
 def find_sun(
-    merged: Merged, lights: Sequence[Light], grid: LightGrid | None = None
+    merged: MergedLight, lights: Sequence[Light], grid: LightGrid | None = None
 ) -> Light | None:
     """Return the light that is the sun, None where there is none or more than one could be."""
     grid = light_grid(merged) if grid is None else grid
-    found = [light for light in lights if is_sun(light, merged, grid)]
-    return found[0] if len(found) == 1 else None
+    suns = [light for light in lights if is_sun(light, merged, grid)]
+    return suns[0] if len(suns) == 1 else None
 
 
-def is_sun(light: Light, merged: Merged, grid: LightGrid | None = None) -> bool:
+def is_sun(light: Light, merged: MergedLight, grid: LightGrid | None = None) -> bool:
     """Decide whether a light is the sun, clipped, over an open sky.
 
     All of this must hold: it is clipped in every frame, and those reach luminances that only
@@ -166,7 +166,7 @@ def is_sun(light: Light, merged: Merged, grid: LightGrid | None = None) -> bool:
     return _alone(core, grid) and _under_open_sky(core, grid, merged.cd_m2, clip)
 
 
-def may_be_sun(light: Light, merged: Merged, grid: LightGrid) -> bool:
+def may_be_sun(light: Light, merged: MergedLight, grid: LightGrid) -> bool:
     """Whether a light looks like the sun, as far as frames of unknown exposure can tell."""
     if not light.clipped or merged.cd_m2 is not None:
         return False
@@ -177,7 +177,7 @@ def may_be_sun(light: Light, merged: Merged, grid: LightGrid) -> bool:
     return _alone(core, grid) and _under_open_sky(core, grid, None, merged.clip_level)
 
 
-def sun_core(light: Light, merged: Merged) -> Core:
+def sun_core(light: Light, merged: MergedLight) -> Core:
     """Measure the clipped middle of a light.
 
     Of the largest clipped piece, with small gaps bridged and holes filled (a resampled disc may
@@ -187,11 +187,11 @@ def sun_core(light: Light, merged: Merged) -> Core:
     rows, columns = _window(light, merged)
     clipped = merged.clipped[rows][:, columns]
     reach = 2 * round(width / 1100.0) + 1
-    lost = np.ascontiguousarray(clipped > 0).astype(np.uint8)
-    mask = cv2.morphologyEx(lost, cv2.MORPH_CLOSE, np.ones((reach, reach), np.uint8))
+    is_clipped = np.ascontiguousarray(clipped > 0).astype(np.uint8)
+    mask = cv2.morphologyEx(is_clipped, cv2.MORPH_CLOSE, np.ones((reach, reach), np.uint8))
     outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     largest = max(outlines, key=lambda line: (cv2.contourArea(line), len(line)))
-    piece = cv2.drawContours(np.zeros(lost.shape, np.uint8), [largest], -1, 1, cv2.FILLED) > 0
+    piece = cv2.drawContours(np.zeros(is_clipped.shape, np.uint8), [largest], -1, 1, cv2.FILLED) > 0
     row, column = np.nonzero(piece)
     texels = (row + rows.start) * width + columns[column]
     share = np.maximum(clipped[piece], cv2.erode(piece.astype(np.uint8), np.ones((3, 3)))[piece])
@@ -210,11 +210,11 @@ def sun_core(light: Light, merged: Merged) -> Core:
 def _alone(core: Core, grid: LightGrid) -> bool:
     """Whether nothing else that compares with the core is clipped."""
     height, width = grid.luminance.shape
-    lost = np.flatnonzero(grid.clipped > 0)
+    texels = np.flatnonzero(grid.clipped > 0)
     sun = direction(core.azimuth_deg, core.elevation_deg)
     near = np.cos(np.radians(core.radius_deg + 10.0))
-    elsewhere = directions_at((height, width), lost) @ sun < near
-    others = float(grid.solid_angle.ravel()[lost[elsewhere] // width].sum())
+    elsewhere = directions_at((height, width), texels) @ sun < near
+    others = float(grid.solid_angle.ravel()[texels[elsewhere] // width].sum())
     return others <= _OTHERS * core.solid_angle_sr
 
 
@@ -230,9 +230,9 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: floa
     away = np.degrees(np.arccos(np.clip(directions @ sun, -1.0, 1.0)))
     bright = grid.luminance.ravel().astype(np.float64) * (cd_m2 or 1.0)
     areas = np.broadcast_to(grid.solid_angle, shape).ravel()
-    lost, up = grid.clipped.ravel() > 0, directions[:, 1]
+    is_clipped, up = grid.clipped.ravel() > 0, directions[:, 1]
     around = (away > core.radius_deg + 1.0) & (away < core.radius_deg + 5.0)
-    above = around & (up > sun[1]) & ~lost
+    above = around & (up > sun[1]) & ~is_clipped
     if not above.any():
         return False
     sky = bright[above]
@@ -251,16 +251,16 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: floa
     return dim and ground >= _LEAST_ALBEDO * (from_sky + from_sun)
 
 
-def _window(light: Light, merged: Merged) -> tuple[slice, Indices]:
+def _window(light: Light, merged: MergedLight) -> tuple[slice, Indices]:
     """Rows and (wrapped) columns of the panorama that hold a light, with a margin."""
     height, width = merged.clipped.shape
     grid_width = min(width, 512)
     step = width / grid_width
     row, column = np.divmod(light.texels, grid_width)
-    used = np.unique(column)
-    gaps = np.diff(np.append(used, used[0] + grid_width))
+    columns = np.unique(column)
+    gaps = np.diff(np.append(columns, columns[0] + grid_width))
     widest = int(np.argmax(gaps))
-    first = int(used[(widest + 1) % len(used)])
+    first = int(columns[(widest + 1) % len(columns)])
     count = grid_width - int(gaps[widest]) + 1
     start, stop = math.floor((first - 1) * step), math.ceil((first + count + 1) * step)
     stop = min(stop, start + width)
@@ -282,7 +282,7 @@ class Restoration:
     luminance each.
     """
 
-    merged: Merged = field(repr=False)
+    merged: MergedLight = field(repr=False)
     light: str | None
     illuminance_lux: float
     range_lux: tuple[float, float]
@@ -292,7 +292,7 @@ class Restoration:
 
 
 def restore(
-    merged: Merged,
+    merged: MergedLight,
     lights: Sequence[Light],
     sky: SkyWord | Literal["leave"],
     grid: LightGrid | None = None,
@@ -310,12 +310,12 @@ def restore(
     lux = direct_normal_lux(core.elevation_deg, sky)
     low, high = SPREAD[0] * lux, SPREAD[1] * lux
     remark = SunRestored(sun.id, core.elevation_deg, sky, lux, low, high)
-    wanted = _Wanted(lux, (low, high), sun_colour(core.elevation_deg, sky))
-    added, held = _draw_sun(merged, core, wanted)
-    return _restored(merged, sun, wanted, added, held, remark)
+    target = _SunTarget(lux, (low, high), sun_colour(core.elevation_deg, sky))
+    sunlight, energy = _draw_sun(merged, core, target)
+    return _restoration(merged, sun, target, sunlight, energy, remark)
 
 
-def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
+def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoration:
     """Give a lamp the illuminance in lux that a light meter measured.
 
     What is clipped of the lamp (or all of it, where nothing is) sums to that illuminance; its
@@ -339,22 +339,27 @@ def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
         light.azimuth_deg, light.elevation_deg
     )
     part = light_of * areas * np.maximum(facing, 0.0) * merged.cd_m2
-    held, changeable = float(part.sum()), float((part * weights).sum())
-    gain = 1.0 + (lux - held) / changeable
-    if gain <= 0 or lux < 0.5 * held:
+    energy, changeable = float(part.sum()), float((part * weights).sum())
+    gain = 1.0 + (lux - energy) / changeable
+    if gain <= 0 or lux < 0.5 * energy:
         raise ProbeError(
             tr(
                 "Lamp {id} gives at least {held:.0f} lux in these frames, not {lux:.0f}.",
                 id=light.id,
-                held=held,
+                held=energy,
                 lux=lux,
             ),
             tr("Hold the meter where the camera stood, facing the lamp."),
         )
-    added = np.stack([texels, light_of * weights * (gain - 1.0)], axis=1)
+    extra_light = np.stack([texels, light_of * weights * (gain - 1.0)], axis=1)
     near = (0.9 * lux, 1.1 * lux)
-    return _restored(
-        merged, light, _Wanted(lux, near, None), added, held, LampMetered(light.id, lux, held)
+    return _restoration(
+        merged,
+        light,
+        _SunTarget(lux, near, None),
+        extra_light,
+        energy,
+        LampMetered(light.id, lux, energy),
     )
 
 
@@ -367,7 +372,7 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
 
 
 @dataclass(frozen=True, slots=True)
-class _Wanted:
+class _SunTarget:
     """Illuminance to be reached, its range, and its colour (None: of the texels)."""
 
     lux: float
@@ -375,42 +380,42 @@ class _Wanted:
     colour: Float64 | None
 
 
-def _draw_sun(merged: Merged, core: Core, wanted: _Wanted) -> tuple[Float64, float]:
+def _draw_sun(merged: MergedLight, core: Core, target: _SunTarget) -> tuple[Float64, float]:
     """Return the disc's texels with the luminance to be added, and the lux already there."""
     assert merged.cd_m2 is not None
     height, width = merged.clipped.shape
     texels, share = _disc((height, width), core)
     near, _ = _disc((height, width), core, 2.0 * _APERTURE_DEG)
     areas = solid_angles((height, width))
-    held = luminance(merged.radiance.reshape(-1, 3)[near]) * areas[near // width]
-    lux = float(held.sum(dtype=np.float64)) * merged.cd_m2
-    missing = max(wanted.lux - lux, 0.0) / merged.cd_m2
+    energy = luminance(merged.radiance.reshape(-1, 3)[near]) * areas[near // width]
+    lux = float(energy.sum(dtype=np.float64)) * merged.cd_m2
+    missing = max(target.lux - lux, 0.0) / merged.cd_m2
     return np.stack([texels, missing * share / areas[texels // width]], axis=1), lux
 
 
-def _restored(
-    merged: Merged,
+def _restoration(
+    merged: MergedLight,
     light: Light,
-    wanted: _Wanted,
-    added: Float64,
-    held: float,
+    target: _SunTarget,
+    extra_light: Float64,
+    energy: float,
     remark: SunRestored | LampMetered,
 ) -> Restoration:
     """Add luminance to texels; what is clipped of the light counts as known from now on."""
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
-    flat, texels = radiance.reshape(-1, 3), added[:, 0].astype(np.int64)
-    if wanted.colour is None:
+    flat, texels = radiance.reshape(-1, 3), extra_light[:, 0].astype(np.int64)
+    if target.colour is None:
         before = np.maximum(luminance(flat[texels]), 1e-30)[:, None]
-        flat[texels] += flat[texels] / before * added[:, 1:].astype(np.float32)
+        flat[texels] += flat[texels] / before * extra_light[:, 1:].astype(np.float32)
     else:
-        flat[texels] += (added[:, 1:] * wanted.colour).astype(np.float32)
-    known, _ = _texels_of(light, merged)
-    clipped.reshape(-1)[known] = 0.0
-    done = replace(merged, radiance=radiance, clipped=clipped)
-    return Restoration(done, light.id, wanted.lux, wanted.near, remark, added, held)
+        flat[texels] += (extra_light[:, 1:] * target.colour).astype(np.float32)
+    lamp_texels, _ = _texels_of(light, merged)
+    clipped.reshape(-1)[lamp_texels] = 0.0
+    result = replace(merged, radiance=radiance, clipped=clipped)
+    return Restoration(result, light.id, target.lux, target.near, remark, extra_light, energy)
 
 
-def _texels_of(light: Light, merged: Merged) -> tuple[Int64, Float64]:
+def _texels_of(light: Light, merged: MergedLight) -> tuple[Int64, Float64]:
     """Return a light's texels on the panorama, and how much of each may be brightened."""
     mask = upsampled(light, merged.clipped.shape)
     if light.clipped:
@@ -444,7 +449,7 @@ def _disc(
         np.cos(elevation), np.cos(azimuth - sun_at)
     )
     inside = (cosine >= math.cos(math.radians(reach))) * np.cos(elevation)[:, None]
-    covered = inside.reshape(len(rows), fine, len(columns), fine).sum(axis=(1, 3))
-    row, column = np.nonzero(covered)
-    share = covered[row, column]
+    coverage = inside.reshape(len(rows), fine, len(columns), fine).sum(axis=(1, 3))
+    row, column = np.nonzero(coverage)
+    share = coverage[row, column]
     return rows[row] * width + columns[column] % width, share / share.sum()

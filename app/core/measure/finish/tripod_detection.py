@@ -28,7 +28,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.sphere import bounded, direction
 from app.core.environment.environment import solid_angles
 from app.core.measure.finish.masks import MaskSpec, draw_mask
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
@@ -86,7 +86,7 @@ class Clutter:
 
 
 @dataclass(frozen=True, slots=True)
-class _Found:
+class _Detection:
     """A region on the chart, with its measures."""
 
     area: Bools
@@ -94,7 +94,7 @@ class _Found:
     outside: float
 
 
-def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter, ...]:
+def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clutter, ...]:
     """Suggest a mask for the stick, tripod or person that hangs together with the camera's foot.
 
     A suggestion says how sure it is, and does not claim to find everybody. `foot` is the
@@ -107,17 +107,17 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
         return ()
     light = bounded(merged.radiance, _WIDEST)
     chart = Chart(foot, _REACH_DEG, _SIDE, "equidistant")
-    found = _find(_features(chart.sample(light)), chart)
-    if found is None:
+    detection = _find(_features(chart.sample(light)), chart)
+    if detection is None:
         return ()
-    mask = _on_panorama(found.area, chart, shape)
+    mask = _on_panorama(detection.area, chart, shape)
     size = float(mask.sum(axis=1, dtype=np.float64) @ solid_angles(shape))
     if not _LEAST_SR <= size <= _MOST_SR:
         return ()
-    sure = min((found.inside - _RARE) / (_CERTAIN - _RARE), 1.0)
-    clear = min((found.inside - found.outside) / (2.0 * _CLEAR), 1.0)
+    sure = min((detection.inside - _RARE) / (_CERTAIN - _RARE), 1.0)
+    clear = min((detection.inside - detection.outside) / (2.0 * _CLEAR), 1.0)
     confidence = round(0.3 + 0.65 * math.sqrt(max(sure, 0.0) * max(clear, 0.0)), 2)
-    return (Clutter(_suggestion(found.area, chart), mask, size, confidence),)
+    return (Clutter(_suggestion(detection.area, chart), mask, size, confidence),)
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
@@ -128,7 +128,7 @@ def foot_of(rotation: Float64 | None) -> tuple[float, float]:
 
 
 def resolve(
-    specs: Sequence[MaskSpec], merged: Merged, foot: tuple[float, float] = NADIR
+    specs: Sequence[MaskSpec], merged: MergedLight, foot: tuple[float, float] = NADIR
 ) -> tuple[Clutter, ...]:
     """Draw the masks a user asked for, and make the suggestions where they asked for those.
 
@@ -137,15 +137,15 @@ def resolve(
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:
         raise ProbeError(tr("Only a full panorama, twice as wide as high, can be masked."))
-    found: list[Clutter] = []
+    clutter: list[Clutter] = []
     for spec in specs:
         if spec.kind == "suggested":
-            found += suggest(merged, foot)
+            clutter += suggest(merged, foot)
             continue
         mask = draw_mask(spec, shape)
         size = float(mask.sum(axis=1, dtype=np.float64) @ solid_angles(shape))
-        found.append(Clutter(spec, mask, size, 1.0))
-    return tuple(found)
+        clutter.append(Clutter(spec, mask, size, 1.0))
+    return tuple(clutter)
 
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
@@ -167,7 +167,7 @@ def _features(light: FloatImage) -> FloatImage:
     ).astype(np.float32)
 
 
-def _find(features: FloatImage, chart: Chart) -> _Found | None:
+def _find(features: FloatImage, chart: Chart) -> _Detection | None:
     """Follow what is at the foot, and rare around it, outward."""
     away_deg = chart.distances()
     cells = _cells(features, _ring(away_deg))
@@ -193,7 +193,7 @@ def _find(features: FloatImage, chart: Chart) -> _Found | None:
     outside = float(np.median(rare[around])) if around.any() else _CERTAIN
     if inside < _RARE or inside - outside < _CLEAR or _edge(features, area) < _SHARP:
         return None
-    return _Found(_grown(_without_holes(area), _GROW_DEG / pixel), inside, outside)
+    return _Detection(_grown(_without_holes(area), _GROW_DEG / pixel), inside, outside)
 
 
 def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
@@ -281,12 +281,12 @@ def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
 
 def _hanging_together(area: Bools, seeds: Bools) -> Bools:
     """Parts of an area that contain enough of the seeds, gaps of a degree or two closed."""
-    closed = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_CLOSE, _disc(2.0))
-    _, labels = cv2.connectedComponents(closed, connectivity=8)
-    counts = np.bincount(labels[seeds & (closed > 0)], minlength=int(labels.max()) + 1)
+    joint = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_CLOSE, _disc(2.0))
+    _, labels = cv2.connectedComponents(joint, connectivity=8)
+    counts = np.bincount(labels[seeds & (joint > 0)], minlength=int(labels.max()) + 1)
     counts[0] = 0
-    wanted = np.nonzero(counts >= max(0.1 * counts.sum(), 1.0))[0]
-    return np.isin(labels, wanted)
+    large = np.nonzero(counts >= max(0.1 * counts.sum(), 1.0))[0]
+    return np.isin(labels, large)
 
 
 def _without_holes(area: Bools) -> Bools:

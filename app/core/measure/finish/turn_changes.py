@@ -60,14 +60,14 @@ def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
     A turn that moved between two places which the new light finds equally good (within 1 % of the
     curve's range) counts as unchanged.
     """
-    seen = [each for each in changed if each.attainable_before or each.attainable_after]
-    costly = [each for each in seen if each.given_up > _FREE]
+    reachable = [each for each in changed if each.attainable_before or each.attainable_after]
+    costly = [each for each in reachable if each.given_up > _FREE]
     worst = max(costly, key=lambda each: each.given_up, default=None)
-    moved = (abs(each.change_deg) for each in seen if each.given_up <= _FREE)
-    gained = [each for each in seen if each.attainable_after and not each.attainable_before]
-    lost = [each for each in seen if each.attainable_before and not each.attainable_after]
+    moved = (abs(each.change_deg) for each in reachable if each.given_up <= _FREE)
+    gained = [each for each in reachable if each.attainable_after and not each.attainable_before]
+    lost = [each for each in reachable if each.attainable_before and not each.attainable_after]
     return MaskingChanges(
-        len(seen),
+        len(reachable),
         len(costly),
         None
         if worst is None
@@ -82,7 +82,7 @@ def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
 def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Change:
     curve = after.match_curve if objective == "picture" else after.quality_curve
     span = float(np.ptp(curve))
-    lost = float(curve[after.turn_index] - curve[before.turn_index])
+    loss = float(curve[after.turn_index] - curve[before.turn_index])
     return Change(
         style=before.name,
         title=before.title,
@@ -90,7 +90,7 @@ def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Ch
         turn_after_deg=after.turn_refined_deg,
         change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
         # The new turn may be the lesser one on this curve, where its strength decided.
-        given_up=max(lost, 0.0) / span if span > 0.0 else 0.0,
+        given_up=max(loss, 0.0) / span if span > 0.0 else 0.0,
         attainable_before=before.attainable,
         attainable_after=after.attainable,
     )

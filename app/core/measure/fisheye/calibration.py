@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from app.core.base.arrays import Float32, Float64
 from app.core.base.colour import luminance
 from app.core.base.sphere import from_vector
-from app.core.measure.fisheye.circles import Circles, Lens, Model, bent
-from app.core.measure.read.frame import Merged
+from app.core.measure.fisheye.circles import Circles, FisheyeLens, FisheyeModel, bent
+from app.core.measure.read.frame import MergedLight
 
 # Strips along the seam: a quarter of a degree per sample, around the seam and across it.
 _STEP_DEG: Final = 0.25
@@ -34,7 +34,7 @@ _LEAST_SCORE: Final = 0.6
 _LEAST_BLOCKS: Final = 6
 _SPREAD_DEG: Final = 0.4  # of matches, by parallax
 _TILT_DEG: Final = 0.7
-_HELD: Final = 0.3  # matches that stand for parallax of 0 wherever nothing is known
+_PRIOR_WEIGHT: Final = 0.3  # matches that stand for parallax of 0 wherever nothing is known
 _ALIKE_DEG: Final = 1.25
 _ROLL: Final = 10  # samples: cameras store circles turned by quarters, give or take this
 _SIDEWAYS_DEG: Final = 0.5  # parallax moves nothing sideways: what moved so was mistaken
@@ -53,7 +53,7 @@ _BACK: Final = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
 class Pair:
     """Two calibrated lenses, front first, and their seam.
 
-    Arrays are float64. `given` and `seam`, (1440,), go around the seam clockwise from the top as
+    Arrays are float64. `parallax` and `seam`, (1440,), go around the seam clockwise from the top as
     the front lens sees it: how many degrees apart both see a thing, and where the seam runs, in
     degrees toward the front. `gains`, (2, 3), are factors by lens and channel. `falloff` is the
     logarithm of the light that a lens loses at 90 degrees from its axis; that it
@@ -62,10 +62,10 @@ class Pair:
     `blocks` is how many places around the seam agreed.
     """
 
-    lenses: tuple[Lens, Lens]
+    lenses: tuple[FisheyeLens, FisheyeLens]
     field_deg: float
     blocks: int = 0
-    given: Float64 = field(default_factory=lambda: np.zeros(_AROUND), repr=False)
+    parallax: Float64 = field(default_factory=lambda: np.zeros(_AROUND), repr=False)
     seam: Float64 = field(default_factory=lambda: np.zeros(_AROUND), repr=False)
     gains: Float64 = field(default_factory=lambda: np.ones((2, 3)), repr=False)
     falloff: float = 0.0
@@ -78,10 +78,10 @@ class Pair:
     @property
     def parallax_deg(self) -> float:
         """Median parallax of both lenses at the seam."""
-        return float(np.median(np.abs(self.given)))
+        return float(np.median(np.abs(self.parallax)))
 
 
-def calibrate(merged: Merged, circles: Circles, model: Model) -> Pair:
+def calibrate(merged: MergedLight, circles: Circles, model: FisheyeModel) -> Pair:
     """Calibrate the lenses of an unstitched picture in its merged light."""
     light = np.ascontiguousarray(merged.radiance)
     tones = _tones(light, circles)
@@ -94,7 +94,7 @@ def calibrate(merged: Merged, circles: Circles, model: Model) -> Pair:
         pair,
         field_deg=_field(pair, circles, min(tones.shape)),
         blocks=len(matches.around),
-        given=_given(matches),
+        parallax=_parallax_of(matches),
     )
     pair = _levelled(light, merged.clipped, pair)
     return replace(pair, seam=_seam(light, pair))
@@ -111,7 +111,7 @@ def upright(pair: Pair, up_deg: float) -> Pair:
             replace(first, axes=first.axes @ turn.T),
             replace(second, axes=second.axes @ turn.T),
         ),
-        given=np.roll(pair.given, -samples),
+        parallax=np.roll(pair.parallax, -samples),
         seam=np.roll(pair.seam, -samples),
     )
 
@@ -121,12 +121,12 @@ def looked_up(
 ) -> tuple[Float32, Float32, Float32]:
     """Return where a lens sees directions, parallax undone, and what undoes its falloff there."""
     fade = np.clip(1.0 - np.abs(toward) / _FADE_DEG, 0.0, 1.0)
-    give = np.radians(0.5 * fade * fade * (3.0 - 2.0 * fade) * around_seam(pair.given, around))
+    give = np.radians(0.5 * fade * fade * (3.0 - 2.0 * fade) * around_seam(pair.parallax, around))
     sign = -1.0 if index == 0 else 1.0
-    moved = _tipped(vectors, (sign * give).astype(np.float32))
-    x, y, angle = pair.lenses[index].project(moved)
-    lost = pair.falloff * (angle / np.float32(math.pi / 2.0)) ** 3
-    return x, y, np.exp(lost).astype(np.float32)
+    shifted = _tipped(vectors, (sign * give).astype(np.float32))
+    x, y, angle = pair.lenses[index].project(shifted)
+    loss = pair.falloff * (angle / np.float32(math.pi / 2.0)) ** 3
+    return x, y, np.exp(loss).astype(np.float32)
 
 
 def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
@@ -141,9 +141,9 @@ def _tipped(vectors: Float32, angles: Float32) -> Float32:
     flat = np.maximum(np.hypot(vectors[..., 0], vectors[..., 1]), 1e-9)
     cosine, sine = np.cos(angles), np.sin(angles)
     scale = cosine - sine * vectors[..., 2] / flat
-    moved = vectors * scale[..., None]
-    moved[..., 2] = vectors[..., 2] * cosine + flat * sine
-    return np.asarray(moved, np.float32)
+    result = vectors * scale[..., None]
+    result[..., 2] = vectors[..., 2] * cosine + flat * sine
+    return np.asarray(result, np.float32)
 
 
 def around_seam(curve: Float64, around: Float32) -> Float32:
@@ -175,7 +175,7 @@ def _tones(light: Float32, circles: Circles) -> Float32:
     return np.asarray((tones - mean) * mask, np.float32)
 
 
-def _nominal(tones: Float32, circles: Circles, model: Model) -> Pair:
+def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
     """Choose field and roll by which most places around the seam look alike in both lenses."""
     fields = (model.field_deg,) if model.focal is not None else _FIELDS
     pairs = []
@@ -194,14 +194,16 @@ def _nominal(tones: Float32, circles: Circles, model: Model) -> Pair:
     return max(pairs, key=lambda each: each[:2])[2]
 
 
-def _lens(tones: Float32, circles: Circles, model: Model, field_deg: float) -> tuple[Lens, Lens]:
+def _lens(
+    tones: Float32, circles: Circles, model: FisheyeModel, field_deg: float
+) -> tuple[FisheyeLens, FisheyeLens]:
     side = min(tones.shape)
     angle = np.array([math.radians(field_deg / 2.0)])
     focal = circles.radius * side / float(bent(angle, model.bends)[0])
     if model.focal is not None:
         focal = model.focal * side
     first, second = (
-        Lens((x * side - 0.5, y * side - 0.5), focal, axes, model.bends)
+        FisheyeLens((x * side - 0.5, y * side - 0.5), focal, axes, model.bends)
         for (x, y), axes in zip(
             (circles.centres[model.front], circles.centres[1 - model.front]),
             (_FRONT, _BACK),
@@ -232,7 +234,7 @@ def _grid(rows: int) -> Float32:
     return np.stack(parts, axis=-1).astype(np.float32)
 
 
-def _strip(picture: Float32, lens: Lens, rows: int = 12) -> Float32:
+def _strip(picture: Float32, lens: FisheyeLens, rows: int = 12) -> Float32:
     """Return what a lens sees around the seam, (2 rows + 1, 1440)."""
     x, y, _ = lens.project(_grid(rows))
     return np.asarray(
@@ -281,7 +283,7 @@ def _matches(tones: Float32, pair: Pair) -> _Matches:
     one, two = (
         np.concatenate([strip[:, -_BLOCK:], strip, strip[:, :_BLOCK]], 1) for strip in strips
     )
-    found = []
+    matches = []
     for start in range(0, _AROUND, _BLOCK // 2):
         left = start + _BLOCK // 2
         template = one[search:-search, left : left + _BLOCK]
@@ -294,7 +296,7 @@ def _matches(tones: Float32, pair: Pair) -> _Matches:
         if score < _LEAST_SCORE or not inside:
             continue
         dx, dy = _peak(scores[y, x - 1 : x + 2]), _peak(scores[y - 1 : y + 2, x])
-        found.append(
+        matches.append(
             (
                 start,
                 x + dx - search,
@@ -302,7 +304,7 @@ def _matches(tones: Float32, pair: Pair) -> _Matches:
                 ((score - _LEAST_SCORE) / (1.0 - _LEAST_SCORE)) ** 2,
             )
         )
-    table = np.array(found, np.float64).reshape(-1, 4)
+    table = np.array(matches, np.float64).reshape(-1, 4)
     if len(table):
         astray = np.abs(table[:, 1] - np.median(table[:, 1])) * _STEP_DEG
         table = table[astray < _SIDEWAYS_DEG]
@@ -316,7 +318,7 @@ def _peak(three: NDArray[Any]) -> float:
     return 0.0 if bow >= 0.0 else max(-1.0, min(1.0, 0.5 * (left - right) / bow))
 
 
-def _refined(pair: Pair, matches: _Matches, model: Model) -> Pair:
+def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
     """Fit focal length, roll and tilt to matches; parallax is what stays."""
     if not len(matches.around):
         return pair
@@ -338,16 +340,16 @@ def _refined(pair: Pair, matches: _Matches, model: Model) -> Pair:
         scale = max(float(np.median(off)), math.radians(0.1))
         weight = matches.trust / math.radians(_SPREAD_DEG) ** 2 / np.maximum(off / scale, 1.0)
     roll = float(np.average(sideways, weights=weight))
-    return _moved(pair, shift, roll)
+    return _shift(pair, shift, roll)
 
 
-def _moved(pair: Pair, shift: Float64, roll: float) -> Pair:
+def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
     """Undo what is between the lenses: the field in both, half of tilt and roll in each."""
     first, second = pair.lenses
     # What both lenses see at 90 degrees they take for 90 degrees and half of the common shift.
     angles = np.array([math.pi / 2.0, (math.pi + shift[0]) / 2.0])
-    right, taken = bent(angles, first.bends)
-    focal = first.focal * float(taken / right)
+    right, bend_shift = bent(angles, first.bends)
+    focal = first.focal * float(bend_shift / right)
     lean = from_vector(np.array([shift[1], shift[2], 0.0]) / 2.0)
     lenses = (
         replace(first, focal=focal, axes=first.axes @ lean.T @ _about_axis(-roll / 2.0)),
@@ -356,7 +358,7 @@ def _moved(pair: Pair, shift: Float64, roll: float) -> Pair:
     return replace(pair, lenses=lenses)
 
 
-def _given(matches: _Matches) -> Float64:
+def _parallax_of(matches: _Matches) -> Float64:
     """Smooth what the matches leave into a curve around the seam, in degrees; 0 where none is."""
     around = np.arange(_AROUND)
     if not len(matches.around):
@@ -365,7 +367,7 @@ def _given(matches: _Matches) -> Float64:
     apart = np.minimum(apart, _AROUND - apart)
     near = np.exp(-0.5 * (apart / 24.0) ** 2) * matches.trust[None]
     degrees = np.clip(matches.toward * _STEP_DEG, -_MOST_GIVEN_DEG, _MOST_GIVEN_DEG)
-    return np.asarray((near @ degrees) / (near.sum(axis=1) + _HELD))
+    return np.asarray((near @ degrees) / (near.sum(axis=1) + _PRIOR_WEIGHT))
 
 
 def _levelled(light: Float32, clipped: Float32, pair: Pair) -> Pair:

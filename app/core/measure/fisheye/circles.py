@@ -30,7 +30,7 @@ from app.core.text import tr, tr_plural
 
 
 @dataclass(frozen=True, slots=True)
-class Lens:
+class FisheyeLens:
     """One fisheye.
 
     `centre` is (x, y) in pixels, whole numbers at the middles of pixels. `focal` is pixels per
@@ -49,11 +49,11 @@ class Lens:
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
         """Return the columns and rows of directions, (..., 3), and their angles in radians."""
-        seen = vectors @ self.axes.T.astype(vectors.dtype)
-        across = np.hypot(seen[..., 0], seen[..., 1])
-        angle = np.arctan2(across, seen[..., 2])
+        local = vectors @ self.axes.T.astype(vectors.dtype)
+        across = np.hypot(local[..., 0], local[..., 1])
+        angle = np.arctan2(across, local[..., 2])
         scale = self.radius(angle) / np.maximum(across, 1e-12)
-        x, y = self.centre[0] + scale * seen[..., 0], self.centre[1] - scale * seen[..., 1]
+        x, y = self.centre[0] + scale * local[..., 0], self.centre[1] - scale * local[..., 1]
         return np.asarray(x, np.float32), np.asarray(y, np.float32), angle
 
 
@@ -66,7 +66,7 @@ def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class FisheyeModel:
     """Default lens data of a camera model.
 
     `field_deg` is the angle that the image circle spans; where `focal` is known, the focal length
@@ -91,31 +91,31 @@ class Model:
 # that X4 and the ONE series are alike is assumed. Samsung: 195 degrees by its data sheet. All other
 # fields are assumed.
 MODELS: Final = (
-    Model(("THETA X", "THETA A1"), focal=0.3132, bends=(0.05478, -0.03131, 0.00153)),
-    Model(("THETA Z1",), focal=0.3000, bends=(0.17716, -0.16902, 0.05716, -0.00735)),
-    Model(
+    FisheyeModel(("THETA X", "THETA A1"), focal=0.3132, bends=(0.05478, -0.03131, 0.00153)),
+    FisheyeModel(("THETA Z1",), focal=0.3000, bends=(0.17716, -0.16902, 0.05716, -0.00735)),
+    FisheyeModel(
         ("THETA V", "THETA S", "THETA SC", "THETA SC2"),
         focal=0.2925,
         bends=(-0.01312, 0.00638, -0.00379),
     ),
-    Model(
+    FisheyeModel(
         ("INSTA360",),
         bends=(0.08037, -0.00465, -0.00617, 0.00054),
         turns_deg=(270.0, 90.0),
         front=1,
     ),
-    Model(("OSMO 360",)),
-    Model(("SM-C200", "SM-R210", "GEAR 360"), field_deg=195.0),
+    FisheyeModel(("OSMO 360",)),
+    FisheyeModel(("SM-C200", "SM-R210", "GEAR 360"), field_deg=195.0),
 )
 
-_UNKNOWN: Final = Model(())
+_UNKNOWN: Final = FisheyeModel(())
 
 
-def model_of(camera: str) -> Model:
+def model_of(camera: str) -> FisheyeModel:
     """Return the lens data of a camera by the model in its files."""
     name = camera.upper()
-    known = (model for model in MODELS if any(part in name for part in model.names))
-    return next(known, _UNKNOWN)
+    matches = (model for model in MODELS if any(part in name for part in model.names))
+    return next(matches, _UNKNOWN)
 
 
 _ASPECT: Final = (1.3, 2.6)  # of the longer side to the shorter one, of both circles' part
@@ -164,14 +164,16 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
 
     ProbeError when some frames are unstitched and others are not.
     """
-    found = [find_circles(frame) for frame in frames]
-    clear = [circles for circles in found if circles is not None]
+    all_circles = [find_circles(frame) for frame in frames]
+    clear = [circles for circles in all_circles if circles is not None]
     if not clear:
         return None
     best = max(clear, key=lambda circles: circles.strength)
-    odd = [names[k] for k, one in enumerate(found) if one is None and _filled(frames[k], best)]
+    odd = [
+        names[k] for k, one in enumerate(all_circles) if one is None and _filled(frames[k], best)
+    ]
     if odd:
-        circled = [names[k] for k, one in enumerate(found) if one is not None]
+        circled = [names[k] for k, one in enumerate(all_circles) if one is not None]
         raise ProbeError(
             tr(
                 "{shown}, but {odd}.",
@@ -241,9 +243,9 @@ def _boxes(bright: Bytes) -> list[_Box]:
     """Return the part of a picture that is not dark, and the whole picture."""
     height, width = bright.shape
     whole = (0, 0, width, height)
-    lit = bright > min(float(np.quantile(bright, 0.02)), _DARKEST) + 2 * _STEP
-    rows = np.flatnonzero(lit.mean(axis=1) > _CONTENT)
-    columns = np.flatnonzero(lit.mean(axis=0) > _CONTENT)
+    bright_mask = bright > min(float(np.quantile(bright, 0.02)), _DARKEST) + 2 * _STEP
+    rows = np.flatnonzero(bright_mask.mean(axis=1) > _CONTENT)
+    columns = np.flatnonzero(bright_mask.mean(axis=0) > _CONTENT)
     if not rows.size or not columns.size:
         return [whole]
     box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
@@ -315,11 +317,11 @@ def _rim(half: Bytes) -> _Rim | None:
     if dark > _DARKEST:
         return None
     limit = dark + _STEP
-    lit = inside & (codes > limit)
-    last = lit.shape[1] - 1 - np.argmax(lit[:, ::-1], axis=1)
+    above = inside & (codes > limit)
+    last = above.shape[1] - 1 - np.argmax(above[:, ::-1], axis=1)
     border = inside.sum(axis=1) - 1
     # At the picture's border nothing says where the rim would be.
-    usable = lit.any(axis=1) & (last < border - 1)
+    usable = above.any(axis=1) & (last < border - 1)
     distance = _crossings(codes, last, limit, radii)
     points = np.stack(
         [centre[0] + distance * np.cos(angles), centre[1] + distance * np.sin(angles)], axis=1

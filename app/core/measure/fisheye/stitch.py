@@ -30,9 +30,9 @@ from app.core.measure.fisheye.calibration import (
     looked_up,
     upright,
 )
-from app.core.measure.fisheye.circles import Circles, Model, model_of
+from app.core.measure.fisheye.circles import Circles, FisheyeModel, model_of
 from app.core.measure.fisheye.remarks import CirclesStitched, SeamUnsure
-from app.core.measure.read.frame import Merged
+from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import light_in_bands
 
 _SUPERSAMPLED: Final = 2
@@ -101,21 +101,21 @@ def panorama_size(shape: tuple[int, int], circles: Circles, field_deg: float) ->
 
 
 def to_panorama(
-    merged: Merged,
+    merged: MergedLight,
     circles: Circles,
     camera: str,
     size: tuple[int, int] | None,
     token: Token | None = None,
-) -> tuple[Merged, Stitching]:
+) -> tuple[MergedLight, Stitching]:
     """Stitch the merged light of an unstitched bracket; None for a size keeps the circles' own."""
     model = model_of(camera)
     pair = calibrate(merged, circles, model)
     up_deg, source = _up(merged, pair, model)
     pair = upright(pair, up_deg)
-    given = merged.radiance.shape[:2]
-    finest = panorama_size((given[0], given[1]), circles, pair.field_deg)
+    shape = merged.radiance.shape[:2]
+    finest = panorama_size((shape[0], shape[1]), circles, pair.field_deg)
     stitched = stitch(merged, pair, finest if size is None else min(size, finest), token)
-    share = 2.0 * math.pi * circles.radius**2 * min(given) / max(given)
+    share = 2.0 * math.pi * circles.radius**2 * min(shape) / max(shape)
     fractions = tuple(min(each / share, 1.0) for each in merged.clipped_fractions)
     return (
         replace(stitched, clipped_fractions=fractions),
@@ -123,7 +123,7 @@ def to_panorama(
     )
 
 
-def _up(merged: Merged, pair: Pair, model: Model) -> tuple[float, str]:
+def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, str]:
     """Decide which way is up: clockwise from the top of the front circle, and what says so.
 
     Cameras store their circles upright or turned by a quarter, and nothing in the overlap tells
@@ -133,15 +133,15 @@ def _up(merged: Merged, pair: Pair, model: Model) -> tuple[float, str]:
     """
     if model.turns_deg is not None:
         return model.turns_deg[model.front], "model"
-    seen = stitch(merged, pair, _LOOKED_AT).radiance
+    up_view = stitch(merged, pair, _LOOKED_AT).radiance
     right = pair.lenses[1].axes[0]
     # Both a quarter to the same side, or both upright; then the front one's top counts.
     sideways = right[0] < -math.sqrt(0.5)
-    upright_scores, lying_scores = _upright_edges(seen, 1), _upright_edges(seen, 0)
+    upright_scores, lying_scores = _upright_edges(up_view, 1), _upright_edges(up_view, 0)
     ratio = (lying_scores + 1e-9) / (upright_scores + 1e-9)
     if not 1.0 / _CLEARLY < ratio < _CLEARLY and sideways != (ratio > 1.0):
-        return _lit(seen, 0.0 if sideways else 90.0), "edges"
-    return (_lit(seen, 90.0), "file") if sideways else (0.0, "file")
+        return _lit(up_view, 0.0 if sideways else 90.0), "edges"
+    return (_lit(up_view, 90.0), "file") if sideways else (0.0, "file")
 
 
 def _lit(radiance: Float32, up_deg: float) -> float:
@@ -166,7 +166,9 @@ def _upright_edges(radiance: Float32, axis: int) -> float:
     return float(np.minimum(sums, 2.0 * np.median(sums)).sum())
 
 
-def stitch(merged: Merged, pair: Pair, size: tuple[int, int], token: Token | None = None) -> Merged:
+def stitch(
+    merged: MergedLight, pair: Pair, size: tuple[int, int], token: Token | None = None
+) -> MergedLight:
     """Resample merged light to a panorama of some rows and columns, both even.
 
     Fields that are shares of area stay such; clipped light stays clipped.
@@ -179,17 +181,17 @@ def stitch(merged: Merged, pair: Pair, size: tuple[int, int], token: Token | Non
         toward, around = about_seam(vectors)
         front = np.clip(0.5 + (toward - around_seam(pair.seam, around)) / BLEND_DEG, 0.0, 1.0)
         total = np.zeros((stop - start, shape[1], 3), np.float32)
-        lost = np.zeros((*total.shape[:2], 2), np.float32)
+        loss = np.zeros((*total.shape[:2], 2), np.float32)
         for index, share in ((0, front), (1, 1.0 - front)):
             x, y, gain = looked_up(pair, index, vectors, toward, around)
             x, y, share, gain = (_refine(each) for each in (x, y, share, share * gain))
-            light, gone = (
+            light, loss_part = (
                 cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                 for plane in (merged.radiance, shares)
             )
             total += light * pair.gains[index].astype(np.float32) * gain[..., None]
-            lost += gone * share[..., None]
-        return total, lost
+            loss += loss_part * share[..., None]
+        return total, loss
 
     return merged.moved(*light_in_bands(size, _SUPERSAMPLED, _COARSE, band, token or Token()))
 

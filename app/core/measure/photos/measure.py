@@ -41,7 +41,7 @@ from app.core.measure.finish.inpainting import fill
 from app.core.measure.fisheye import measure as fisheye
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions, WayOptions
-from app.core.measure.photos.mosaic import Placed, light_around
+from app.core.measure.photos.mosaic import OrientedPicture, light_around
 from app.core.measure.photos.remarks import CameraMoved, GapsFilled, OneExposure, PhotosLeftOut
 from app.core.measure.photos.rotations import (
     LONGEST,
@@ -51,11 +51,11 @@ from app.core.measure.photos.rotations import (
     turn,
     upright,
 )
-from app.core.measure.read.frame import Bracket, Frame, Merged
+from app.core.measure.read.frame import Bracket, Frame, MergedLight
 from app.core.measure.read.metadata import pictures_in, read_header
 from app.core.text import tr
 
-_KEPT, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness
+_MERGE_SIDE, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness
 _PANORAMA, _WIDE, _ENDS = 6144, 2.2, 1.5  # pixels; times as wide as high; steps between columns
 _COUNTS: Final = (3, 120)
 _OTHER_PLACE, _LEAST_SEEN = 0.2, 0.1  # of all photographs, that hang together; of the sphere
@@ -159,24 +159,24 @@ def measure(
     if own.unstitched and fov_deg is None and _circled(files, token):
         return fisheye.measure(files, replace(options, sort_out=False), token, report)
     if single:
-        return _finished(_panorama(files[0], fov_deg, token), options, report)
+        return _finish(_panorama(files[0], fov_deg, token), options, report)
     photographs = _read(files, token, span(report, 0.0, 0.3))
     photographs, remarks = _place(photographs, token, span(report, 0.3, 0.55))
     report(0.55, Progress(Task.CHECKING_EXPOSURES))
-    taken = [photograph for photograph in photographs if photograph.rotation is not None]
-    codes, seen = _look_up(taken)
-    choice = _curve(taken, codes, seen)
+    oriented = [photograph for photograph in photographs if photograph.rotation is not None]
+    codes, visible = _look_up(oriented)
+    choice = _curve(oriented, codes, visible)
     table = choice.response.table
-    lit = _lit(taken, codes, seen, table)
+    layers = _layers(oriented, codes, visible, table)
     merging = span(report, 0.55, 0.9)
-    planes = light_around(lit, table=table, token=token, report=merging)
-    stops = tuple(_middle(taken) + placed.stops for placed in lit)
-    light = _Light(photographs, stops, choice, planes, remarks)
-    return _finished(light, options, report)
+    planes = light_around(layers, table=table, token=token, report=merging)
+    stops = tuple(_middle(oriented) + layer.stops for layer in layers)
+    light = _PhotoLight(photographs, stops, choice, planes, remarks)
+    return _finish(light, options, report)
 
 
 @dataclass(frozen=True, slots=True)
-class _Light:
+class _PhotoLight:
     """Light before its gaps are filled: radiance, where it is known, what is clipped."""
 
     photographs: list[Photograph]
@@ -186,31 +186,31 @@ class _Light:
     remarks: list[Remark]
 
 
-def _finished(light: _Light, options: MeasureOptions, report: Report) -> Measurement:
+def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Measurement:
     """Fill gaps, and do what is done to all merged light."""
-    (radiance, covered, clipped), stops, remarks = light.planes, light.stops, light.remarks
-    taken = [photograph for photograph in light.photographs if photograph.rotation is not None]
-    known = all(p.frame.exposure is not None and p.frame.exposure.known for p in taken)
+    (radiance, coverage, clipped), stops, remarks = light.planes, light.stops, light.remarks
+    oriented = [photograph for photograph in light.photographs if photograph.rotation is not None]
+    exposures_known = all(p.frame.exposure is not None and p.frame.exposure.known for p in oriented)
     if max(stops) - min(stops) < 1.0 and clipped.any():
         remarks.append(OneExposure())
-    reference = _middle(taken)
-    merged = Merged(
+    reference = _middle(oriented)
+    merged = MergedLight(
         radiance,
         clipped,
         np.zeros_like(clipped),
         reference_ev=reference,
         clip_level=2.0 ** (reference - min(stops)),
-        cd_m2=1.2 / 2.0**reference if known else None,  # ISO 12232
-        clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in taken),
+        cd_m2=1.2 / 2.0**reference if exposures_known else None,  # ISO 12232
+        clipped_fractions=tuple((p.pixels.max(axis=-1) >= CLIPPED_CODE).mean() for p in oriented),
     )
-    merged, blind = _filled(merged, covered, remarks)
+    merged, blind = _filled(merged, coverage, remarks)
     report(0.9, Progress(Task.FINDING_LAMPS))
-    finished = finish(merged, options.styles, options, blind=(~covered).astype(np.float32))
+    finished = finish(merged, options.styles, options, blind=(~coverage).astype(np.float32))
     warnings = (*light.choice.remarks, *remarks)
     report(1.0, Progress(Task.DONE))
     return Measurement(
         way="photos",
-        bracket=Bracket(tuple(p.frame for p in taken), stops, warnings, unstitched=True),
+        bracket=Bracket(tuple(p.frame for p in oriented), stops, warnings, unstitched=True),
         finished=finished,
         warnings=warnings,
         notes=finished.notes,
@@ -221,7 +221,7 @@ def _finished(light: _Light, options: MeasureOptions, report: Report) -> Measure
     )
 
 
-def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
+def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
     """Lay a panorama that a phone has stitched on the sphere: by GPano, or as a cylinder."""
     photograph = replace(_read_one(token, file, _PANORAMA), rotation=_AXES)
     pixels, area = photograph.pixels, photograph.frame.area_deg
@@ -246,7 +246,9 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _Light:
     clipped = ((codes.max(axis=-1) >= CLIPPED_CODE) & inside).astype(np.float32)
     choice = srgb_choice()
     photograph = replace(photograph, wide_deg=wide)
-    return _Light([photograph], (photograph.stops or 0.0,), choice, (radiance, inside, clipped), [])
+    return _PhotoLight(
+        [photograph], (photograph.stops or 0.0,), choice, (radiance, inside, clipped), []
+    )
 
 
 def _width_deg(pixels: Bytes, name: str) -> float:
@@ -281,16 +283,16 @@ def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograp
     return _bracketed(photographs)
 
 
-def _read_one(token: Token, file: Path, most: int = _KEPT) -> Photograph:
+def _read_one(token: Token, file: Path, most: int = _MERGE_SIDE) -> Photograph:
     token.check()
-    found, frame = read_picture(file, most, token), read_header(file).frame
-    longest = max(found.picture.shape)
-    points = points_of(shrunk(found.picture, LONGEST / longest)[0])
-    focal = found.focal_px and found.focal_px * min(LONGEST / longest, 1.0)
-    lost = np.where(found.picture >= CLIPPED_CODE, np.uint8(255), np.uint8(0))
-    small, lost = (shrunk(picture, _SMALL / longest)[0] for picture in (found.picture, lost))
-    small[lost > 0] = 255  # what is clipped in part says nothing of brightness
-    return Photograph(frame, found.picture, small, points, focal)
+    source, frame = read_picture(file, most, token), read_header(file).frame
+    longest = max(source.picture.shape)
+    points = points_of(shrunk(source.picture, LONGEST / longest)[0])
+    focal = source.focal_px and source.focal_px * min(LONGEST / longest, 1.0)
+    clip = np.where(source.picture >= CLIPPED_CODE, np.uint8(255), np.uint8(0))
+    small, clip = (shrunk(picture, _SMALL / longest)[0] for picture in (source.picture, clip))
+    small[clip > 0] = 255  # what is clipped in part says nothing of brightness
+    return Photograph(frame, source.picture, small, points, focal)
 
 
 def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
@@ -298,15 +300,15 @@ def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
 
     Each photograph stands alone where that is not so.
     """
-    count, chosen = len(photographs), 1
-    known = np.array([math.nan if p.stops is None else p.stops for p in photographs])
+    count, bracket_size = len(photographs), 1
+    stops = np.array([math.nan if p.stops is None else p.stops for p in photographs])
     for size in range(count // _COUNTS[0], 1, -1):
         if count % size == 0:
-            steps = known.reshape(-1, size) - known.reshape(-1, size)[:, :1]
+            steps = stops.reshape(-1, size) - stops.reshape(-1, size)[:, :1]
             apart = np.diff(np.sort(steps[0])).min()
             if apart >= _STEP_STOPS and np.ptp(steps, axis=0).max() <= _SAME_STOPS:
-                chosen = size
-    return [replace(each, bracket=k // chosen) for k, each in enumerate(photographs)]
+                bracket_size = size
+    return [replace(each, bracket=k // bracket_size) for k, each in enumerate(photographs)]
 
 
 def _place(
@@ -334,8 +336,8 @@ def _place(
     if len(rotations) < _COUNTS[0]:
         few = tr("Only {few} of {all} photographs overlap.", few=len(rotations), all=len(names))
         raise ProbeError(few, _OVER)
-    left = tuple(name for k, name in enumerate(names) if k not in rotations)
-    remarks: list[Remark] = [PhotosLeftOut(left)] if left else []
+    others = tuple(name for k, name in enumerate(names) if k not in rotations)
+    remarks: list[Remark] = [PhotosLeftOut(others)] if others else []
     if off > _MOVED_PX:
         remarks.append(CameraMoved())
     level = upright(rotations, min(rotations))
@@ -346,73 +348,81 @@ def _place(
     ], remarks
 
 
-def _middle(taken: Sequence[Photograph]) -> float:
+def _middle(oriented: Sequence[Photograph]) -> float:
     """Middle of the exposures that are stated."""
-    return float(np.median([p.stops for p in taken if p.stops is not None] or [0.0]))
+    return float(np.median([p.stops for p in oriented if p.stops is not None] or [0.0]))
 
 
-def _look_up(taken: Sequence[Photograph]) -> tuple[Bytes, Bools]:
+def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
     """Look up the same directions in small copies of all photographs.
 
     Returns codes, (K, N, 3) uint8, and where they are, (K, N).
     """
-    scales = [max(p.small.shape) / max(p.pixels.shape) for p in taken]
+    scales = [max(p.small.shape) / max(p.pixels.shape) for p in oriented]
     looks = [
-        Placed(p.small, p.rotation, p.focal_px * scale).look(directions((96, 192)))
-        for p, scale in zip(taken, scales, strict=True)
+        OrientedPicture(p.small, p.rotation, p.focal_px * scale).look(directions((96, 192)))
+        for p, scale in zip(oriented, scales, strict=True)
         if p.rotation is not None
     ]
     codes = np.array([pixels.reshape(-1, 3) for pixels, _ in looks])
     return codes, np.array([inside.ravel() > _EDGE for _, inside in looks])
 
 
-def _curve(taken: Sequence[Photograph], codes: Bytes, seen: Bools) -> ResponseChoice:
+def _curve(oriented: Sequence[Photograph], codes: Bytes, visible: Bools) -> ResponseChoice:
     """Choose the camera's curve from brackets; without any it is taken as sRGB."""
-    sets = [[k for k, p in enumerate(taken) if p.bracket == n] for n in {p.bracket for p in taken}]
+    sets = [
+        [k for k, p in enumerate(oriented) if p.bracket == n] for n in {p.bracket for p in oriented}
+    ]
     size = max(map(len, sets))
     if size == 1:
         return srgb_choice()
-    stops = np.array([p.stops for p in taken], np.float64)
+    stops = np.array([p.stops for p in oriented], np.float64)
     whole = [sorted(group, key=lambda k: -stops[k]) for group in sets if len(group) == size]
-    samples = [codes[group][:, seen[group].all(axis=0)] for group in whole]
+    samples = [codes[group][:, visible[group].all(axis=0)] for group in whole]
     return choose_response(np.concatenate(samples, axis=1), stops[whole[0]].tolist())
 
 
-def _lit(taken: Sequence[Photograph], codes: Bytes, seen: Bools, table: Float64) -> list[Placed]:
+def _layers(
+    oriented: Sequence[Photograph], codes: Bytes, visible: Bools, table: Float64
+) -> list[OrientedPicture]:
     """Find how much light the values of each photograph stand for.
 
     Least squares of logarithms: what overlaps, open in both, is alike, and exposures are about as
     EXIF states them, those of one bracket nearly so.
     """
-    middle = _middle(taken)
-    start = np.array([0.0 if p.stops is None else middle - p.stops for p in taken])
-    sure = np.array([1e-4 if p.stops is None else _TRUST_EXIF**-2 for p in taken])
+    middle = _middle(oriented)
+    start = np.array([0.0 if p.stops is None else middle - p.stops for p in oriented])
+    sure = np.array([1e-4 if p.stops is None else _TRUST_EXIF**-2 for p in oriented])
     normal, right = np.diag(sure), np.repeat((start * sure)[:, None], 3, axis=1)
     logs = np.log2(np.maximum(table[np.arange(3), codes], 1e-6))
-    usable = seen & (codes.min(axis=-1) >= _OPEN[0]) & (codes.max(axis=-1) < _OPEN[1])
-    for one, other in combinations(range(len(taken)), 2):
+    usable = visible & (codes.min(axis=-1) >= _OPEN[0]) & (codes.max(axis=-1) < _OPEN[1])
+    for one, other in combinations(range(len(oriented)), 2):
         both = usable[one] & usable[other]
-        weight, wanted = 0.0, np.zeros(3)
+        weight, target = 0.0, np.zeros(3)
         if both.sum() >= _FEW:
             weight = min(both.sum() / 100.0, 1.0) * _TRUST_OVERLAP**-2
-            wanted = weight * np.median(logs[other, both] - logs[one, both], axis=0)
-        if taken[one].bracket == taken[other].bracket:
+            target = weight * np.median(logs[other, both] - logs[one, both], axis=0)
+        if oriented[one].bracket == oriented[other].bracket:
             weight += _TRUST_STEP**-2
-            wanted += _TRUST_STEP**-2 * (start[one] - start[other])
+            target += _TRUST_STEP**-2 * (start[one] - start[other])
         normal[[one, other], [one, other]] += weight
         normal[[one, other], [other, one]] -= weight
-        right[[one, other]] += wanted, -wanted
+        right[[one, other]] += target, -target
     gains = (2.0 ** np.linalg.solve(normal, right)).tolist()
     return [
-        Placed(p.pixels, p.rotation, p.focal_px, tuple(gain))
-        for p, gain in zip(taken, gains, strict=True)
+        OrientedPicture(p.pixels, p.rotation, p.focal_px, tuple(gain))
+        for p, gain in zip(oriented, gains, strict=True)
         if p.rotation is not None
     ]
 
 
-def _filled(merged: Merged, covered: Bools, remarks: list[Remark]) -> tuple[Merged, float]:
+def _filled(
+    merged: MergedLight, coverage: Bools, remarks: list[Remark]
+) -> tuple[MergedLight, float]:
     """Fill what no photograph shows, and report how much of the sphere that is, and where."""
-    gaps = (~covered).mean(axis=1) * solid_angles(covered.shape) * covered.shape[1] / (4.0 * np.pi)
+    gaps = (
+        (~coverage).mean(axis=1) * solid_angles(coverage.shape) * coverage.shape[1] / (4.0 * np.pi)
+    )
     blind, quarter = float(gaps.sum()), len(gaps) // 4
     if blind > 1.0 - _LEAST_SEEN:
         little = tr("These photographs show {share} of what is around.", share=percent(1.0 - blind))
@@ -423,4 +433,4 @@ def _filled(merged: Merged, covered: Bools, remarks: list[Remark]) -> tuple[Merg
         if max(down, blind - up - down) > up:
             where = "below" if down > blind - up - down else "sides"
         remarks.append(GapsFilled(blind, where))
-    return fill(merged, (~covered).astype(np.float32), GOES_ON), blind
+    return fill(merged, (~coverage).astype(np.float32), GOES_ON), blind

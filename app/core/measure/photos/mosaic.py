@@ -34,7 +34,7 @@ _AHEAD: Final = 0.05  # cosine from the axis
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class OrientedPicture:
     """A photo with its direction and exposure.
 
     `pixels`, (h, w, 3), are uint8 codes, or float32 linear where 1 is saturated. `rotation`,
@@ -60,25 +60,25 @@ class Placed:
         Returns pixels, (h, w, 3), and how far inside the picture they are as a share of half a
         side, (h, w) float32: 0 where there is none.
         """
-        seen = rays @ self.rotation.astype(np.float32)
-        scale = np.float32(self.focal_px) / np.maximum(seen[..., 2], np.float32(_AHEAD))
+        local = rays @ self.rotation.astype(np.float32)
+        scale = np.float32(self.focal_px) / np.maximum(local[..., 2], np.float32(_AHEAD))
         height, width = self.pixels.shape[:2]
-        columns = seen[..., 0] * scale + np.float32((width - 1) / 2.0)
-        rows = seen[..., 1] * scale + np.float32((height - 1) / 2.0)
+        columns = local[..., 0] * scale + np.float32((width - 1) / 2.0)
+        rows = local[..., 1] * scale + np.float32((height - 1) / 2.0)
         off = np.maximum(
             abs((columns + 0.5) * 2.0 / width - 1.0), abs((rows + 0.5) * 2.0 / height - 1.0)
         )
-        inside = np.where(seen[..., 2] > _AHEAD, np.maximum(1.0 - off, 0.0), 0.0)
+        inside = np.where(local[..., 2] > _AHEAD, np.maximum(1.0 - off, 0.0), 0.0)
         if self.mask is not None:
-            allowed = cv2.remap(self.mask.astype(np.float32), columns, rows, cv2.INTER_LINEAR)
-            inside = inside * (allowed > 0.999)
+            inside_mask = cv2.remap(self.mask.astype(np.float32), columns, rows, cv2.INTER_LINEAR)
+            inside = inside * (inside_mask > 0.999)
         edge = cv2.BORDER_REPLICATE
-        taken = cv2.remap(self.pixels, columns, rows, cv2.INTER_LINEAR, borderMode=edge)
-        return taken, inside.astype(np.float32)
+        colours = cv2.remap(self.pixels, columns, rows, cv2.INTER_LINEAR, borderMode=edge)
+        return colours, inside.astype(np.float32)
 
 
 def light_around(
-    pictures: Sequence[Placed],
+    pictures: Sequence[OrientedPicture],
     shape: tuple[int, int] = SIZE,
     *,
     table: Float64 | None = None,
@@ -99,12 +99,12 @@ def light_around(
     tiles = [(y, x) for y in range(0, shape[0], _TILE) for x in range(0, shape[1], _TILE)]
     work = partial(_fill_tile, planes, order, lights, samples, token or Token())
     with ThreadPoolExecutor(workers(shape[0])) as pool:
-        for done, _ in enumerate(pool.map(work, tiles), 1):
-            report(done / len(tiles), Progress(Task.MERGING))
+        for tile_count, _ in enumerate(pool.map(work, tiles), 1):
+            report(tile_count / len(tiles), Progress(Task.MERGING))
     return planes[0], planes[1][..., 0] > 0.0, planes[2][..., 0]
 
 
-def _lights(pictures: Sequence[Placed], table: Float64) -> list[FrameLight]:
+def _lights(pictures: Sequence[OrientedPicture], table: Float64) -> list[FrameLight]:
     """Make the tables by which photographs are weighed and become light."""
     stops = [picture.stops for picture in pictures]
     lights = []
@@ -120,7 +120,7 @@ def _lights(pictures: Sequence[Placed], table: Float64) -> list[FrameLight]:
 
 def _fill_tile(
     planes: Sequence[Float32],
-    pictures: Sequence[Placed],
+    pictures: Sequence[OrientedPicture],
     lights: Sequence[FrameLight],
     samples: int,
     token: Token,
@@ -135,24 +135,24 @@ def _fill_tile(
     rays = rays.reshape(*texels.shape, 3)
     middle = rays.mean(axis=(0, 1)) / np.linalg.norm(rays.mean(axis=(0, 1)))
     reach = math.acos(min(float((rays @ middle).min()), 1.0))
-    shown = []
+    layers = []
     for picture, light in zip(pictures, lights, strict=True):
         half = math.atan(math.hypot(*picture.pixels.shape[:2]) / 2.0 / picture.focal_px)
         if middle @ picture.rotation[:, 2] > math.cos(min(half + reach, math.pi)):
-            taken, inside = picture.look(rays)
+            colours, inside = picture.look(rays)
             if inside.any():
-                shown.append((taken, light, np.minimum(inside, np.float32(_FEATHER))))
-    if not shown:
+                layers.append((colours, light, np.minimum(inside, np.float32(_FEATHER))))
+    if not layers:
         return
-    bands, used, says = zip(*shown, strict=True)
+    bands, use, says = zip(*layers, strict=True)
     most = np.maximum.reduce(says)
     trusts = [(say / np.maximum(most, np.float32(1e-6))) ** 2 for say in says]
-    band = merge_band(bands, used, trusts)
+    band = merge_band(bands, use, trusts)
     clipped = np.zeros_like(most) if band.clipped is None else band.clipped / np.float32(255.0)
-    seen = _mean((most > 0.0).astype(np.float32), samples) > 0.999
+    visible = _mean((most > 0.0).astype(np.float32), samples) > 0.999
     tile = tuple(slice(start, start + _TILE) for start in corner)
     for plane, part in zip(planes, (np.dstack(band.radiance), most, clipped), strict=True):
-        plane[tile] = _mean(part, samples) * seen
+        plane[tile] = _mean(part, samples) * visible
 
 
 def _mean(values: Float32, samples: int) -> Float32:

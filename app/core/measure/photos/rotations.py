@@ -34,7 +34,7 @@ _POINTS, _MOST, _TELLING = 700, 120, 24  # points of a photograph, of a pair; pa
 _APART, _CELL, _A_CELL = 8.0, 36.0, 2  # pixels between rivals, of a cell; matches from one
 _FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe ask for 8 and a share of all
 _OFF, _ODD = 4.0, 5.0  # pixels that a point may be off, and half of the points of a pair
-_MOVED: Final = 0.1 * LONGEST  # by the points of pairs that tell the focal length
+_FAR: Final = 0.1 * LONGEST  # by the points of pairs that tell the focal length
 _FOCALS: Final = np.geomspace(0.25, 4.0, 97)
 _SCALES: Final = np.maximum(60.0 * 0.75 ** np.arange(24), 1.5)  # pixels, of Cauchy's weights
 _ALIKE: Final = 0.01  # of focal lengths of photographs among each other
@@ -42,7 +42,7 @@ _LEAN: Final = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Link:
+class PhotoPair:
     """Matching points of two photos, (M, 2) float64 each, from the picture centres."""
 
     numbers: tuple[int, int]
@@ -56,42 +56,42 @@ class Link:
 
 def points_of(picture: Bytes) -> Features:
     """Return the features of a photo, (h, w, 3) uint8, with positions from its centre."""
-    found = describe(picture, _POINTS)
+    features = describe(picture, _POINTS)
     return replace(
-        found, places=(found.places - np.array(picture.shape[1::-1]) / 2.0).astype(np.float32)
+        features, places=(features.places - np.array(picture.shape[1::-1]) / 2.0).astype(np.float32)
     )
 
 
 def find_links(
     views: Sequence[Features], pairs: Sequence[tuple[int, int]], token: Token, report: Report
-) -> list[Link]:
+) -> list[PhotoPair]:
     """Match pairs of photos; raises Cancelled."""
     links = []
     with ThreadPoolExecutor(2) as pool:
-        for done, link in enumerate(pool.map(partial(_link, views, token), pairs)):
-            report(done / len(pairs), Progress(Task.COMPARING_PHOTOS))
+        for count, link in enumerate(pool.map(partial(_link, views, token), pairs)):
+            report(count / len(pairs), Progress(Task.COMPARING_PHOTOS))
             links += [] if link is None else [link]
     return links
 
 
-def _link(views: Sequence[Features], token: Token, numbers: tuple[int, int]) -> Link | None:
+def _link(views: Sequence[Features], token: Token, numbers: tuple[int, int]) -> PhotoPair | None:
     token.check()
     one, other = (views[number] for number in numbers)
-    found = pair(one.descriptors, other.descriptors, other.places, _APART)
-    found = thinned(found, one.places, _CELL, _A_CELL)
-    if len(found.first) < _FEWEST:
+    pairs = pair(one.descriptors, other.descriptors, other.places, _APART)
+    pairs = thinned(pairs, one.places, _CELL, _A_CELL)
+    if len(pairs.first) < _FEWEST:
         return None
-    here = one.places[found.first].astype(np.float64)
-    there = other.places[found.second].astype(np.float64)
+    here = one.places[pairs.first].astype(np.float64)
+    there = other.places[pairs.second].astype(np.float64)
     _, inside = cv2.findHomography(here, there, cv2.USAC_DEFAULT, _OFF)
     agree = np.flatnonzero(inside)
     if len(agree) < max(_FEWEST, 8.0 + _OF_MATCHES * len(here)):
         return None
     agree = agree[:: -(-len(agree) // _MOST)]
-    return Link(numbers, (here[agree], there[agree]))
+    return PhotoPair(numbers, (here[agree], there[agree]))
 
 
-def groups(count: int, links: Iterable[Link]) -> list[list[int]]:
+def groups(count: int, links: Iterable[PhotoPair]) -> list[list[int]]:
     """Return connected groups of photos, the largest first."""
     name = np.arange(count)
     for link in links:
@@ -101,45 +101,47 @@ def groups(count: int, links: Iterable[Link]) -> list[list[int]]:
 
 
 def turn(
-    stated: Sequence[float | None], links: Sequence[Link]
+    stated: Sequence[float | None], links: Sequence[PhotoPair]
 ) -> tuple[dict[int, Float64], dict[int, float], float]:
     """Return rotations, (3, 3), and focal lengths, pixels, of matching photos.
 
     Of the largest group, by number; `stated` are focal lengths. Last, how far apart the points of
     a pair lie, pixels.
     """
-    kept, focals = list(links), _focals(stated, links)
-    while kept:
-        members = groups(len(stated), kept)[0]
-        inside = [link for link in kept if link.numbers[0] in members]
-        turned = _adjusted(members, inside, _chained(members, inside, focals), focals)
-        off = [np.median(np.linalg.norm(_equations(n, *turned)[1], axis=1)) for n in inside]
-        kept = [link for link, miss in zip(inside, off, strict=True) if miss <= _ODD]
-        if len(kept) == len(inside):
-            return *turned, float(np.median(off))
+    good, focals = list(links), _focals(stated, links)
+    while good:
+        members = groups(len(stated), good)[0]
+        inside = [link for link in good if link.numbers[0] in members]
+        solution = _adjusted(members, inside, _chained(members, inside, focals), focals)
+        off = [np.median(np.linalg.norm(_equations(n, *solution)[1], axis=1)) for n in inside]
+        good = [link for link, miss in zip(inside, off, strict=True) if miss <= _ODD]
+        if len(good) == len(inside):
+            return *solution, float(np.median(off))
     return {}, {}, 0.0
 
 
-def _focals(stated: Sequence[float | None], links: Sequence[Link]) -> Float64:
+def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float64:
     """Focal lengths in pixels as stated, scaled so that pairs are rotations of each other."""
     usual = float(np.median([focal for focal in stated if focal] or [LONGEST]))
     base, cost = np.array([focal or usual for focal in stated]), np.abs(np.log(_FOCALS)) * 1e-6
-    moved = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
-    telling = [link for link, far in zip(links, moved, strict=True) if far > _MOVED]
+    motions = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
+    telling = [link for link, far in zip(links, motions, strict=True) if far > _FAR]
     for link in sorted(telling, key=lambda link: -len(link.points[0]))[:_TELLING]:
         here, there = link.rays(base[:, None, None] * _FOCALS[:, None])
-        turned = np.einsum("kmi,kji->kmj", here, fit_rotation(there, here))
-        miss = np.linalg.norm(turned - there, axis=2) * base[link.numbers[1]] * _FOCALS[:, None]
+        rotated = np.einsum("kmi,kji->kmj", here, fit_rotation(there, here))
+        miss = np.linalg.norm(rotated - there, axis=2) * base[link.numbers[1]] * _FOCALS[:, None]
         cost += np.minimum(np.median(miss, axis=1), 4.0 * _OFF)
     return np.asarray(base * _FOCALS[int(np.argmin(cost))])
 
 
-def _chained(members: Sequence[int], links: Sequence[Link], focals: Float64) -> dict[int, Float64]:
+def _chained(
+    members: Sequence[int], links: Sequence[PhotoPair], focals: Float64
+) -> dict[int, Float64]:
     """Turn one photograph after another, along the links with most points."""
     rotations = {members[0]: np.eye(3)}
-    left = sorted(links, key=lambda link: -len(link.points[0]))
+    rest = sorted(links, key=lambda link: -len(link.points[0]))
     while len(rotations) < len(members):
-        link = next(n for n in left if (n.numbers[0] in rotations) != (n.numbers[1] in rotations))
+        link = next(n for n in rest if (n.numbers[0] in rotations) != (n.numbers[1] in rotations))
         (first, second), between = link.numbers, fit_rotation(*link.rays(focals))
         if first in rotations:
             rotations[second] = rotations[first] @ between
@@ -150,7 +152,7 @@ def _chained(members: Sequence[int], links: Sequence[Link], focals: Float64) -> 
 
 def _adjusted(
     members: Sequence[int],
-    links: Sequence[Link],
+    links: Sequence[PhotoPair],
     rotations: dict[int, Float64],
     focals: Float64,
 ) -> tuple[dict[int, Float64], dict[int, float]]:
@@ -159,12 +161,12 @@ def _adjusted(
     What holds the rest, that is all rotations together, is next to nothing.
     """
     count, zooms = len(members), np.zeros(len(members))
-    held = np.eye(4 * count) * 1e-3
-    held[3::4, 3::4] += (np.eye(count) - 1.0 / count) / _ALIKE**2
+    damping = np.eye(4 * count) * 1e-3
+    damping[3::4, 3::4] += (np.eye(count) - 1.0 / count) / _ALIKE**2
     now = {member: float(focals[member]) for member in members}
     for scale in _SCALES:
-        normal, right = held.copy(), np.zeros(4 * count)
-        right[3::4] -= held[3::4, 3::4] @ zooms
+        normal, right = damping.copy(), np.zeros(4 * count)
+        right[3::4] -= damping[3::4, 3::4] @ zooms
         for link in links:
             places = np.concatenate([4 * members.index(k) + np.arange(4) for k in link.numbers])
             rows, off = _equations(link, rotations, now)
@@ -181,7 +183,7 @@ def _adjusted(
 
 
 def _equations(
-    link: Link, rotations: Mapping[int, Float64], focals: Mapping[int, float]
+    link: PhotoPair, rotations: Mapping[int, Float64], focals: Mapping[int, float]
 ) -> tuple[Float64, Float64]:
     """Linearise the misses of a link's points: slopes (M, 3, 8), misses (M, 3), pixels.
 

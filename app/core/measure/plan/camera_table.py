@@ -56,7 +56,7 @@ class CameraFacts:
     sensor: str = ""
 
     @property
-    def stated(self) -> str:
+    def model_text(self) -> str:
         """The model as the camera states it: "RICOH THETA V"."""
         return self.model or f"RICOH THETA {self.name}"
 
@@ -69,23 +69,23 @@ def tuples(value: Any) -> Any:
 def _read() -> tuple[CameraFacts, ...]:
     table = tomllib.loads((resources() / "cameras" / "theta.toml").read_text(encoding="utf-8"))
     shutters, isos = table.pop("shutters_s"), table.pop("isos")
-    found: dict[str, CameraFacts] = {}
+    cameras: dict[str, CameraFacts] = {}
     for name, row in table.items():
-        like = found.get(row.pop("like", ""))
-        known: dict[str, Any] = {}
+        like = cameras.get(row.pop("like", ""))
+        facts: dict[str, Any] = {}
         if "isos" in row:
             least, most = row.pop("isos")
             # What stands in the list as well is taken from it.
             times = {*shutters} ^ {*row.pop("other_shutters_s", ())}
             shortest = row.pop("shortest_s", 0.0)
-            known["limits"] = CameraLimits(
+            facts["limits"] = CameraLimits(
                 tuple(sorted(time for time in times if shortest <= time)),
                 tuple(iso for iso in isos if least <= iso <= most),
                 tuple(row.pop("apertures")),
             )
-        known |= {"name": name} | {field: tuples(value) for field, value in row.items()}
-        found[name] = CameraFacts(**known) if like is None else replace(like, **known)
-    return tuple(found.values())
+        facts |= {"name": name} | {field: tuples(value) for field, value in row.items()}
+        cameras[name] = CameraFacts(**facts) if like is None else replace(like, **facts)
+    return tuple(cameras.values())
 
 
 CAMERAS: Final = _read()

@@ -86,7 +86,7 @@ class Plan:
 
 
 def plan(
-    metered: Exposure,
+    auto_exposure: Exposure,
     limits: CameraLimits,
     kind: Literal["paper", "full"],
     shots: int = 13,
@@ -113,20 +113,20 @@ def plan(
     or f-number, `shots` or `longest_s` are out of range, or the camera's lists do not allow two
     different exposures.
     """
-    _check(metered, limits, shots, longest_s)
+    _check(auto_exposure, limits, shots, longest_s)
     times = tuple(sorted(time for time in set(limits.shutters_s) if time <= longest_s))
-    settings = _Settings(metered, times, limits)
+    settings = _Settings(auto_exposure, times, limits)
     iso, aperture = settings.for_paper() if kind == "paper" else settings.for_full()
     middle = settings.middle(iso, aperture)
-    wanted = [middle, middle + STEP_EV, middle - STEP_EV]
+    evs = [middle, middle + STEP_EV, middle - STEP_EV]
     notes: list[Remark] = [BracketShifted(middle)] if middle else []
     if kind == "full":
-        wanted, spread = _full_offsets(middle, settings.darkest(iso, aperture), shots)
+        evs, spread = _full_offsets(middle, settings.darkest(iso, aperture), shots)
         notes += spread
-    planned = [settings.shot(iso, aperture, offset) for offset in wanted]
-    notes += [note for shot in planned if (note := settings.missed(shot))]
+    new_shots = [settings.shot(iso, aperture, offset) for offset in evs]
+    notes += [note for shot in new_shots if (note := settings.missed(shot))]
     different: dict[Exposure, PlannedShot] = {}
-    for shot in planned:
+    for shot in new_shots:
         different.setdefault(shot.exposure, shot)
     if len(different) < 2:
         raise ProbeError(
@@ -141,24 +141,24 @@ def plan(
 class _Settings:
     """The camera's settings, judged by what they make of the metered exposure."""
 
-    metered: Exposure
+    auto_exposure: Exposure
     times: tuple[float, ...]
     limits: CameraLimits
 
     def time(self, iso: float, aperture: float, offset: float) -> float:
         """Exposure time that would give the offset exactly, whether the camera has it or not."""
-        gain = (self.metered.iso / iso) * (aperture / self.metered.aperture) ** 2
-        return self.metered.shutter_s * gain * float(2.0**offset)
+        gain = (self.auto_exposure.iso / iso) * (aperture / self.auto_exposure.aperture) ** 2
+        return self.auto_exposure.shutter_s * gain * float(2.0**offset)
 
     def darkest(self, iso: float, aperture: float) -> float:
         """Least exposure at these settings, in stops above the metered one."""
-        return Exposure(self.times[0], iso, aperture).ev - self.metered.ev
+        return Exposure(self.times[0], iso, aperture).ev - self.auto_exposure.ev
 
     def middle(self, iso: float, aperture: float) -> float:
         """Return 0, or the offset nearest to it that the camera can make."""
         if self.outside(iso, aperture, 0.0) <= _TOLERANCE_EV:
             return 0.0
-        lightest = Exposure(self.times[-1], iso, aperture).ev - self.metered.ev
+        lightest = Exposure(self.times[-1], iso, aperture).ev - self.auto_exposure.ev
         return min(max(self.darkest(iso, aperture), 0.0), lightest)
 
     def outside(self, iso: float, aperture: float, offset: float) -> float:
@@ -178,8 +178,8 @@ class _Settings:
 
         def cost(setting: tuple[float, float]) -> tuple[float, ...]:
             iso, aperture = setting
-            moved = abs(math.log2(aperture / self.metered.aperture))
-            return self.miss(iso, aperture, (0.0, STEP_EV, -STEP_EV)), round(moved, 6), iso
+            shift = abs(math.log2(aperture / self.auto_exposure.aperture))
+            return self.miss(iso, aperture, (0.0, STEP_EV, -STEP_EV)), round(shift, 6), iso
 
         return min(self._all(), key=cost)
 
@@ -203,10 +203,10 @@ class _Settings:
 
     def shot(self, iso: float, aperture: float, offset: float) -> PlannedShot:
         """Take the camera's nearest exposure time in the logarithm, the shorter of two."""
-        wanted = math.log2(self.time(iso, aperture, offset))
-        nearest = min(self.times, key=lambda time: round(abs(math.log2(time) - wanted), 9))
+        log_time = math.log2(self.time(iso, aperture, offset))
+        nearest = min(self.times, key=lambda time: round(abs(math.log2(time) - log_time), 9))
         exposure = Exposure(nearest, iso, aperture)
-        return PlannedShot(exposure, offset, exposure.ev - self.metered.ev)
+        return PlannedShot(exposure, offset, exposure.ev - self.auto_exposure.ev)
 
     def missed(self, shot: PlannedShot) -> OffsetMissed | None:
         """Report a wanted offset that is not had, unless snapping to thirds explains it."""
@@ -217,9 +217,9 @@ class _Settings:
         return OffsetMissed(shot.wanted_ev, shot.ev_offset)
 
 
-def _check(metered: Exposure, limits: CameraLimits, shots: int, longest_s: float) -> None:
-    values = (metered.shutter_s, metered.iso, metered.aperture)
-    if not metered.known or not all(0.0 < value < math.inf for value in values):
+def _check(auto_exposure: Exposure, limits: CameraLimits, shots: int, longest_s: float) -> None:
+    values = (auto_exposure.shutter_s, auto_exposure.iso, auto_exposure.aperture)
+    if not auto_exposure.known or not all(0.0 < value < math.inf for value in values):
         raise ProbeError(
             tr("The metered picture does not state its exposure time, ISO and f-number."),
             tr("Meter again."),

@@ -87,15 +87,15 @@ class RawRows:
 
     def rows(self, start: int, stop: int) -> Pixels:
         """Read rows ``start..stop`` back."""
-        wanted = np.empty((stop - start, self._width, 3), self._dtype)
+        result = np.empty((stop - start, self._width, 3), self._dtype)
         self._file.seek(start * self._width * 3 * self._dtype.itemsize)
-        view = memoryview(wanted.data).cast("B")
+        view = memoryview(result.data).cast("B")
         while view:
             count = self._file.readinto(view)
             if not count:
                 raise ProbeError(tr("A temporary file has lost its end."))
             view = view[count:]
-        return wanted
+        return result
 
     def close(self) -> None:
         """Close, and with it remove, the temporary file."""
@@ -125,10 +125,10 @@ class FileRows:
         # The last rows by themselves: only there is a missing end no loss.
         end = max(self._frame.shape[0] - _LAST_ROWS, start)
         if stop <= end or start == end:
-            return self._checked(start, stop)
-        return np.concatenate([self._checked(start, end), self._checked(end, stop)])
+            return self._rows_at(start, stop)
+        return np.concatenate([self._rows_at(start, end), self._rows_at(end, stop)])
 
-    def _checked(self, start: int, stop: int) -> Pixels:
+    def _rows_at(self, start: int, stop: int) -> Pixels:
         assert self._source is not None
         tall = self._source.spec().tile_height
         pixels, error = (
@@ -145,15 +145,15 @@ class FileRows:
         self, source: ImageInput, start: int, stop: int, tall: int
     ) -> tuple[Pixels | None, str]:
         """Read whole rows of tiles and keep them, since the next rows are in them, too."""
-        kept = self._tiles
-        if kept is None or not kept[0] <= start <= stop <= kept[0] + len(kept[1]):
+        tiles = self._tiles
+        if tiles is None or not tiles[0] <= start <= stop <= tiles[0] + len(tiles[1]):
             first = start - start % tall
             last = min(-(-stop // tall) * tall, self._frame.shape[0])
             pixels, error = _read(source, self._frame, first, last)
             if pixels is None or error:
                 return None, error
-            kept = self._tiles = (first, pixels)
-        return kept[1][start - kept[0] : stop - kept[0]], ""
+            tiles = self._tiles = (first, pixels)
+        return tiles[1][start - tiles[0] : stop - tiles[0]], ""
 
     def close(self) -> None:
         """Close the file; the next call of `rows` opens it again."""

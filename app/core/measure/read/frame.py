@@ -44,7 +44,7 @@ class LensExposure:
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
+class XmpPose:
     """Orientation from XMP (GPano), degrees; the compass heading is never used."""
 
     pitch_deg: float
@@ -68,7 +68,7 @@ class Frame:
     kind: str = "uint8"
     exposure: Exposure | None = None
     camera: str = ""
-    pose: Pose | None = None
+    pose: XmpPose | None = None
     area_deg: tuple[float, float, float, float] | None = None
     zenith_corrected: bool | None = None
     lenses: tuple[LensExposure, ...] = ()
@@ -116,7 +116,7 @@ class Bracket:
 
 
 @dataclass(frozen=True, slots=True)
-class Merged:
+class MergedLight:
     """Linear light of a bracket, with its clipped and dark shares.
 
     `radiance`, (H, W, 3) float32, is linear Rec. 709, finite, not negative; 1 saturates a frame
@@ -140,7 +140,7 @@ class Merged:
         """Clipped and dark shares, (H, W, 2)."""
         return np.dstack([self.clipped, self.dark])
 
-    def moved(self, radiance: Float32, shares: Float32) -> Merged:
+    def moved(self, radiance: Float32, shares: Float32) -> MergedLight:
         """Return the light resampled, with shares limited to 0..1."""
         clipped, dark = (np.clip(shares[..., part], 0.0, 1.0) for part in (0, 1))
         return replace(self, radiance=np.ascontiguousarray(radiance), clipped=clipped, dark=dark)

@@ -21,12 +21,12 @@ from app.core.base.imaging.image_input import (
     first_bytes,
     is_unwieldy,
     open_image,
-    stated,
     stated_orientation,
     stated_primaries,
+    stated_value,
 )
 from app.core.base.remarks import Remark
-from app.core.measure.read.frame import Exposure, Frame, LensExposure, Pose
+from app.core.measure.read.frame import Exposure, Frame, LensExposure, XmpPose
 from app.core.measure.read.makernote import RicohNote, read_ricoh_note
 from app.core.measure.read.remarks import PhoneRendered, TwoApertures, TwoTimes
 from app.core.text import tr
@@ -162,10 +162,10 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
     rows, columns = int(spec.height), int(spec.width)
     # How a full panorama is held is said by its pose; viewers pass over EXIF's tag there.
     passed_over = columns == 2 * rows and source.format_name() != "hdr"
-    turned = 1 if passed_over else orientation
+    rotation = 1 if passed_over else orientation
     frame = Frame(
         path=file,
-        shape=(columns, rows) if turned >= 5 else (rows, columns),
+        shape=(columns, rows) if rotation >= 5 else (rows, columns),
         kind=_KINDS[str(spec.format)],
         exposure=_exposure(shutter, iso, aperture),
         camera=_text(spec, "Model"),
@@ -175,7 +175,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         lenses=() if note is None else _lenses(note, shutter),
         tone_mapped=note is not None and note.tone_mapped,
         fisheye=note is not None and note.equirectangular is False,
-        orientation=turned,
+        orientation=rotation,
         primaries=_primaries(source, file),
         focal_mm=_number(spec, "Exif:FocalLengthIn35mmFilm", _FOCAL_MM),
     )
@@ -255,8 +255,8 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
 def _exposure(shutter: float | None, iso: float | None, aperture: float | None) -> Exposure | None:
     if shutter is None:
         return None
-    known = iso is not None and aperture is not None
-    return Exposure(shutter, 100.0 if iso is None else iso, aperture or 1.0, known)
+    absolute = iso is not None and aperture is not None
+    return Exposure(shutter, 100.0 if iso is None else iso, aperture or 1.0, absolute)
 
 
 def _shutter(spec: ImageSpec) -> float | None:
@@ -314,21 +314,21 @@ def _phone_doubts(spec: ImageSpec, name: str) -> tuple[Remark, ...]:
 def _is_part(spec: ImageSpec) -> bool:
     """Whether GPano says that the picture is a part cut from a full panorama."""
     for side in ("Width", "Height"):
-        shown = _number(spec, f"GPano:CroppedAreaImage{side}Pixels", (1.0, 1e6))
+        size_px = _number(spec, f"GPano:CroppedAreaImage{side}Pixels", (1.0, 1e6))
         whole = _number(spec, f"GPano:FullPano{side}Pixels", (1.0, 1e6))
-        if shown is not None and whole is not None and shown < _WHOLE * whole:
+        if size_px is not None and whole is not None and size_px < _WHOLE * whole:
             return True
     return False
 
 
-def _pose(spec: ImageSpec) -> Pose | None:
+def _pose(spec: ImageSpec) -> XmpPose | None:
     """GPano pose (Photo Sphere XMP); an angle that is not stated is 0, as its schema says."""
     pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
     roll = _number(spec, "GPano:PoseRollDegrees", (-180.0, 180.0))
     if pitch is None and roll is None:
         return None
     heading = _number(spec, "GPano:PoseHeadingDegrees", (-360.0, 360.0))
-    return Pose(pitch or 0.0, roll or 0.0, heading)
+    return XmpPose(pitch or 0.0, roll or 0.0, heading)
 
 
 def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
@@ -340,10 +340,10 @@ def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
         "FullPanoHeightPixels",
     )
     read = [_number(spec, f"GPano:{name}", (0.0, 1e6)) for name in names]
-    known = [number for number in read if number is not None]
-    if len(known) < len(names) or min(known[0], known[1], known[4], known[5]) <= 0.0:
+    numbers = [number for number in read if number is not None]
+    if len(numbers) < len(names) or min(numbers[0], numbers[1], numbers[4], numbers[5]) <= 0.0:
         return None
-    wide, tall, left, top, full_wide, full_tall = known
+    wide, tall, left, top, full_wide, full_tall = numbers
     edges = [360.0 * at / full_wide - 180.0 for at in (left, left + wide)]
     rows = [90.0 - 180.0 * at / full_tall for at in (top, top + tall)]
     return (edges[0], edges[1], rows[0], rows[1]) if edges[1] < 181.0 and rows[1] > -91.0 else None
@@ -359,7 +359,7 @@ def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:
 
 def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | None:
     """Value of a tag as a number; None where it is absent, not a number or not believable."""
-    value = stated(spec, name)
+    value = stated_value(spec, name)
     if isinstance(value, tuple) and value:
         value = value[0]
     if not isinstance(value, (str, int, float)):
@@ -381,7 +381,7 @@ def _shortest(value: float) -> float:
 
 def _text(spec: ImageSpec, name: str) -> str:
     """Value of a tag as a text without the blanks and zeros that cameras pad it with."""
-    return " ".join(str(stated(spec, name) or "").replace("\0", " ").split())
+    return " ".join(str(stated_value(spec, name) or "").replace("\0", " ").split())
 
 
 _MOST_LISTED: Final = 500
@@ -389,8 +389,8 @@ _MOST_LISTED: Final = 500
 
 def pictures_in(folder: Path) -> list[Path]:
     """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
-    refused = tr("The folder {folder} cannot be read: {reason}.")
-    with os_errors_as(ProbeError, refused, folder=folder):
+    sentence = tr("The folder {folder} cannot be read: {reason}.")
+    with os_errors_as(ProbeError, sentence, folder=folder):
         files = [
             entry
             for entry in folder.iterdir()

@@ -73,8 +73,8 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
     ((336, 672), (128, 256), (100, 200))
     """
     height, width = shape
-    wanted = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
-    return max(1, round(height * wanted / width)), wanted
+    target_width = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
+    return max(1, round(height * target_width / width)), target_width
 
 
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
@@ -86,12 +86,12 @@ def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) ->
     if half:
         pixels = decode_half(frame, token)
         proxy = shrunk(pixels, proxy_shape(frame.shape))
-        return OpenedFrame(MemoryRows(pixels), proxy, sampled(pixels, places // 2), 0.0)
+        return OpenedFrame(MemoryRows(pixels), proxy, sample_codes(pixels, places // 2), 0.0)
     if hold or frame.orientation != 1 or needs_whole_decode(frame.path):
         pixels = decode(frame, token)
         source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
         proxy = shrunk(pixels, proxy_shape(frame.shape))
-        return OpenedFrame(source, proxy, sampled(pixels, places), _top(pixels))
+        return OpenedFrame(source, proxy, sample_codes(pixels, places), _top(pixels))
     rows = FileRows(frame)
     try:
         return _by_rows(rows, frame, places, token)
@@ -109,21 +109,21 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
     proxies: list[Pixels] = []
     samples: Pixels | None = None
     rest: Pixels | None = None
-    done, top = 0, 0.0
+    last_row, top = 0, 0.0
     for start, stop in row_bands(small[0], per_step):
         token.check()
         first, last = start * height // small[0], -(-stop * height // small[0])
-        pixels = source.rows(done, last)
+        pixels = source.rows(last_row, last)
         # A row that two small rows share was read in the step before.
-        if rest is not None and first < done:
-            pixels = np.concatenate([rest[first - done :], pixels])
+        if rest is not None and first < last_row:
+            pixels = np.concatenate([rest[first - last_row :], pixels])
         top = max(top, _top(pixels))
         proxies.append(shrunk(pixels, (stop - start, small[1])))
-        inside = (places[:, 0] >= done) & (places[:, 0] < last)
+        inside = (places[:, 0] >= last_row) & (places[:, 0] < last)
         if samples is None:
             samples = np.empty((len(places), 3), pixels.dtype)
         samples[inside] = pixels[places[inside, 0] - first, places[inside, 1]]
-        rest, done = pixels[-1:].copy(), last
+        rest, last_row = pixels[-1:].copy(), last
     assert samples is not None
     return OpenedFrame(source, np.concatenate(proxies), samples, top)
 
@@ -142,7 +142,7 @@ def sample_places(shape: tuple[int, int]) -> Indices:
     return places
 
 
-def sampled(pixels: Pixels, places: Indices) -> Pixels:
+def sample_codes(pixels: Pixels, places: Indices) -> Pixels:
     """Pixels at places, (N, 3)."""
     return np.asarray(pixels[places[:, 0], places[:, 1]])
 

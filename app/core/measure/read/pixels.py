@@ -35,8 +35,8 @@ from app.core.measure.read.opening import (
     Opener,
     open_frame,
     proxy_shape,
+    sample_codes,
     sample_places,
-    sampled,
     shrunk,
 )
 from app.core.measure.read.remarks import FrameUnread
@@ -58,7 +58,8 @@ class FrameStack:
     nominal exposures. `proxies`, (h, w, 3) uint8 each, are area means of the coded values,
     `proxy_shape` large: 16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below
     `top`, or below 1. `samples`, (K, N, 3) uint8, are the same N pixels of every frame, coded
-    alike, not averaged, at `sample_places`, (N, 2), row and column in the full frames. `seen`,
+    alike, not averaged, at `sample_places`, (N, 2), row and column in the full frames.
+    `visibility`,
     (h, w) float32 each of the proxies' size, is 1 where a moved frame shows something and 0
     where not; None for a frame that fills the picture; empty where no frame was moved.
     """
@@ -70,7 +71,7 @@ class FrameStack:
     sample_places: Indices = field(repr=False)
     top: float
     sources: tuple[RowSource, ...] = field(repr=False)
-    seen: tuple[Float32 | None, ...] = ()
+    visibility: tuple[Float32 | None, ...] = ()
     warnings: tuple[Remark, ...] = ()
 
     @property
@@ -129,10 +130,10 @@ def open_frames(
 
     def first_pass(frame: Frame) -> OpenedFrame | ProbeError:
         try:
-            found = opener(frame, hold=hold, token=token, half=frame.path in small)
+            opened_frame = opener(frame, hold=hold, token=token, half=frame.path in small)
         except ProbeError as error:
             return error
-        return _unsound(frame, found) or found
+        return _unsound(frame, opened_frame) or opened_frame
 
     # One thread per frame even on two cores: three frames then end together. Frames at half size
     # are done one after another beside the one in full.
@@ -143,25 +144,25 @@ def open_frames(
         small.clear()
         results = _in_threads(first_pass, bracket.frames, threads, report)
     good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
-    opened = [result for result in results if isinstance(result, OpenedFrame)]
+    frames = [result for result in results if isinstance(result, OpenedFrame)]
     warnings = tuple(
         FrameUnread(result.message) for result in results if isinstance(result, ProbeError)
     )
-    top = max((one.top for one in opened if one.top > 0.0), default=math.inf)
+    top = max((one.top for one in frames if one.top > 0.0), default=math.inf)
     stack = FrameStack(
         frames=tuple(bracket.frames[index] for index in good),
         stops=tuple(bracket.stops[index] for index in good),
-        proxies=tuple(_coded(one.proxy, top) for one in opened),
-        samples=np.array([_coded(one.samples, top) for one in opened], np.uint8),
+        proxies=tuple(_coded(one.proxy, top) for one in frames),
+        samples=np.array([_coded(one.samples, top) for one in frames], np.uint8),
         sample_places=sample_places(bracket.shape),
         top=top,
-        sources=tuple(one.source for one in opened),
+        sources=tuple(one.source for one in frames),
         warnings=warnings,
     )
-    if len(opened) < min(_LEAST_FRAMES, len(bracket.frames)):
+    if len(frames) < min(_LEAST_FRAMES, len(bracket.frames)):
         stack.close()
         errors = [result for result in results if isinstance(result, ProbeError)]
-        raise _too_few(errors, len(opened))
+        raise _too_few(errors, len(frames))
     return stack
 
 
@@ -169,13 +170,13 @@ def relaid(
     stack: FrameStack,
     ways: Sequence[Callable[[Pixels], Pixels] | None],
     *,
-    seen: Sequence[Float32 | None] = (),
+    visibility: Sequence[Float32 | None] = (),
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
     """Align frames of a stack by `ways`; None leaves a frame alone.
 
-    Proxies and samples are taken again; frames that stay are not touched. `seen` as in
+    Proxies and samples are taken again; frames that stay are not touched. `visibility` as in
     `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
     ProbeError when a file has been damaged meanwhile or the disk is full; Cancelled.
     """
@@ -191,28 +192,28 @@ def relaid(
         sources[index].close()
         proxies[index] = _coded(shrunk(pixels, proxy_shape(stack.shape)), stack.top)
         places = stack.sample_places // (stack.shape[0] // pixels.shape[0])
-        samples[index] = _coded(sampled(pixels, places), stack.top)
+        samples[index] = _coded(sample_codes(pixels, places), stack.top)
         sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
         report((index + 1) / len(ways), Progress(Task.ALIGNING_FRAMES))
-    kept = _seen_by_all(stack, seen)
+    usable = _seen_by_all(stack, visibility)
     return replace(
         stack,
         proxies=tuple(proxies),
-        samples=samples[:, kept],
-        sample_places=stack.sample_places[kept],
+        samples=samples[:, usable],
+        sample_places=stack.sample_places[usable],
         sources=tuple(sources),
-        seen=tuple(seen),
+        visibility=tuple(visibility),
     )
 
 
-def _seen_by_all(stack: FrameStack, seen: Sequence[Float32 | None]) -> Bools:
+def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Bools:
     """Find the samples that all frames show; (N,)."""
-    kept = np.ones(len(stack.sample_places), bool)
-    for mask in seen:
+    usable = np.ones(len(stack.sample_places), bool)
+    for mask in visibility:
         if mask is not None:
             small = stack.sample_places * mask.shape // stack.shape
-            kept &= mask[small[:, 0], small[:, 1]] > 0.0
-    return kept
+            usable &= mask[small[:, 0], small[:, 1]] > 0.0
+    return usable
 
 
 def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
@@ -249,21 +250,21 @@ def _in_threads(
     return results
 
 
-def _too_few(errors: Sequence[ProbeError], left: int) -> ProbeError:
+def _too_few(errors: Sequence[ProbeError], count: int) -> ProbeError:
     rest = (
         tr("With only one frame left there is nothing to merge.")
-        if left
+        if count
         else tr("With no frame left there is nothing to merge.")
     )
     return ProbeError(" ".join([*(error.message for error in errors), rest]), errors[0].hint)
 
 
-def _unsound(frame: Frame, opened: OpenedFrame) -> ProbeError | None:
+def _unsound(frame: Frame, frame_data: OpenedFrame) -> ProbeError | None:
     """Tell whether too much of a frame of floating point is not numbers, by its samples."""
-    share = 1.0 - float(np.isfinite(opened.samples).all(axis=1).mean())
+    share = 1.0 - float(np.isfinite(frame_data.samples).all(axis=1).mean())
     if share <= _MOST_UNKNOWN:
         return None
-    opened.source.close()
+    frame_data.source.close()
     return ProbeError(
         tr(
             "{name} is damaged: {share:.0f} % of it is NaN or infinite.",

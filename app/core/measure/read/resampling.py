@@ -40,35 +40,35 @@ class Reduction:
     Make it with `Reduction.between`.
     """
 
-    given: tuple[int, int]
-    wanted: tuple[int, int]
+    source: tuple[int, int]
+    target: tuple[int, int]
     _given_edges: Float64 = field(repr=False)
     _wanted_edges: Float64 = field(repr=False)
     _period: Float32 | None = field(repr=False)
 
     @classmethod
-    def between(cls, given: tuple[int, int], wanted: tuple[int, int], panorama: bool) -> Self:
+    def between(cls, source: tuple[int, int], target: tuple[int, int], panorama: bool) -> Self:
         """Prepare a reduction; rows of a panorama count by their solid angle.
 
         ValueError when more rows or columns are wanted than given.
         """
-        if wanted[0] > given[0] or wanted[1] > given[1] or min(wanted) < 1:
-            raise ValueError(f"cannot reduce {given} to {wanted}")
-        common = math.gcd(given[1], wanted[1])
-        period = given[1] // common, wanted[1] // common
+        if target[0] > source[0] or target[1] > source[1] or min(target) < 1:
+            raise ValueError(f"cannot reduce {source} to {target}")
+        common = math.gcd(source[1], target[1])
+        period = source[1] // common, target[1] // common
         matrix = _overlaps(*period).T.astype(np.float32) if period[0] <= _MOST_PERIOD else None
         edges = _sines if panorama else lambda rows: 1.0 - np.arange(rows + 1) / rows
-        return cls(given, wanted, edges(given[0]), edges(wanted[0]), matrix)
+        return cls(source, target, edges(source[0]), edges(target[0]), matrix)
 
     @property
     def whole(self) -> bool:
         """Whether the sizes are equal."""
-        return self.given == self.wanted
+        return self.source == self.target
 
     def band_rows(self, pixels: int) -> int:
         """Return the rows of a band of about a number of pixels, in whole periods if possible."""
-        rows = max(1, pixels // self.given[1])
-        period = self.given[0] // math.gcd(self.given[0], self.wanted[0])
+        rows = max(1, pixels // self.source[1])
+        period = self.source[0] // math.gcd(self.source[0], self.target[0])
         return rows // period * period if period <= rows else rows
 
     def rows(self, start: int, stop: int) -> tuple[int, Float32]:
@@ -78,42 +78,42 @@ class Reduction:
         rows each, in whole periods, go to n rows of their own. Over all bands the shares of one
         row of the result sum to 1.
         """
-        height, rows = self.given[0], self.wanted[0]
+        height, rows = self.source[0], self.target[0]
         first, last = start * rows // height, -(-stop * rows // height)
         top, bottom = self._wanted_edges[first:last, None], self._wanted_edges[first + 1 :, None]
         bottom = bottom[: last - first]
-        given = self._given_edges[start : stop + 1]
-        overlap = np.minimum(top, given[:-1]) - np.maximum(bottom, given[1:])
+        edges = self._given_edges[start : stop + 1]
+        overlap = np.minimum(top, edges[:-1]) - np.maximum(bottom, edges[1:])
         shares = np.maximum(overlap, 0.0) / (top - bottom)
         shares = shares.astype(np.float32)
         common = math.gcd(height, rows)
-        made, taken = rows // common, height // common
-        if start % taken or stop % taken:
+        target_step, source_step = rows // common, height // common
+        if start % source_step or stop % source_step:
             return first, shares[None]
         # Nothing of one period goes to another: a quarter of the work, or less.
-        count = (stop - start) // taken
-        blocks = shares.reshape(count, made, count, taken)
+        count = (stop - start) // source_step
+        blocks = shares.reshape(count, target_step, count, source_step)
         return first, np.ascontiguousarray(blocks[np.arange(count), :, np.arange(count)])
 
     def reduced(self, shares: Float32, plane: Float32) -> Float32:
         """Reduce one channel's contiguous rows, (stop - start, W), by the shares of `rows`."""
-        narrow = self._columns(plane).reshape(len(shares), -1, self.wanted[1])
-        return np.asarray(shares @ narrow).reshape(-1, self.wanted[1])
+        narrow = self._columns(plane).reshape(len(shares), -1, self.target[1])
+        return np.asarray(shares @ narrow).reshape(-1, self.target[1])
 
     def _columns(self, plane: Float32) -> Float32:
         """Average rows, (n, W), to the columns wanted, (n, w)."""
         count, width = plane.shape
         if self._period is not None:
             blocks: Float32 = plane.reshape(-1, self._period.shape[0]) @ self._period
-            return blocks.reshape(count, self.wanted[1])
+            return blocks.reshape(count, self.target[1])
         # Sizes with hardly a common factor: differences of the running sum at the edges.
         sums = np.zeros((count, width + 1))
         np.cumsum(plane, axis=1, dtype=np.float64, out=sums[:, 1:])
-        edges = np.arange(self.wanted[1] + 1) * (width / self.wanted[1])
+        edges = np.arange(self.target[1] + 1) * (width / self.target[1])
         left = np.minimum(edges.astype(np.intp), width - 1)
         share = edges - left
         at = sums[:, left] * (1.0 - share) + sums[:, left + 1] * share
-        means: Float64 = np.diff(at, axis=1) * (self.wanted[1] / width)
+        means: Float64 = np.diff(at, axis=1) * (self.target[1] / width)
         return np.maximum(means, 0.0).astype(np.float32)
 
 
@@ -153,11 +153,11 @@ def _sines(rows: int) -> Float64:
     return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
 
 
-def _overlaps(given: int, wanted: int) -> Float64:
+def _overlaps(source: int, target: int) -> Float64:
     """Shares (wanted, given) of equal cells in fewer equal cells; each row sums to 1."""
-    start = np.arange(wanted)[:, None] * (given / wanted)
-    cell = np.arange(given)
-    overlap = np.minimum(start + given / wanted, cell + 1) - np.maximum(start, cell)
+    start = np.arange(target)[:, None] * (source / target)
+    cell = np.arange(source)
+    overlap = np.minimum(start + source / target, cell + 1) - np.maximum(start, cell)
     shares = np.maximum(overlap, 0.0)
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))
 
@@ -229,7 +229,7 @@ class Chart:
         Columns and rows, (rows, W) float32 each, whole numbers at pixels' middles; beyond
         the edges where a texel is not on the chart.
         """
-        x, y, z = self._seen(shape, rows)
+        x, y, z = self._coordinates(shape, rows)
         if self.kind == "stereographic":
             # tan(angle / 2) / sin(angle) = 1 / (1 + cos(angle))
             scale = 1.0 / np.maximum(1.0 + z, np.float32(1e-4))
@@ -240,7 +240,7 @@ class Chart:
         half = np.float32(self.side / 2.0 - 0.5)
         return x * scale + half, half - y * scale
 
-    def _seen(self, shape: tuple[int, int], rows: slice) -> list[FloatImage]:
+    def _coordinates(self, shape: tuple[int, int], rows: slice) -> list[FloatImage]:
         """Components along the axes of the texels' directions."""
         height, width = shape
         elevation = np.pi * (0.5 - (np.arange(height)[rows] + 0.5) / height)

@@ -85,16 +85,16 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     return PreviewLight(light, lamps, float(energy(luminance(likely) * clipped)) / total)
 
 
-def rough_answers(seen: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
+def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, ...]:
     """Return the best styles of a preview, at most three, by grade, then match."""
-    reach = [one for one in solve_all(pack, seen.light) if one.attainable]
+    reach = [one for one in solve_all(pack, preview.light) if one.attainable]
     best = sorted(reach, key=lambda one: (one.grade == "nearly", -one.match))[:_BEST]
-    found = choices(pack, [seen.light, seen.lamps])
-    lost = given_up(found[1], found[0].turns)
-    return tuple(RoughAnswer(one, bool(lost[pack.index(one.name)] > DOUBT)) for one in best)
+    choice = choices(pack, [preview.light, preview.lamps])
+    loss = given_up(choice[1], choice[0].turns)
+    return tuple(RoughAnswer(one, bool(loss[pack.index(one.name)] > DOUBT)) for one in best)
 
 
 def answers_of(picture: Bytes | None, pack: StylePack) -> tuple[RoughAnswer, ...] | None:
     """Name the best styles by one small picture; None where it tells nothing."""
-    seen = None if picture is None else preview_light(picture, pack.header.environment)
-    return None if seen is None else rough_answers(seen, pack)
+    preview = None if picture is None else preview_light(picture, pack.header.environment)
+    return None if preview is None else rough_answers(preview, pack)

@@ -71,15 +71,15 @@ def small_picture(path: Path) -> Bytes | None:
     if data is None:
         return None
     try:
-        found = cv2.imdecode(data, cv2.IMREAD_REDUCED_COLOR_8)
-        if found is not None and found.shape[0] < _TILE_ROWS:
-            found = cv2.imdecode(data, cv2.IMREAD_COLOR)
+        image = cv2.imdecode(data, cv2.IMREAD_REDUCED_COLOR_8)
+        if image is not None and image.shape[0] < _TILE_ROWS:
+            image = cv2.imdecode(data, cv2.IMREAD_COLOR)
     except cv2.error:
         return None
-    if found is None or found.shape[0] < 2:
+    if image is None or image.shape[0] < 2:
         return None
-    columns = max(round(found.shape[1] * _TILE_ROWS / found.shape[0]), 1)
-    small = cv2.resize(found, (columns, _TILE_ROWS), interpolation=cv2.INTER_AREA)
+    columns = max(round(image.shape[1] * _TILE_ROWS / image.shape[0]), 1)
+    small = cv2.resize(image, (columns, _TILE_ROWS), interpolation=cv2.INTER_AREA)
     return np.ascontiguousarray(np.asarray(small, np.uint8)[..., ::-1])
 
 

@@ -94,8 +94,8 @@ def store_environment(
             tr("The light was not kept. {message}", message=error.message),
             tr("It is still in memory: make room or choose another folder, then save again."),
         ) from error
-    shown = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
-    return StoredLight(name, fingerprint, _write_thumbnail(folder, shown))
+    preview = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
+    return StoredLight(name, fingerprint, _write_thumbnail(folder, preview))
 
 
 def storable(radiance: FloatImage) -> FloatImage:

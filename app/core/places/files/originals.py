@@ -24,13 +24,13 @@ from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
 from app.core.text import tr
 
-_Told = Callable[[int], None]
+_OnBytes = Callable[[int], None]
 
 
 LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
 """What systems leave in folders by themselves."""
 
-STAGED: Final = ".new-"
+STAGING: Final = ".new-"
 """How the name of a folder begins that is not a place yet."""
 
 # Half-written files: of `atomic_write` (".NAME-xxxxxxxx.END") and of `adopt_files`.
@@ -66,12 +66,12 @@ def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
         >>> told_by_folder("2026-05-04-1705-cafe-terrasse")[0]
         'cafe terrasse'
     """
-    found = _STEM.fullmatch(folder_name)
-    if found is None:
+    match = _STEM.fullmatch(folder_name)
+    if match is None:
         return folder_name, None
     with contextlib.suppress(ValueError, OverflowError, OSError):
-        made_at = datetime(*(int(each) for each in found.groups()[:5])).astimezone()  # type: ignore[arg-type]
-        return found[6].replace("-", " "), made_at
+        made_at = datetime(*(int(each) for each in match.groups()[:5])).astimezone()  # type: ignore[arg-type]
+        return match[6].replace("-", " "), made_at
     return folder_name, None
 
 
@@ -126,18 +126,18 @@ def sweep(folder: Path, now_s: float | None = None) -> None:
     limit = (time.time() if now_s is None else now_s) - _OLD_S
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            staged = entry.name.startswith(STAGED)
-            if not staged and not _HALF.fullmatch(entry.name):
+            is_staging = entry.name.startswith(STAGING)
+            if not is_staging and not _HALF.fullmatch(entry.name):
                 continue
             with contextlib.suppress(OSError):
                 if entry.stat(follow_symlinks=False).st_mtime < limit:
-                    _remove(entry, staged)
+                    _remove(entry, is_staging)
 
 
-def _remove(entry: os.DirEntry[str], staged: bool) -> None:
-    if not staged and entry.is_file(follow_symlinks=False):
+def _remove(entry: os.DirEntry[str], is_staging: bool) -> None:
+    if not is_staging and entry.is_file(follow_symlinks=False):
         os.unlink(entry.path)
-    elif staged and entry.is_dir(follow_symlinks=False) and _only_named(entry.path):
+    elif is_staging and entry.is_dir(follow_symlinks=False) and _only_named(entry.path):
         shutil.rmtree(entry.path)
 
 
@@ -234,10 +234,10 @@ def _check_room(folder: Path, sizes: Sequence[int]) -> None:
             )
 
 
-def _adopt(path: Path, size: int, target: Path, told: _Told) -> Path:
+def _adopt(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> Path:
     if path.resolve().parent == target.resolve():
         return target / path.name
-    half, checksum = _copy(path, size, target, told)
+    half, checksum = _copy(path, size, target, on_bytes)
     try:
         name = safe_file_name(path.name)
         stem, dot, ending = name.rpartition(".")
@@ -251,14 +251,14 @@ def _adopt(path: Path, size: int, target: Path, told: _Told) -> Path:
     raise AssertionError("free_names never ends")  # pragma: no cover
 
 
-def _copy(path: Path, size: int, target: Path, told: _Told) -> tuple[Path, str]:
+def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path, str]:
     """Copy to a passing name, flushed to the disk; return it with the SHA-256."""
     half: Path | None = None
     try:
         handle, name = tempfile.mkstemp(prefix=".adopt-", suffix=".part", dir=target)
         half = Path(name)
         with os.fdopen(handle, "wb") as out, path.open("rb") as source:
-            checksum, done = _pour(source, out, size, told)
+            checksum, done = _pour(source, out, size, on_bytes)
             about = os.fstat(source.fileno())
         if done == about.st_size == size:
             half.chmod(0o600 if is_private(target) else 0o666 & ~umask())
@@ -280,7 +280,7 @@ def _copy(path: Path, size: int, target: Path, told: _Told) -> tuple[Path, str]:
     )
 
 
-def _pour(source: BinaryIO, out: BinaryIO, size: int, told: _Told) -> tuple[str, int]:
+def _pour(source: BinaryIO, out: BinaryIO, size: int, on_bytes: _OnBytes) -> tuple[str, int]:
     """Copy at most one piece more than `size`; return the SHA-256 and the bytes."""
     total = hashlib.sha256()
     done = 0
@@ -288,7 +288,7 @@ def _pour(source: BinaryIO, out: BinaryIO, size: int, told: _Told) -> tuple[str,
         out.write(chunk)
         total.update(chunk)
         done += len(chunk)
-        told(done)
+        on_bytes(done)
     out.flush()
     os.fsync(out.fileno())
     return total.hexdigest(), done

@@ -153,30 +153,30 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
 
     Returns `shots`: in the order in which they were added, without those that were removed.
     """
-    shots, lost, _, _ = _read(folder)
-    return tuple(shot for shot in shots if not shot.removed), lost
+    shots, remarks, _, _ = _read(folder)
+    return tuple(shot for shot in shots if not shot.removed), remarks
 
 
 def _read(folder: Path) -> tuple[list[Shot], tuple[Remark, ...], Facts, str]:
     file = read_json(folder / SHOTS, _MOST_BYTES)
-    shots, lost = [], 0
+    shots, bad_count = [], 0
     for key, value in file.facts.items():
         if re.fullmatch(_KEY, key) is None:
             continue
         try:
             shots.append(replace(_shot(value), key=key))
         except Unfit:
-            lost += 1
-    if file.state in ("missing", "whole") and not lost:
+            bad_count += 1
+    if file.state in ("missing", "whole") and not bad_count:
         return shots, (), file.facts, file.version
-    remark = PhotosLost(lost, folder / _FOLDER / ORIGINALS)
+    remark = PhotosLost(bad_count, folder / _FOLDER / ORIGINALS)
     return shots, (remark,), file.facts, file.version
 
 
 _shot: Final = record(
     Shot,
     _CHECKS,
-    needed=("name", "added_at", "found", "style", "title", "goal_facing_deg", "file"),
+    needs=("name", "added_at", "found", "style", "title", "goal_facing_deg", "file"),
 )
 
 
@@ -188,16 +188,16 @@ def _facts(shot: Shot) -> Facts:
     return facts
 
 
-def _write(folder: Path, shots: list[Shot], found: Facts, version: str) -> None:
+def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> None:
     """Write all of them; what a newer version wrote, and what cannot be read, stays."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
             tr("There are more than {most} photos of this place.", most=_MOST_SHOTS),
             tr("Remove some of them."),
         )
-    new: Facts = {"version": found.get("version", _VERSION)}
-    new |= {shot.key: carry_unknown(_facts(shot), {}, found.get(shot.key)) for shot in shots}
-    others = {name: value for name, value in found.items() if name not in new}
+    new: Facts = {"version": file_facts.get("version", _VERSION)}
+    new |= {shot.key: carry_unknown(_facts(shot), {}, file_facts.get(shot.key)) for shot in shots}
+    others = {name: value for name, value in file_facts.items() if name not in new}
     try:
         write_json(folder / SHOTS, new | others, _MOST_BYTES, version)
     except CoreError as error:
@@ -229,20 +229,20 @@ def add_shot(
 
 
 def _add(folder: Path, copy: Path, shot: Shot, picture: Bytes) -> Shot:
-    shots, lost, found, version = _read(folder)
-    if lost:
+    shots, remarks, file_facts, version = _read(folder)
+    if remarks:
         keep_bad(folder / SHOTS, _MOST_BYTES)
     same = next((one for one in shots if (one.file, one.style) == (copy.name, shot.style)), None)
-    key = _next_key(found) if same is None else same.key
-    kept = replace(shot, key=key, file=copy.name, name=shot.name[:255])
+    key = _next_key(file_facts) if same is None else same.key
+    stored = replace(shot, key=key, file=copy.name, name=shot.name[:255])
     _write_thumbnail(folder, key, picture)
-    _write(folder, [one for one in shots if one.key != key] + [kept], found, version)
-    return kept
+    _write(folder, [one for one in shots if one.key != key] + [stored], file_facts, version)
+    return stored
 
 
-def _next_key(found: Facts) -> str:
-    taken = [int(key[5:]) for key in found if re.fullmatch(_KEY, key)]
-    return f"shot-{max(taken, default=0) + 1:04d}"
+def _next_key(file_facts: Facts) -> str:
+    numbers = [int(key[5:]) for key in file_facts if re.fullmatch(_KEY, key)]
+    return f"shot-{max(numbers, default=0) + 1:04d}"
 
 
 def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
@@ -250,8 +250,8 @@ def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
-    done, data = cv2.imencode(".jpg", rgb, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    if done:
+    ok, data = cv2.imencode(".jpg", rgb, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    if ok:
         with contextlib.suppress(CoreError):
             atomic_write_bytes(folder / _FOLDER / f"{key}.jpg", data.tobytes())
 
@@ -282,11 +282,11 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     Raises PlaceError when it is not there any more, or the disk refuses.
     """
     with writing(folder.parent):
-        shots, _, found, version = _read(folder)
+        shots, _, file_facts, version = _read(folder)
         if all(shot.key != key for shot in shots):
             raise PlaceError(tr("This photo is not kept any more."), tr("Open it again."))
-        marked = [replace(one, removed=removed) if one.key == key else one for one in shots]
-        _write(folder, marked, found, version)
+        new_shots = [replace(one, removed=removed) if one.key == key else one for one in shots]
+        _write(folder, new_shots, file_facts, version)
 
 
 def purge_shots(folder: Path) -> int:
@@ -294,21 +294,23 @@ def purge_shots(folder: Path) -> int:
 
     How many. What the disk does not let go of stays.
     """
-    shots, lost, found, version = _read(folder)
-    gone = [shot for shot in shots if shot.removed]
-    if lost or not gone:
+    shots, remarks, file_facts, version = _read(folder)
+    purge = [shot for shot in shots if shot.removed]
+    if remarks or not purge:
         return 0
-    kept = [shot for shot in shots if not shot.removed]
-    others = {name: value for name, value in found.items() if name not in {s.key for s in gone}}
+    rest = [shot for shot in shots if not shot.removed]
+    others = {
+        name: value for name, value in file_facts.items() if name not in {s.key for s in purge}
+    }
     with contextlib.suppress(CoreError):
-        _write(folder, kept, others, version)
-        files = {shot.file for shot in kept}
-        for shot in gone:
+        _write(folder, rest, others, version)
+        files = {shot.file for shot in rest}
+        for shot in purge:
             with contextlib.suppress(OSError):
                 (folder / _FOLDER / f"{shot.key}.jpg").unlink(missing_ok=True)
                 if shot.file not in files:
                     photo_of(folder, shot).unlink(missing_ok=True)
-        return len(gone)
+        return len(purge)
     return 0
 
 

@@ -77,8 +77,8 @@ def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
 
 def remarks_of(value: Any) -> tuple[Remark, ...]:
     """Check for a list of remarks, some of which may be sentences."""
-    found = listed(_remark, _MOST)(value)
-    return tuple(each for each in found if each is not None)
+    remarks = listed(_remark, _MOST)(value)
+    return tuple(each for each in remarks if each is not None)
 
 
 def _json(value: Any) -> Any:

@@ -187,7 +187,7 @@ class Plot(Paints, QWidget):
         if words != self.accessibleDescription():
             self.setAccessibleDescription(words)
 
-    def kept(
+    def cached_picture(
         self, name: str, key: Hashable, size: QSize, ratio: float, draw: Callable[[QPainter], None]
     ) -> QPixmap:
         """Give a picture that is drawn again only when its key changes.
@@ -196,9 +196,9 @@ class Plot(Paints, QWidget):
         """
         t = theme()
         whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
-        known = self._cache.get(name)
-        if known is not None and known[0] == whole:
-            return known[1]
+        entry = self._cache.get(name)
+        if entry is not None and entry[0] == whole:
+            return entry[1]
         pixmap = QPixmap(round(size.width() * ratio), round(size.height() * ratio))
         pixmap.setDevicePixelRatio(ratio)
         pixmap.fill(Qt.GlobalColor.transparent)

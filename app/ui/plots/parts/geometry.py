@@ -162,14 +162,14 @@ def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
 
 
 def spread(
-    wanted: Sequence[float], widths: Sequence[float], gap: float, low: float, high: float
+    targets: Sequence[float], widths: Sequence[float], gap: float, low: float, high: float
 ) -> list[float]:
     """Move labels on a line apart, as little as possible and all the same way out.
 
-    `wanted` are the middles that they would like to have, in any order.
+    `targets` are the middles that they would like to have, in any order.
     """
-    order = sorted(range(len(wanted)), key=lambda index: wanted[index])
-    middles = [wanted[index] for index in order]
+    order = sorted(range(len(targets)), key=lambda index: targets[index])
+    middles = [targets[index] for index in order]
     sizes = [widths[index] for index in order]
     for left in range(len(order) - 1):
         least = (sizes[left] + sizes[left + 1]) / 2.0 + gap
@@ -185,10 +185,10 @@ def spread(
     for place in reversed(range(len(sizes))):
         middles[place] = min(middles[place], ceiling - sizes[place] / 2.0)
         ceiling = middles[place] - sizes[place] / 2.0 - gap
-    found = [0.0] * len(order)
+    result = [0.0] * len(order)
     for place, index in enumerate(order):
-        found[index] = middles[place]
-    return found
+        result[index] = middles[place]
+    return result
 
 
 @dataclass(frozen=True, slots=True)

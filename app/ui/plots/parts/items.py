@@ -30,7 +30,7 @@ def _to_pixels(painter: QPainter) -> QTransform:
     return transform
 
 
-class Line(pg.InfiniteLine):  # type: ignore[misc]
+class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
     """A line across the plot, upright or level, its pens one upon the other from the widest on."""
 
     def __init__(self, *pens: QPen, upright: bool = True) -> None:
@@ -104,9 +104,9 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         area = transform.mapRect(option.exposedRect).adjusted(-wide, -wide, wide, wide)
         x, y = self._ends[:, ::2] * transform.m11(), self._ends[:, 1::2] * transform.m22()
         x, y = x + transform.dx(), y + transform.dy()
-        seen = (x.max(1) > area.left()) & (x.min(1) < area.right())
-        seen &= (y.max(1) > area.top()) & (y.min(1) < area.bottom())
-        ends = np.stack([x[seen, 0], y[seen, 0], x[seen, 1], y[seen, 1]], axis=1)
+        visible = (x.max(1) > area.left()) & (x.min(1) < area.right())
+        visible &= (y.max(1) > area.top()) & (y.min(1) < area.bottom())
+        ends = np.stack([x[visible, 0], y[visible, 0], x[visible, 1], y[visible, 1]], axis=1)
         lines = [QLineF(*each) for each in ends.tolist()]
         for pen in self._pens:
             painter.setPen(pen)
@@ -171,7 +171,7 @@ class Group(pg.ItemGroup):  # type: ignore[misc]
             self.addItem(item)
 
 
-class Marks(pg.ItemGroup):  # type: ignore[misc]
+class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
     """As many marks as are shown."""
 
     def __init__(self) -> None:
@@ -196,7 +196,7 @@ class Marks(pg.ItemGroup):  # type: ignore[misc]
 
 def around(*pens: QPen) -> Group:
     """Give a line at an azimuth, the group's x, that may stand at both edges of a panorama."""
-    lines = [Line(*pens) for _ in range(3)]
+    lines = [PlotLine(*pens) for _ in range(3)]
     for line, turn in zip(lines, (-360.0, 0.0, 360.0), strict=True):
         line.setPos(turn)
     return Group(*lines)

@@ -64,9 +64,9 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         """Paint the smallest copy that has at least as many pixels as are shown."""
         if not self._copies:
             return
-        index, shown = 0, painter.deviceTransform().m11()
-        while shown <= 0.5 and self._copy(index).shape[1] >= 2 * _SMALLEST:
-            index, shown = index + 1, 2.0 * shown
+        index, scale = 0, painter.deviceTransform().m11()
+        while scale <= 0.5 and self._copy(index).shape[1] >= 2 * _SMALLEST:
+            index, scale = index + 1, 2.0 * scale
         if index not in self._images:
             self._images[index] = _image_around(self._copy(index))
         painter.drawImage(self._around, self._images[index])
@@ -160,14 +160,14 @@ def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
     large = cv2.resize(around, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
     contours, tree = cv2.findContours(large, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
     unit, corner = (180.0 / columns, 90.0 / rows), (180.0 + half * 360.0 / columns, 90.0)
-    found: dict[int, QPainterPath] = {}
+    paths: dict[int, QPainterPath] = {}
     for index, contour in enumerate(contours):
         parent = int(tree[0, index, 3])
-        path = found.setdefault(index if parent < 0 else parent, QPainterPath())
+        path = paths.setdefault(index if parent < 0 else parent, QPainterPath())
         points = ((contour[:, 0] + 0.5) * unit - corner).tolist()
         path.addPolygon(QPolygonF([QPointF(*point) for point in points]))
         path.closeSubpath()
-    return [(path.boundingRect().adjusted(-1, -1, 1, 1), path) for path in found.values()]
+    return [(path.boundingRect().adjusted(-1, -1, 1, 1), path) for path in paths.values()]
 
 
 def _joined(mask: Bytes) -> Bytes:

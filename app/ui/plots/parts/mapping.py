@@ -96,8 +96,8 @@ class Viewport:
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
         """Look elsewhere; the window never reaches past the zenith or the nadir."""
         limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
-        held = min(max(elevation_deg, -limit), limit)
-        return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=held)
+        elevation = min(max(elevation_deg, -limit), limit)
+        return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=elevation)
 
     def panned(self, dx: float, dy: float) -> Viewport:
         """Move the picture by logical pixels: what was at x is then at x + dx."""
@@ -106,9 +106,9 @@ class Viewport:
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewport:
         """Zoom so that the place under (x, y) stays there, as far as the poles allow."""
-        held = min(max(zoom, ZOOMS[0]), ZOOMS[1])
+        new_zoom = min(max(zoom, ZOOMS[0]), ZOOMS[1])
         azimuth, elevation = self.azimuth_at(x), self.elevation_at(y)
-        new = replace(self, zoom=held)
+        new = replace(self, zoom=new_zoom)
         across, up = (x - self.width / 2.0) / new.scale, (self.height / 2.0 - y) / new.scale
         return new.moved_to(azimuth - across, elevation - up)
 
@@ -118,13 +118,13 @@ class Viewport:
         half = self.width / 2.0 / self.scale + 1e-9
         first = math.ceil((middle - half) / step)
         last = math.floor((middle + half) / step)
-        found = []
+        result = []
         for value in range(first * step, last * step + 1, step):
-            shown = float(value) if abs(value) <= 180 else wrap(float(value))
-            label = scale_label(shown) if value % labelled == 0 else ""
+            label_deg = float(value) if abs(value) <= 180 else wrap(float(value))
+            label = scale_label(label_deg) if value % labelled == 0 else ""
             x = self.width / 2.0 + (value - middle) * self.scale
-            found.append(Tick(x, label))
-        return found
+            result.append(Tick(x, label))
+        return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,13 +174,13 @@ class StripScale:
             return [(0.0, self.width)]
         start = difference(arc_deg[0], self.goal_deg)
         half = self.span_deg / 2.0
-        found = []
+        result = []
         for lap in (-360.0, 0.0):
             low, high = max(start + lap, -half), min(start + lap + extent, half)
             if high > low:
                 left, right = sorted((self._x(low), self._x(high)))
-                found.append((left, right))
-        return found
+                result.append((left, right))
+        return result
 
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
         """List the ticks, which count from the goal to both sides, without signs.

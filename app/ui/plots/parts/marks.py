@@ -25,7 +25,7 @@ from app.ui.plots.parts.mapping import Viewport, label_step
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import give_role
-from app.ui.widgets.paint import Painted, box, pen
+from app.ui.widgets.paint import PaintedWidget, box, pen
 from app.words.phrases.turns import signed
 
 _HEIGHT: Final = 36
@@ -34,7 +34,7 @@ _PADDING: Final = 15
 _GAP: Final = 8
 
 
-class MarkerGrip(Painted):
+class MarkerGrip(PaintedWidget):
     """An amber pill with a person, words, and the sign that it can be dragged.
 
     Arrows step by 1°, with Shift by 10°; Enter keeps the new place, Esc takes the old one.

@@ -15,7 +15,7 @@ from app.ui.plots.sky_map import SkyMap
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.state import (
     DISTANCES_M,
-    DetailState,
+    LampDetailState,
     LampState,
     LightState,
     RowState,
@@ -25,14 +25,14 @@ from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton, Size
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.dialogs import Term
 from app.ui.widgets.displays import Picture, draw_meter
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row, stacked
-from app.ui.widgets.paint import MIDDLE, RIGHT, STALE, Painted, put_text, text_width
-from app.ui.widgets.surfaces import Card, Frame, Menu, Scroll, Surface
+from app.ui.widgets.paint import MIDDLE, RIGHT, STALE, PaintedWidget, put_text, text_width
+from app.ui.widgets.surfaces import Card, Menu, OutlineBox, Scroll, Surface
 from app.words.phrases.quantities import metres
 
 HEIGHT: Final = 76
@@ -49,7 +49,7 @@ _LONGEST: Final = tr("{share} power", share="1/256")
 class RowCard(Card):
     """A style with its match without and with the lamp."""
 
-    wanted = (280, HEIGHT)
+    preferred_size = (280, HEIGHT)
 
     def __init__(self, state: RowState) -> None:
         super().__init__(state.spoken)
@@ -134,7 +134,7 @@ class LampColumn(Surface):
         self._lamp: LampState | None = None
         self._sections: tuple[Section, ...] = ()
         self._busy = False
-        self._seen = ""
+        self._last_key = ""
         self.rows: list[RowCard] = []
         self._headings: list[_Heading] = []
         self._compact = compact
@@ -152,7 +152,7 @@ class LampColumn(Surface):
             margins=around,
         )
         self._roving = Roving(self)
-        self._roving.moved.connect(self._moved)
+        self._roving.moved.connect(self._on_row_move)
         self._scroll = Scroll(inside, name=tr("Styles with this lamp"))
         self._scroll.lend(self._column, px(_LAMP_MARGIN), px(4))
         if not compact:
@@ -181,8 +181,8 @@ class LampColumn(Surface):
         # In line with the field, which is higher.
         lamp = row((self.lamp, 1), column(..., self.more, 8, gap=None), gap=4)
         bright = row((self._bright, 1, Qt.AlignmentFlag.AlignVCenter), self.correct, gap=4)
-        held = (self.distance, self._fixed, 4, self.arm, self.floor)
-        return column(lamp, 12, *held, 4, bright, 4)
+        fields = (self.distance, self._fixed, 4, self.arm, self.floor)
+        return column(lamp, 12, *fields, 4, bright, 4)
 
     def show_state(self, state: LightState) -> None:
         """Show what changed."""
@@ -217,7 +217,7 @@ class LampColumn(Surface):
         menu.drop(self.more)
 
     def _show_sections(self, sections: tuple[Section, ...]) -> None:
-        known = {row.state.key: row for row in self.rows}
+        cards = {row.state.key: row for row in self.rows}
         same = [[row.key for row in part.rows] for part in sections] == [
             [row.key for row in part.rows] for part in self._sections
         ]
@@ -225,27 +225,27 @@ class LampColumn(Surface):
         if same and titles == [(part.title, part.count) for part in self._sections]:
             for part in sections:
                 for row in part.rows:
-                    known[row.key].show_state(row, self._busy)
+                    cards[row.key].show_state(row, self._busy)
         else:
             self._rebuild(sections)
         self._sections = sections
-        chosen = next((row for row in self.rows if row.state.chosen), None)
-        if chosen is not None:
-            self._roving.set_stop(chosen)
-            if chosen.state.key != self._seen:
-                self._seen = chosen.state.key
+        selected = next((row for row in self.rows if row.state.chosen), None)
+        if selected is not None:
+            self._roving.set_stop(selected)
+            if selected.state.key != self._last_key:
+                self._last_key = selected.state.key
                 # Once the rows have their places.
                 QTimer.singleShot(0, self, self._show_chosen)
 
     def _show_chosen(self) -> None:
-        chosen = next((row for row in self.rows if row.state.chosen), None)
-        if chosen is None or self._compact:
+        selected = next((row for row in self.rows if row.state.chosen), None)
+        if selected is None or self._compact:
             return
-        if chosen is self.rows[0]:
+        if selected is self.rows[0]:
             # With its title, and what is said above it.
             self._scroll.verticalScrollBar().setValue(0)
         else:
-            self._scroll.keep_visible(chosen)
+            self._scroll.keep_visible(selected)
 
     def _rebuild(self, sections: tuple[Section, ...]) -> None:
         """Put rows into a new order; those that are there already are not made again."""
@@ -278,7 +278,7 @@ class LampColumn(Surface):
         row.opened.connect(self._presenter.turn)
         return row
 
-    def _moved(self, row: QWidget) -> None:
+    def _on_row_move(self, row: QWidget) -> None:
         if isinstance(row, RowCard):
             self._scroll.keep_visible(row)
             self._presenter.choose(row.state.key)
@@ -303,7 +303,7 @@ _MAP: Final = (164, 106)  # height of the map with the words below it, and in a 
 _MAP_SHARE: Final = 0.23  # of the width, where there is more room
 
 
-class _Number(Painted):
+class _Number(PaintedWidget):
     """The number of a step in a ring."""
 
     def __init__(self, number: int) -> None:
@@ -391,7 +391,7 @@ class Middle(QWidget):
             row(..., (self.above, 100), (self.side, 100), ..., into=whole, gap=16)
             whole.setMaximumHeight(round(px(_WIDEST) * _HEIGHT_OF_VIEWS))
             return whole
-        self.tabs = Segmented(_TABS, name=tr("Drawing"))
+        self.tabs = SegmentedChoice(_TABS, name=tr("Drawing"))
         stack = stacked(self.above, self.side)
         self.tabs.chosen.connect(lambda key: stack.setCurrentIndex(int(key == "side")))
         column(self.tabs, (stack, 1), into=whole, gap=8)
@@ -437,7 +437,7 @@ def portrait_size(width: int, compact: bool) -> QSize:
     return QSize(inner, round(inner * (1.0 if compact else _SHAPE)))
 
 
-class _MatchTile(Frame):
+class _MatchTile(OutlineBox):
     """Match without and with the lamp where it is held now."""
 
     def __init__(self, compact: bool) -> None:
@@ -455,7 +455,7 @@ class _MatchTile(Frame):
         match = Term("match", tr("Match"), (14, 400, "dim"))
         column(..., match, numbers, verdict, ..., into=self, gap=4, margins=(12, 8, 8, 8))
 
-    def show_state(self, state: DetailState) -> None:
+    def show_state(self, state: LampDetailState) -> None:
         self._before.set_text(state.before)
         self._after.set_text(state.after)
         self._arrow.setVisible(bool(state.after))
@@ -464,11 +464,11 @@ class _MatchTile(Frame):
         self._icon.set("check" if inside else "not-possible", "ok" if inside else "text")
         self._verdict.set_role("ok" if inside else "text")
         self._verdict.set_text(state.verdict_words)
-        told = {"before": state.before, "after": state.after, "verdict": state.verdict_words}
+        values = {"before": state.before, "after": state.after, "verdict": state.verdict_words}
         self.setAccessibleName(
-            tr("Match without the lamp {before}, with it {after}, {verdict}", **told)
+            tr("Match without the lamp {before}, with it {after}, {verdict}", **values)
             if state.after
-            else tr("Match without the lamp {before}", **told)
+            else tr("Match without the lamp {before}", **values)
         )
 
 
@@ -493,9 +493,9 @@ class DetailColumn(Surface):
         self.own = Button(tr("Capture a lamp of your own"), "plus", do=presenter.lamps.begin)
         inside = QWidget()
         power, best = self._power_row(presenter), self._best_box(presenter)
-        shown = grid(*pictures, across=2, gap=(_GAP, _GAP))
+        picture_grid = grid(*pictures, across=2, gap=(_GAP, _GAP))
         lower = (power, best, 12, self._numbers(), ...)
-        inner = column(self._title, self._side, 12, shown, 12, *lower, into=inside)
+        inner = column(self._title, self._side, 12, picture_grid, 12, *lower, into=inside)
         inner.setContentsMargins(margin - t.line_width, px(16), margin, px(8))
         foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
@@ -515,9 +515,9 @@ class DetailColumn(Surface):
         row(*line, into=self.power, gap=8, margins=(0, 0, 0, 12))
         return self.power
 
-    def _best_box(self, presenter: LightPresenter) -> Frame:
+    def _best_box(self, presenter: LightPresenter) -> OutlineBox:
         t = theme()
-        frame = Frame("none", "ctl")
+        frame = OutlineBox("none", "ctl")
         self._best = Text("", 14, 600)
         self._best_line = Text("", 14, role="dim", wrap=True)
         self._best_line.setMinimumHeight(2 * t.line_height(14))
@@ -541,16 +541,16 @@ class DetailColumn(Surface):
             widget.setFixedSize(size)
         self.laid.emit(size)
 
-    def show_state(self, state: DetailState) -> None:
+    def show_state(self, state: LampDetailState) -> None:
         """Show a style with the lamp somewhere."""
         self._title.set_text(state.title)
         self._side.set_text(state.side)
-        shown = (
+        rows = (
             (self.target, state.target, tr("Target")),
             (self.with_lamp, state.with_lamp, tr("With the lamp")),
             (self.without, state.without, state.without_tag),
         )
-        for picture, array, tag in shown:
+        for picture, array, tag in rows:
             picture.set_picture(array)
             picture.set_tag(tag if array is not None else "")
         self.tile.show_state(state)

@@ -16,11 +16,11 @@ from app.core.base.progress import Report, Token, span
 from app.core.portrait.head import Head
 from app.core.second_light import added as added_lights
 from app.core.second_light.added import prepare_near
-from app.core.second_light.captured import grey_lamp, placed
+from app.core.second_light.captured import grey_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.placements import COUNT, above_floor, within_arm
-from app.core.second_light.search import Placed, place_all
+from app.core.second_light.search import LampPlacement, place_all
 from app.core.second_light.search_kernel import lamp_tables
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lens_search import STRAIGHT
@@ -30,12 +30,12 @@ from app.ui.presenters.services import Services
 from app.ui.screens.light.lamps import nearest_stop
 from app.ui.screens.light.pictures import (
     Answers,
-    Held,
     InHand,
     Lamp,
+    LampPosition,
+    LampQuestion,
+    LampView,
     Nearer,
-    Question,
-    View,
     lamp_powers,
     look,
     portrait_with,
@@ -43,7 +43,7 @@ from app.ui.screens.light.pictures import (
     seen_from,
     targets,
 )
-from app.ui.screens.light.resolve import Shown, lamp_name, rescued
+from app.ui.screens.light.resolve import LampResult, lamp_name, rescued
 from app.ui.screens.light.state import DISTANCES_M, HoldState, Size
 
 _LAMP: Final = "light-lamp"
@@ -59,7 +59,7 @@ _LITTLE_M: Final = 0.02
 def take_in_hand(
     head: Head,
     lamp: Lamp,
-    known: InHand | None,
+    hand: InHand | None,
     token: Token,
     report: Report,
     grey: bool = False,
@@ -72,8 +72,8 @@ def take_in_hand(
         CoreError: If the head's shape is missing, or the lamp cannot be used.
         Cancelled: When the token says so.
     """
-    if known is not None and known.head is head:
-        shape, near, face = known.shape, known.near, known.face
+    if hand is not None and hand.head is head:
+        shape, near, face = hand.shape, hand.near, hand.face
     else:
         shape = load_shape_of(head.transport, head.name)
         token.check()
@@ -82,56 +82,56 @@ def take_in_hand(
         face = prepare_face(head.transport, head.pack.region_on(head.transport))
     token.check()
     if isinstance(lamp, NumbersLamp):
-        added = added_lights.from_numbers(
+        lamp_light = added_lights.from_numbers(
             head.transport, shape, lamp, token, report, near=near, face=face
         )
     else:
-        seen = grey_lamp(lamp) if grey else lamp
-        around = placed(seen, token=token, report=span(report, 0.0, 0.3))
-        added = added_lights.from_captured(head.transport, around, token, report, face=face)
-    tables = lamp_tables(head.pack, head.transport, added)
-    return InHand(head, shape, near, face, lamp, added, tables, grey)
+        capture = grey_lamp(lamp) if grey else lamp
+        around = place_lamp(capture, token=token, report=span(report, 0.0, 0.3))
+        lamp_light = added_lights.from_captured(head.transport, around, token, report, face=face)
+    tables = lamp_tables(head.pack, head.transport, lamp_light)
+    return InHand(head, shape, near, face, lamp, lamp_light, tables, grey)
 
 
-def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -> Answers:
+def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
     """Place a lamp for every style, or for some."""
-    allowed = _allowed(question)
-    found = place_all(
+    is_open = _open_spots(question)
+    placements = place_all(
         hand.head.pack,
         hand.head.transport,
         question.light.searched_by(question.objective) * np.float32(question.gain),
-        hand.added,
+        hand.lamp_light,
         question.objective,
         styles=styles,
-        allowed=allowed,
+        is_open=is_open,
         powers=lamp_powers(hand.lamp, question.objective),
         front_deg=question.front_deg,
         tables=hand.tables,
     )
-    return Answers(hand, question, tuple(found), allowed)
+    return Answers(hand, question, tuple(placements), is_open)
 
 
-def _allowed(question: Question) -> NDArray[np.bool_]:
+def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
     distance = question.distance_m
-    allowed = np.ones(COUNT, bool)
+    is_open = np.ones(COUNT, bool)
     if question.arm:
-        allowed &= within_arm(distance)
+        is_open &= within_arm(distance)
     if question.floor:
-        allowed &= above_floor(distance)
-    return allowed
+        is_open &= above_floor(distance)
+    return is_open
 
 
 def closer(
     answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
-) -> Placed | None:
+) -> LampPlacement | None:
     """Find what a lamp would rescue from nearer by.
 
     Returns the style that comes out best; None without any.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
-    found = ask(hand, answers.question, names).placed
+    placements = ask(hand, answers.question, names).placements
     return max(
-        found, key=lambda one: (one.attainable, one.grade != "nearly", one.match), default=None
+        placements, key=lambda one: (one.attainable, one.grade != "nearly", one.match), default=None
     )
 
 
@@ -148,7 +148,7 @@ class LightWork:
         self._changed = changed
         self._answered = answered
         self.answers: Answers | None = None
-        self.view: View | None = None
+        self.view: LampView | None = None
         self.rows: dict[str, Bytes] = {}
         self.version = 0
         self.trouble = ""
@@ -157,9 +157,9 @@ class LightWork:
         self._rows_key: tuple[object, ...] = ()
         self._asked_lamp: tuple[object, ...] = ()
         self._asked_places: tuple[object, ...] = ()
-        self._wanted: tuple[Answers, str, Held, Size] | None = None
+        self._view_key: tuple[Answers, str, LampPosition, Size] | None = None
         self.looking = False
-        self._lens: tuple[Placed | None, Placed | None] = (None, None)
+        self._lens: tuple[LampPlacement | None, LampPlacement | None] = (None, None)
 
     @property
     def busy(self) -> bool:
@@ -167,7 +167,9 @@ class LightWork:
         runner = self._services.runner
         return runner.running(_LAMP) or runner.running(_PLACES)
 
-    def is_current(self, head: Head | None, lamp: Lamp | None, question: Question | None) -> bool:
+    def is_current(
+        self, head: Head | None, lamp: Lamp | None, question: LampQuestion | None
+    ) -> bool:
         """Whether the answers are for this head, lamp and question."""
         answers = self.answers
         if answers is None or question is None:
@@ -183,12 +185,12 @@ class LightWork:
     @property
     def nearer(self) -> Nearer | None:
         """What the lamp does from nearer by, where it rescues nothing."""
-        known = self._nearer
-        return known if known is not None and known.answers is self.answers else None
+        nearer = self._nearer
+        return nearer if nearer is not None and nearer.answers is self.answers else None
 
     def clear(self) -> None:
         """Forget what was worked out for another place or sitter."""
-        self.answers = self.view = self._wanted = None
+        self.answers = self.view = self._view_key = None
 
     def forget(self) -> None:
         """Ask again for what was asked for already."""
@@ -212,7 +214,7 @@ class LightWork:
 
     # -- lamp and places -----------------------------------------------------------------------
 
-    def place(self, head: Head, lamp: Lamp, question: Question) -> None:
+    def place(self, head: Head, lamp: Lamp, question: LampQuestion) -> None:
         """Try a lamp, unless that was done, and place it."""
         # Lamps from numbers are white.
         grey = question.objective == "paper" and not isinstance(lamp, NumbersLamp)
@@ -225,11 +227,11 @@ class LightWork:
     def _try(self, head: Head, lamp: Lamp, grey: bool) -> None:
         self._asked_lamp, self._asked_places = (head, lamp, grey), ()
         self.trouble = ""
-        known = self._hand
+        hand = self._hand
         self._services.runner.cancel(_CLOSER)
         self._services.runner.submit(
             _LAMP,
-            lambda token, report: take_in_hand(head, lamp, known, token, report, grey),
+            lambda token, report: take_in_hand(head, lamp, hand, token, report, grey),
             title=tr("Trying {lamp} all around the head", lamp=lamp_name(lamp)),
             done=self._in_hand,
             failed=self._failed,
@@ -254,16 +256,16 @@ class LightWork:
             self.trouble = tr("Stopped before all places were tried.")
             self._changed()
 
-    def _ask(self, hand: InHand, question: Question) -> None:
-        asked = (hand, question.key)
-        if self._asked_places == asked:
+    def _ask(self, hand: InHand, question: LampQuestion) -> None:
+        request = (hand, question.key)
+        if self._asked_places == request:
             return
-        self._asked_places = asked
+        self._asked_places = request
         self._services.runner.submit(
-            _PLACES, lambda *_: ask(hand, question), done=self._placed, failed=self._failed
+            _PLACES, lambda *_: ask(hand, question), done=self._on_answers, failed=self._failed
         )
 
-    def _placed(self, answers: Answers) -> None:
+    def _on_answers(self, answers: Answers) -> None:
         if self._asked_places == (answers.hand, answers.question.key):
             self.answers, self.trouble = answers, ""
             self._come_closer(answers)
@@ -272,16 +274,16 @@ class LightWork:
     def _come_closer(self, answers: Answers) -> None:
         """Where a lamp rescues nothing, find what it does from half as far."""
         lamp = answers.hand.lamp
-        out = [one.name for one in answers.placed if not one.before.attainable]
-        if rescued(answers.placed) or not out or not isinstance(lamp, NumbersLamp):
+        out = [one.name for one in answers.placements if not one.before.attainable]
+        if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):
             return
         near_m = max(NEAREST_M, DISTANCES_M[nearest_stop(lamp.distance_m / 2.0)])
-        if near_m > lamp.distance_m - _LITTLE_M or not answers.allowed.all():
+        if near_m > lamp.distance_m - _LITTLE_M or not answers.is_open.all():
             return
         nearer = replace(lamp, distance_m=near_m)
 
-        def done(found: Placed | None) -> None:
-            self._nearer = None if found is None else Nearer(answers, found, near_m)
+        def done(placement: LampPlacement | None) -> None:
+            self._nearer = None if placement is None else Nearer(answers, placement, near_m)
             self._changed()
 
         self._services.runner.submit(
@@ -291,19 +293,19 @@ class LightWork:
             failed=lambda error: None,
         )
 
-    def lens_of(self, one: Placed) -> Placed | None:
+    def lens_of(self, one: LampPlacement) -> LampPlacement | None:
         """Give an answer from where the lens may stand, once that is known."""
         return self._lens[1] if self._lens[0] is one else None
 
-    def find_lens(self, answers: Answers, one: Placed) -> None:
+    def find_lens(self, answers: Answers, one: LampPlacement) -> None:
         """Find where the lens sees a style best, where it may stand beside the nose."""
         if answers.question.lens == STRAIGHT or self._lens[0] is one:
             return
         self._lens = (one, None)
 
-        def done(found: Placed) -> None:
+        def done(placement: LampPlacement) -> None:
             if self._lens[0] is one:
-                self._lens = (one, found)
+                self._lens = (one, placement)
                 self._changed()
 
         self._services.runner.submit(
@@ -313,45 +315,45 @@ class LightWork:
     # -- the way to the turn -------------------------------------------------------------------
 
     def plan(
-        self, shown: Shown, match: float, hold: HoldState, done: Callable[[LampPlan], None]
+        self, result: LampResult, match: float, hold: HoldState, done: Callable[[LampPlan], None]
     ) -> None:
         """Make the plan of turning first and then holding the lamp; `done` is called with it."""
-        answers, name, held = shown.answers, shown.one.name, shown.held
+        answers, name, position = result.answers, result.one.name, result.position
 
         def work() -> LampPlan:
-            result = result_with(answers, name, held, match)
+            result = result_with(answers, name, position, match)
             head, light, lamp = answers.hand.head, answers.question.light, answers.hand.lamp
             words = (lamp_name(lamp), hold.hold, hold.hold_line)
-            portrait = partial(portrait_with, answers, held)
-            return LampPlan(head, light, *words, result, portrait, held.azimuth_deg)
+            portrait = partial(portrait_with, answers, position)
+            return LampPlan(head, light, *words, result, portrait, position.azimuth_deg)
 
         self._services.runner.submit(_PLAN, lambda *_: work(), done=done)
 
     # -- pictures ------------------------------------------------------------------------------
 
-    def look_at(self, answers: Answers, name: str, held: Held, size: Size) -> None:
+    def look_at(self, answers: Answers, name: str, position: LampPosition, size: Size) -> None:
         """Make pictures; while some are being made, only the newest wish is remembered.
 
         A hand that moves all the time would otherwise cancel every picture before it is done.
         """
-        self._wanted = (answers, name, held, size)
+        self._view_key = (answers, name, position, size)
         view = self.view
-        known = view and (view.answers, view.name, view.held, view.size)
-        if self.looking or known == self._wanted:
+        view_key = view and (view.answers, view.name, view.position, view.size)
+        if self.looking or view_key == self._view_key:
             return
         self.looking = True
         self._services.runner.submit(
             _VIEW,
-            lambda *_: look(answers, name, held, size, view),
+            lambda *_: look(answers, name, position, size, view),
             done=self._looked,
             failed=self._not_looked,
             cancelled=self._looked_away,
         )
 
-    def _looked(self, view: View) -> None:
+    def _looked(self, view: LampView) -> None:
         self.looking, self.view = False, view
-        if self._wanted is not None:
-            self.look_at(*self._wanted)
+        if self._view_key is not None:
+            self.look_at(*self._view_key)
         self._changed()
 
     def _not_looked(self, error: Exception) -> None:

@@ -27,7 +27,7 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.scale import read_lux
-from app.core.storage.library import Trashed
+from app.core.storage.library import TrashedItem
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange, delete_with_undo, told_beside
@@ -40,7 +40,7 @@ from app.words.lamps import GUIDE, lamp_title, mask_warnings
 from app.words.phrases.quantities import metres, read_metres
 from app.words.remarks import sentences
 
-_ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
+_QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
     "distance": (
         tr("Distance of the lamp"),
@@ -100,7 +100,7 @@ class LampActions:
         view = self._lamps.view
         if lamp is None or view is None:
             return
-        title, label, button, example = _ASKED[wish]
+        title, label, button, example = _QUESTIONS[wish]
         text = lamp.title
         if wish == "distance":
             text = "" if lamp.distance_m is None else metres(lamp.distance_m)
@@ -141,7 +141,7 @@ class LampActions:
             what,
             make,
             lambda _: update_lamp(self._lamps.folder, lamp),
-            made=done,
+            on_apply=done,
             undone=done,
             failed=told_beside(self._services, self._say),
         ).begin()
@@ -164,8 +164,8 @@ class LampActions:
 
         def ready(look: MaskLook) -> None:
             if lamps.view is not None and lamps.own is lamp:
-                given = (self._services, self._place_controller, lamps.folder, lamp, look)
-                lamps.view.ask_mask(MaskEdit(*given, partial(lamps.read_again, name)))
+                arguments = (self._services, self._place_controller, lamps.folder, lamp, look)
+                lamps.view.ask_mask(MaskEdit(*arguments, partial(lamps.read_again, name)))
 
         self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
 
@@ -176,8 +176,8 @@ class LampActions:
             return
         folder, name = lamps.folder, lamp.name
 
-        def gone(trashed: Trashed) -> str:
-            lamps.gone(trashed.name)
+        def message(trashed: TrashedItem) -> str:
+            lamps.forget(trashed.name)
             return trashed.title
 
         def returned(back: CapturedLamp) -> str:
@@ -191,7 +191,7 @@ class LampActions:
             lamp.title,
             lambda: delete_lamp(folder, name),
             lambda trashed: restore_lamp(folder, trashed),
-            gone=gone,
+            message=message,
             returned=returned,
         )
 
@@ -235,18 +235,18 @@ class LampList:
     """The lamps, and which of them is in hand."""
 
     def __init__(
-        self, services: Services, changed: Callable[[], None], taken: Callable[[str], None]
+        self, services: Services, changed: Callable[[], None], on_new: Callable[[str], None]
     ) -> None:
         self._services = services
         self.changed = changed
-        self._taken = taken
+        self._on_new = on_new
         self.view: LightView | None = None
         self.key = ""
         self.own: CapturedLamp | None = None
         self._entries: tuple[LampEntry, ...] = ()
         self.folder = lamps_of(services.folders)
         self.capturing = False
-        self._wanted: tuple[str, float | None] = ("", None)
+        self._request: tuple[str, float | None] = ("", None)
 
     @property
     def items(self) -> tuple[tuple[str, str, str, str], ...]:
@@ -280,7 +280,7 @@ class LampList:
     def take_own(self, name: str) -> None:
         """Take a captured lamp in hand that has just come into the library."""
         self.refresh()
-        self._taken(f"{_OWN}{name}")
+        self._on_new(f"{_OWN}{name}")
 
     def read_again(self, name: str) -> None:
         """Show a lamp whose files have changed."""
@@ -288,7 +288,7 @@ class LampList:
         if self.key == f"{_OWN}{name}":
             self._read(self.key)
 
-    def gone(self, name: str) -> None:
+    def forget(self, name: str) -> None:
         """Forget a lamp that was put away."""
         if self.key == f"{_OWN}{name}":
             self.key, self.own = "", None
@@ -338,7 +338,7 @@ class LampList:
         except CoreError as error:
             self.view.say(str(error))
             return
-        self._wanted = (title.strip(), far)
+        self._request = (title.strip(), far)
         path = self._place_file()
         if source == "files":
             self.view.ask_pictures()
@@ -362,41 +362,41 @@ class LampList:
             return
         if self.view is not None:
             self.view.say("")
-        folder, given, wanted = self.folder, tuple(paths), self._wanted
-        said, distance_m = wanted
-        self._wanted = ("", None)
-        facts = place.capture if place is not None and given == (self._place_file(),) else None
-        named = given[0].stem if len(given) == 1 else given[0].parent.name
-        title = said or (place.name if place and facts else named)[:MAX_TITLE]
+        folder, files, request = self.folder, tuple(paths), self._request
+        new_title, distance_m = request
+        self._request = ("", None)
+        facts = place.capture if place is not None and files == (self._place_file(),) else None
+        named = files[0].stem if len(files) == 1 else files[0].parent.name
+        title = new_title or (place.name if place and facts else named)[:MAX_TITLE]
 
         def work(
             token: Token, report: Report
         ) -> tuple[str, tuple[LampEntry, ...], tuple[str, ...]]:
-            found = capture_lamp(
-                given,
+            capture = capture_lamp(
+                files,
                 title=title,
                 distance_m=distance_m,
                 token=token,
                 report=report,
             )
-            lamp = found.lamp
-            warnings = (*sentences(found.warnings), *mask_warnings(found.mask))
+            lamp = capture.lamp
+            warnings = (*sentences(capture.warnings), *mask_warnings(capture.mask))
             if facts is not None:
                 white = lamp.white_cd_m2 or facts.white_cd_m2
                 lamp = replace(lamp, camera=facts.camera, white_cd_m2=white)
             return add_lamp(folder, lamp).name, list_lamps(folder)[0], warnings
 
-        def done(found: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:
-            name, self._entries, said = found
+        def done(result: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:
+            name, self._entries, warnings = result
             self.capturing = False
-            for words in said:
+            for words in warnings:
                 self._services.notify.tell(words, kind="warning")
             self._services.notify.mended(_TAKE)
-            self._taken(f"{_OWN}{name}")
+            self._on_new(f"{_OWN}{name}")
 
         def again() -> None:
-            self._wanted = wanted
-            self.take(given)
+            self._request = request
+            self.take(files)
 
         self.capturing = True
         self._services.runner.submit(

@@ -46,7 +46,7 @@ class MaskState:
     picture: Bytes = field(repr=False)
     alpha: Float32 = field(repr=False)
     centre: Point
-    lit: bool = True
+    adds_lamp: bool = True
     radius_deg: float = 3.0
     can_undo: bool = False
     changed: bool = False
@@ -86,7 +86,7 @@ class _Patch(NamedTuple):
 
 def look_at_mask(lamp: CapturedLamp) -> MaskLook:
     """Prepare the sheet of a lamp's mask; takes a moment."""
-    return MaskLook(_seen(lamp), centroid(lamp.light), _given(lamp, lamp.alpha))
+    return MaskLook(_picture(lamp), centroid(lamp.light), _size_words(lamp, lamp.alpha))
 
 
 class MaskEdit:
@@ -135,9 +135,9 @@ class MaskEdit:
         if self._view is not None:
             self._view.show_state(self.state())
 
-    def set_lit(self, lit: bool) -> None:
+    def set_lit(self, adds_lamp: bool) -> None:
         """Let the brush add, or take away."""
-        self._show(lit=lit)
+        self._show(adds_lamp=adds_lamp)
 
     def set_radius(self, radius_deg: float) -> None:
         """Make the brush smaller or larger, deg."""
@@ -180,7 +180,7 @@ class MaskEdit:
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
-            _FIND, lambda *_: find_mask(radiance).alpha, done=self._found, failed=self._failed
+            _FIND, lambda *_: find_mask(radiance).alpha, done=self._take_alpha, failed=self._failed
         )
 
     def save(self) -> None:
@@ -208,7 +208,7 @@ class MaskEdit:
             tr("new mask of {title}", title=lamp.title),
             work,
             lambda _: update_lamp(folder, lamp),
-            made=lambda _: self._kept(change),
+            on_apply=lambda _: self._on_saved(change),
             undone=lambda _: self._saved(),
             failed=self._failed,
         )
@@ -216,10 +216,10 @@ class MaskEdit:
 
     def _paint(self, points: tuple[Point, ...]) -> None:
         state = self._state
-        painted = stroke(state.alpha, points, state.radius_deg, state.lit)
+        painted = stroke(state.alpha, points, state.radius_deg, state.adds_lamp)
         self._show(alpha=painted, error="")
 
-    def _found(self, alpha: Float32) -> None:
+    def _take_alpha(self, alpha: Float32) -> None:
         before, self._state = self._state.alpha, replace(self._state, alpha=alpha)
         self._remember(before)
         self._settled()
@@ -229,7 +229,9 @@ class MaskEdit:
         self._show(busy=False, error="", **changes)
         lamp, alpha = self._lamp, self._state.alpha
         self._services.runner.submit(
-            _MEASURE, lambda *_: _given(lamp, alpha), done=lambda gives: self._show(gives=gives)
+            _MEASURE,
+            lambda *_: _size_words(lamp, alpha),
+            done=lambda gives: self._show(gives=gives),
         )
 
     def _remember(self, before: Float32) -> None:
@@ -249,7 +251,7 @@ class MaskEdit:
             sentence = tr("The mask was not saved.")
         self._show(busy=False, error=sentence)
 
-    def _kept(self, change: FileChange[CapturedLamp]) -> None:
+    def _on_saved(self, change: FileChange[CapturedLamp]) -> None:
         self._state = replace(self._state, busy=False)
         if self._view is not None:
             self._view.shut()
@@ -261,20 +263,20 @@ class MaskEdit:
         self._saved()
 
 
-def _given(lamp: CapturedLamp, alpha: Float32) -> str:
+def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
     """Say what a lamp gives under a mask; empty where its exposure is not known."""
     if lamp.white_cd_m2 is None:
         return ""
-    drawn = replace(lamp, alpha=alpha)
-    lux = drawn.lux if alpha.any() else 0.0
+    draft = replace(lamp, alpha=alpha)
+    lux = draft.lux if alpha.any() else 0.0
     return tr("It gives {lux} where the camera stood.", lux=lux_words(lux or 0.0))
 
 
-def _seen(lamp: CapturedLamp) -> Bytes:
+def _picture(lamp: CapturedLamp) -> Bytes:
     """Picture of a capture in which the lamp keeps its form and the dark room can be seen."""
     light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
-    lit = light[lamp.alpha > 0.5]
-    top = float(np.percentile(lit, 95.0)) if lit.size else float(light.max())
+    lamp_pixels = light[lamp.alpha > 0.5]
+    top = float(np.percentile(lamp_pixels, 95.0)) if lamp_pixels.size else float(light.max())
     level = np.maximum(lamp.radiance, 0.0) * np.float32(_DEEP / max(top, 1e-30))
-    shown = np.log1p(level) / np.float32(np.log1p(_DEEP))
-    return to_bytes(np.clip(shown, 0.0, 1.0).astype(np.float32))
+    tones = np.log1p(level) / np.float32(np.log1p(_DEEP))
+    return to_bytes(np.clip(tones, 0.0, 1.0).astype(np.float32))

@@ -21,7 +21,7 @@ from app.core.second_light.captured import CapturedLamp, placed_at
 from app.core.second_light.contrast import FaceBasis, less_mean
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
-from app.core.second_light.search import Placed
+from app.core.second_light.search import LampPlacement
 from app.core.second_light.search_kernel import LampTables
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.lens_search import STRAIGHT, LensWish
@@ -47,7 +47,7 @@ _STEP_DEG: Final = 5.625
 _HARDLY_LESS: Final = 0.97  # of the best match: the rule of the tolerance arc
 
 
-class Held(NamedTuple):
+class LampPosition(NamedTuple):
     """Where and how a lamp is held."""
 
     azimuth_deg: float
@@ -64,13 +64,13 @@ class InHand:
     near: NearField = field(repr=False)
     face: FaceBasis = field(repr=False)
     lamp: Lamp
-    added: AddedLight = field(repr=False)
+    lamp_light: AddedLight = field(repr=False)
     tables: LampTables = field(repr=False)
     grey: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Question:
+class LampQuestion:
     """What places are asked for. `gain`: luminance of radiance 1, cd/m2."""
 
     light: PlaceLight
@@ -93,17 +93,17 @@ class Question:
 class Answers:
     """Where a lamp belongs for every style.
 
-    `allowed`, (576,) bool: placements that can be reached.
+    `is_open`, (576,) bool: placements that can be reached.
     """
 
     hand: InHand
-    question: Question
-    placed: tuple[Placed, ...] = field(repr=False)
-    allowed: NDArray[np.bool_] = field(repr=False)
+    question: LampQuestion
+    placements: tuple[LampPlacement, ...] = field(repr=False)
+    is_open: NDArray[np.bool_] = field(repr=False)
 
-    def of(self, name: str | None) -> Placed | None:
+    def of(self, name: str | None) -> LampPlacement | None:
         """Give the answer for a style."""
-        return next((one for one in self.placed if one.name == name), None)
+        return next((one for one in self.placements if one.name == name), None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,7 +111,7 @@ class Nearer:
     """What a lamp that rescues nothing does from nearer by."""
 
     answers: Answers
-    one: Placed
+    one: LampPlacement
     distance_m: float
 
 
@@ -127,13 +127,15 @@ def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
     return powers_of(lamp.kind)
 
 
-def best_held(placed: Placed) -> Held:
+def best_held(placement: LampPlacement) -> LampPosition:
     """Give the best place of a lamp, between the placements of the search, and its power."""
-    return Held(placed.lamp_azimuth_refined_deg, placed.lamp_altitude_refined_deg, placed.power)
+    return LampPosition(
+        placement.lamp_azimuth_refined_deg, placement.lamp_altitude_refined_deg, placement.power
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class LampView:
     """A style with the lamp at one spot.
 
     Attributes:
@@ -144,7 +146,7 @@ class View:
 
     answers: Answers
     name: str
-    held: Held
+    position: LampPosition
     size: Size
     with_lamp: Bytes = field(repr=False)
     without: Bytes = field(repr=False)
@@ -155,17 +157,17 @@ class View:
     grade: Grade | None
 
 
-def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleResult:
+def result_with(answers: Answers, name: str, position: LampPosition, match: float) -> StyleResult:
     """Answer for a style with the lamp held at a spot, whatever the turn."""
     one = answers.of(name)
     if one is None:
         raise KeyError(name)
     question = answers.question
     facing = wrap(one.turn_refined_deg + question.front_deg)
-    curve = _match_curve(answers, name, held)
+    curve = _match_curve(answers, name, position)
     # The search looks at whole steps and rounds a little otherwise: the number shown counts.
     curve = np.clip(curve + (match - value_at(curve, facing)), -100.0, 100.0)
-    if held == best_held(one):
+    if position == best_held(one):
         curve = np.minimum(curve, match)
     before = one.before.seen_from(-question.front_deg)
     return replace(
@@ -181,31 +183,31 @@ def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleR
     )
 
 
-def _match_curve(answers: Answers, name: str, held: Held) -> Float64:
+def _match_curve(answers: Answers, name: str, position: LampPosition) -> Float64:
     """(64,) match with the lamp held at a spot, the sitter facing azimuth 5.625 k deg."""
     hand, question = answers.hand, answers.question
     transport = hand.head.transport
-    lamp, hidden = _of_lamp(hand, held)
-    left = ((1.0 - hidden) * question.gain)[..., None]
+    lamp, hidden = _of_lamp(hand, position)
+    visible_share = ((1.0 - hidden) * question.gain)[..., None]
     light = question.light.searched
-    turns = np.stack([np.roll(light, -k, axis=1) * left for k in range(TURNS)], axis=-1)
-    rows = transport.texel_basis @ turns.reshape(len(left) * left.shape[1], -1)
+    turns = np.stack([np.roll(light, -k, axis=1) * visible_share for k in range(TURNS)], axis=-1)
+    rows = transport.texel_basis @ turns.reshape(len(visible_share) * visible_share.shape[1], -1)
     coordinates = rows.reshape(len(rows), 3, TURNS)
-    seen = luminance(lamp).astype(np.float64)[:, None] + sum(
+    grey = luminance(lamp).astype(np.float64)[:, None] + sum(
         weight * (transport.pixel_basis[c] @ coordinates[:, c])
         for c, weight in enumerate(LUMINANCE_WEIGHTS)
     )
-    return _matches(hand.head, name, seen)
+    return _matches(hand.head, name, grey)
 
 
-def _matches(head: Head, name: str, seen: Float64) -> Float64:
+def _matches(head: Head, name: str, grey: Float64) -> Float64:
     """(n,) match of pictures (P, n), luminance, over the face region."""
     root = np.sqrt(head.pack.region_on(head.transport))
     flat = head.pack.target(name).reshape(-1, 3)[head.transport.pixels]
-    wanted = less_mean(luminance(flat), root)
-    pictures = less_mean(seen.T, root)
-    size = np.linalg.norm(wanted) * np.linalg.norm(pictures, axis=1)
-    return np.asarray(100.0 * (pictures @ wanted) / np.maximum(size, 1e-30))
+    target = less_mean(luminance(flat), root)
+    pictures = less_mean(grey.T, root)
+    size = np.linalg.norm(target) * np.linalg.norm(pictures, axis=1)
+    return np.asarray(100.0 * (pictures @ target) / np.maximum(size, 1e-30))
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
@@ -219,30 +221,34 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
     return wrap(turn_deg - float(before)), wrap(turn_deg + float(after))
 
 
-def portrait_with(answers: Answers, held: Held, facing_deg: float, size: Size) -> Bytes:
+def portrait_with(answers: Answers, position: LampPosition, facing_deg: float, size: Size) -> Bytes:
     """Portrait with the lamp held somewhere, the face at an azimuth of the panorama."""
     hand, question = answers.hand, answers.question
-    parts = _lit(hand, question, held, facing_deg)
-    return _shown(hand, held, Facing(question.light, facing_deg), parts, size)
+    parts = _parts(hand, question, position, facing_deg)
+    return _picture(hand, position, Facing(question.light, facing_deg), parts, size)
 
 
-def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> list[Float32]:
+def _parts(
+    hand: InHand, question: LampQuestion, position: LampPosition, facing_deg: float
+) -> list[Float32]:
     """Pictures (P, 3) of the place and of the lamp alone, both in the unit of the place's light."""
-    lamp, hidden = _of_lamp(hand, held)
+    lamp, hidden = _of_lamp(hand, position)
     place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
-    seen = render(hand.head.transport, place * (1.0 - hidden)[..., None])
-    return [seen, lamp / np.float32(question.gain)]
+    picture = render(hand.head.transport, place * (1.0 - hidden)[..., None])
+    return [picture, lamp / np.float32(question.gain)]
 
 
-def _shown(hand: InHand, held: Held, here: Facing, parts: Sequence[Float32], size: Size) -> Bytes:
-    """Portrait of what `_lit` gives."""
-    seen = [to_image(hand.head.transport, part) for part in parts]
-    return hand.head.portrait_with(here, [*seen, _far(hand, held)], size)
+def _picture(
+    hand: InHand, position: LampPosition, here: Facing, parts: Sequence[Float32], size: Size
+) -> Bytes:
+    """Portrait of what `_parts` gives."""
+    pictures = [to_image(hand.head.transport, part) for part in parts]
+    return hand.head.portrait_with(here, [*pictures, _far(hand, position)], size)
 
 
-def _far(hand: InHand, held: Held) -> FloatImage:
+def _far(hand: InHand, position: LampPosition) -> FloatImage:
     """Light (H, W, 3) of the lamp, were it as far away as it looks large."""
-    lamp, spot = hand.lamp, (held.azimuth_deg, held.altitude_deg)
+    lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         return placed_at(lamp, *spot)[0]
     radius_m = math.sqrt(math.prod(lamp.size_m) / math.pi)
@@ -255,13 +261,15 @@ def _far(hand: InHand, held: Held) -> FloatImage:
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
     """Make the target portraits of styles, of all by default: sRGB, by name."""
     pack = head.pack
-    wanted = [style.name for style in pack.styles] if names is None else names
-    linear = np.stack([pack.target(name) for name in wanted])
-    lamps = [pack.styles[pack.index(name)] for name in wanted]
-    return dict(zip(wanted, head.portraits(linear, size, lamps), strict=True))
+    style_names = [style.name for style in pack.styles] if names is None else names
+    linear = np.stack([pack.target(name) for name in style_names])
+    lamps = [pack.styles[pack.index(name)] for name in style_names]
+    return dict(zip(style_names, head.portraits(linear, size, lamps), strict=True))
 
 
-def look(answers: Answers, name: str, held: Held, size: Size, known: View | None) -> View:
+def look(
+    answers: Answers, name: str, position: LampPosition, size: Size, before: LampView | None
+) -> LampView:
     """Make the pictures of a style with the lamp at a spot, and without it.
 
     Raises:
@@ -272,39 +280,39 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
         raise KeyError(name)
     hand, question = answers.hand, answers.question
     facing = wrap(one.turn_refined_deg + question.front_deg)
-    parts = _lit(hand, question, held, facing)
+    parts = _parts(hand, question, position, facing)
     head, row = hand.head, hand.head.pack.index(name)
     picture = sum(parts) * np.float32(question.gain)
-    seen = measure_picture(head.pack, head.transport, luminance(picture))
-    verdict = judge(head.pack, row, seen, LIMITS)
-    shown = _shown(hand, held, Facing(question.light, facing), parts, size)
-    if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
-        without, target = known.without, known.target
+    measures = measure_picture(head.pack, head.transport, luminance(picture))
+    verdict = judge(head.pack, row, measures, LIMITS)
+    portrait = _picture(hand, position, Facing(question.light, facing), parts, size)
+    if before is not None and (before.answers, before.name, before.size) == (answers, name, size):
+        without, target = before.without, before.target
     else:
         without, target = _without(answers, one, size), targets(hand.head, size, (name,))[name]
-    return View(
+    return LampView(
         answers,
         name,
-        held,
+        position,
         size,
-        shown,
+        portrait,
         without,
         target,
-        float(seen.match[row]),
-        float(seen.strength[row]),
+        float(measures.match[row]),
+        float(measures.strength[row]),
         verdict.attainable,
         verdict.grade,
     )
 
 
-def _of_lamp(hand: InHand, held: Held) -> tuple[Float32, Float32]:
+def _of_lamp(hand: InHand, position: LampPosition) -> tuple[Float32, Float32]:
     """Picture (P, 3) under the lamp alone, cd/m2, and the share (H, W) of texels it hides."""
-    lamp, spot = hand.lamp, (held.azimuth_deg, held.altitude_deg)
+    lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         light, hidden = placed_at(lamp, *spot)
-        return render(hand.head.transport, light) * np.float32(held.power), hidden
-    picture = near_picture(hand.near, lamp, *spot) * np.float32(held.power)
-    return picture, _hidden(hand.added.alpha, spot)
+        return render(hand.head.transport, light) * np.float32(position.power), hidden
+    picture = near_picture(hand.near, lamp, *spot) * np.float32(position.power)
+    return picture, _hidden(hand.lamp_light.alpha, spot)
 
 
 def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
@@ -325,7 +333,7 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
     return low + (at(lower + 1) - low) * above
 
 
-def seen_from(answers: Answers, one: Placed) -> Placed:
+def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
     """Give an answer with the lens where it is asked for and sees the best match."""
     hand, head, question = answers.hand, answers.hand.head, answers.question
     if not head.views:
@@ -333,10 +341,10 @@ def seen_from(answers: Answers, one: Placed) -> Placed:
     light = question.light.searched * np.float32(question.gain)
     near = hand.lamp if isinstance(hand.lamp, NumbersLamp) else None
     wish = question.lens.moved(question.front_deg)
-    return seen_aside(head.pack, head.aside, (one,), light, hand.added, near, wish)[0]
+    return seen_aside(head.pack, head.aside, (one,), light, hand.lamp_light, near, wish)[0]
 
 
-def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
+def _without(answers: Answers, one: LampPlacement, size: Size) -> Bytes:
     """Portrait in the place's own light, at the best turn that it has without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
@@ -346,7 +354,7 @@ def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
 def sky_of(
     values: NDArray[np.floating[Any]],
     limit: float | None,
-    allowed: NDArray[np.bool_] | None = None,
+    is_open: NDArray[np.bool_] | None = None,
 ) -> SkyState:
     """Draw up the map.
 
@@ -354,7 +362,7 @@ def sky_of(
         values: (9, 64) float. Objective at one turn: altitudes upward, azimuths from in front
             toward the sitter's left.
         limit: Where the line runs; None for no line.
-        allowed: (576,) bool or None. Placements that can be reached.
+        is_open: (576,) bool or None. Placements that can be reached.
     """
     # Left to right −180 to 180: the sitter's right, in front, the sitter's left.
     around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)
@@ -368,8 +376,8 @@ def sky_of(
         line = _line(fine - limit, azimuths, altitudes)
         words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
     closed = None
-    if allowed is not None and not allowed.all():
-        shut = np.roll(~allowed.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
+    if is_open is not None and not is_open.all():
+        shut = np.roll(~is_open.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
         # Texels of a placement lie around it: half of the first column is at the right end.
         closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
     if closed is not None:
@@ -389,8 +397,8 @@ def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
     altitudes = lowest + (np.arange(fine_rows) + 0.5) * rise * _ROWS / fine_rows
     up = np.clip((altitudes - float(ALTITUDES_DEG[0])) / rise, 0.0, _ROWS - 1.0)
     wrapped = _cubic(np.concatenate([values[:, -1:], values, values[:, :2]], axis=1).T, across + 1)
-    held = np.concatenate([wrapped[:, :1], wrapped, wrapped[:, -1:]], axis=1)
-    return _cubic(held.T, up + 1.0), azimuths, altitudes
+    padded = np.concatenate([wrapped[:, :1], wrapped, wrapped[:, -1:]], axis=1)
+    return _cubic(padded.T, up + 1.0), azimuths, altitudes
 
 
 def _cubic(values: Float64, places: Float64) -> Float64:

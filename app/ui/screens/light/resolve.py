@@ -14,7 +14,7 @@ from app.core.second_light.lamp_presets import (
     part_of,
 )
 from app.core.second_light.placements import direction
-from app.core.second_light.search import Placed
+from app.core.second_light.search import LampPlacement
 from app.core.solver.place_light import main_light
 from app.core.solver.shortfall import Cause, LensShortfall, LightShortfall
 from app.core.solver.turn_choice import LIMITS
@@ -22,25 +22,25 @@ from app.core.styles.styles import Style
 from app.core.text import tr
 from app.ui.screens.light.pictures import (
     Answers,
-    Held,
     Lamp,
+    LampPosition,
+    LampView,
     Nearer,
-    View,
     best_held,
     powers_for,
     sky_of,
 )
 from app.ui.screens.light.state import (
-    DetailState,
     HeadsState,
     HoldState,
+    LampDetailState,
     RowState,
     Section,
     SkyState,
     Verdict,
 )
 from app.ui.screens.styles.cards import side_line
-from app.ui.screens.styles.gallery import Kept
+from app.ui.screens.styles.gallery import ValueCache
 from app.words.lamps import lamp_title, power_share, power_words, stops_down
 from app.words.phrases.directions import lens_words, light_words, lit_aside_words, placement_words
 from app.words.phrases.quantities import contrast_words, metres, upper_first
@@ -126,7 +126,7 @@ def place_words(azimuth_deg: float | None) -> str:
     return tr("The place then lights the sitter’s right (camera left).")
 
 
-def move_words(now: Held, best: Held, kind: str = "") -> str:
+def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
     """Say how the lamp gets from where it is held to its best place and power.
 
     Args:
@@ -162,30 +162,34 @@ def _way(now_deg: float, best_deg: float) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class LampResult:
     """What is in front: a style, and the lamp where it is held."""
 
     answers: Answers
-    one: Placed
-    held: Held
+    one: LampPlacement
+    position: LampPosition
     distance_m: float
-    newest: View | None = None
-    lens: Placed | None = None
+    newest: LampView | None = None
+    lens: LampPlacement | None = None
 
     @property
     def at_best(self) -> bool:
         """Whether the lamp is at its best place and power, as far as whole degrees show."""
-        best, held = best_held(self.one), self.held
-        across = abs(wrap(held.azimuth_deg - best.azimuth_deg))
-        near = across < _AT_BEST_DEG and abs(held.altitude_deg - best.altitude_deg) < _AT_BEST_DEG
-        return near and held.power == best.power
+        best, position = best_held(self.one), self.position
+        across = abs(wrap(position.azimuth_deg - best.azimuth_deg))
+        near = (
+            across < _AT_BEST_DEG and abs(position.altitude_deg - best.altitude_deg) < _AT_BEST_DEG
+        )
+        return near and position.power == best.power
 
     @property
-    def view(self) -> View | None:
+    def view(self) -> LampView | None:
         """The newest pictures, where they are of this style and of these answers."""
         view = self.newest
-        known = view is not None and view.answers is self.answers and view.name == self.one.name
-        return view if known else None
+        is_current = (
+            view is not None and view.answers is self.answers and view.name == self.one.name
+        )
+        return view if is_current else None
 
     @property
     def match(self) -> float | None:
@@ -193,7 +197,7 @@ class Shown:
         if self.at_best:
             return self.one.match
         view = self.view
-        return view.match if view is not None and view.held == self.held else None
+        return view.match if view is not None and view.position == self.position else None
 
     @property
     def dims(self) -> bool:
@@ -203,78 +207,78 @@ class Shown:
     @property
     def spot(self) -> tuple[str, str, str]:
         """Where the lamp is held: direction in words, distance from head and from skin."""
-        place = direction(*self.held[:2]) * self.distance_m
+        place = direction(*self.position[:2]) * self.distance_m
         skin = self.answers.hand.shape.distance_to_skin(place)
-        azimuth, altitude = (float(whole(angle)) for angle in self.held[:2])
+        azimuth, altitude = (float(whole(angle)) for angle in self.position[:2])
         where = placement_words(azimuth, altitude)
         return where, metres(self.distance_m), metres(skin, rough=True)
 
 
-def rescued(placed: Sequence[Placed]) -> tuple[Placed, ...]:
+def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
     """Give the styles that only the lamp brings within reach, the best first."""
-    found = [one for one in placed if one.attainable and not one.before.attainable]
-    return tuple(sorted(found, key=lambda one: -one.match))
+    winners = [one for one in placements if one.attainable and not one.before.attainable]
+    return tuple(sorted(winners, key=lambda one: -one.match))
 
 
-def better(placed: Sequence[Placed]) -> tuple[Placed, ...]:
+def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
     """Give the styles in reach that the lamp makes clearly better, the best gain first."""
-    found = [one for one in placed if one.before.attainable and _gain(one) >= GAIN]
-    return tuple(sorted(found, key=lambda one: (-_gain(one), -one.match)))
+    winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
+    return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
 
 
-def _gain(one: Placed) -> int:
+def _gain(one: LampPlacement) -> int:
     return whole_of(one.match) - whole_of(one.before.match)
 
 
-def front_of(answers: Answers, chosen: str | None) -> Placed | None:
+def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
     """Give the style to show: the chosen one, unless a lamp has more to say about another."""
-    listed = (*rescued(answers.placed), *better(answers.placed))
-    one = answers.of(chosen)
-    if one is not None and (not one.before.attainable or one in listed):
+    candidates = (*rescued(answers.placements), *better(answers.placements))
+    one = answers.of(style_name)
+    if one is not None and (not one.before.attainable or one in candidates):
         return one
-    return listed[0] if listed else one or next(iter(answers.placed), None)
+    return candidates[0] if candidates else one or next(iter(answers.placements), None)
 
 
 class Resolver:
     """Makes the parts of the state; keeps what does not depend on where the lamp is held."""
 
     def __init__(self) -> None:
-        self._kept = Kept()
+        self._cache = ValueCache()
 
     def sections(
-        self, shown: Shown, pictures: Mapping[str, Bytes], version: int
+        self, result: LampResult, pictures: Mapping[str, Bytes], version: int
     ) -> tuple[Section, ...]:
         """Make the list; parts without any style are left out, but for the first."""
-        answers, front = shown.answers, shown.one.name
-        return self._kept.once(
+        answers, front = result.answers, result.one.name
+        return self._cache.once(
             "sections",
             (front, version),
             answers,
             lambda: _sections(answers, front, pictures, version),
         )
 
-    def sky(self, shown: Shown) -> SkyState:
+    def sky(self, result: LampResult) -> SkyState:
         """Make the map of the style in front."""
-        question = shown.answers.question
+        question = result.answers.question
         limit = LIMITS.match if question.objective == "picture" else None
-        one = shown.one
-        return self._kept.once(
-            "sky", one.name, shown.answers, lambda: sky_of(one.map, limit, shown.answers.allowed)
+        one = result.one
+        return self._cache.once(
+            "sky", one.name, result.answers, lambda: sky_of(one.map, limit, result.answers.is_open)
         )
 
-    def heads(self, shown: Shown) -> HeadsState:
+    def heads(self, result: LampResult) -> HeadsState:
         """Draw the lamp around the head."""
-        question, one = shown.answers.question, shown.one
+        question, one = result.answers.question, result.one
         facing = wrap(one.turn_refined_deg + question.front_deg)
-        coming = self._kept.once(
+        coming = self._cache.once(
             "coming", facing, question.light, lambda: main_light(question.light, facing)
         )
-        where, far, skin = shown.spot
+        where, far, skin = result.spot
         return HeadsState(
-            shape=shown.answers.hand.shape,
-            distance_m=shown.distance_m,
-            azimuth_deg=shown.held.azimuth_deg,
-            altitude_deg=shown.held.altitude_deg,
+            shape=result.answers.hand.shape,
+            distance_m=result.distance_m,
+            azimuth_deg=result.position.azimuth_deg,
+            altitude_deg=result.position.altitude_deg,
             best=best_held(one)[:2],
             place_light_deg=coming,
             spoken=tr(
@@ -289,19 +293,19 @@ class Resolver:
 def _sections(
     answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
 ) -> tuple[Section, ...]:
-    placed = answers.placed
+    placements = answers.placements
     styles = {style.name: style for style in answers.hand.head.pack.styles}
-    out = sum(not one.before.attainable for one in placed)
-    saved, gained = rescued(placed), better(placed)
-    hopeless = (one for one in placed if not (one.before.attainable or one.attainable))
-    lost = sorted(hopeless, key=lambda one: -one.match)
+    out = sum(not one.before.attainable for one in placements)
+    rescues, gains = rescued(placements), better(placements)
+    hopeless = (one for one in placements if not (one.before.attainable or one.attainable))
+    rest = sorted(hopeless, key=lambda one: -one.match)
     parts = (
-        (tr("Now possible with this lamp"), tr("now possible with this lamp"), saved, out),
-        (tr("Better with it"), tr("better with this lamp"), gained, len(placed) - out),
-        (tr("Still out of reach"), tr("still out of reach"), lost, out),
+        (tr("Now possible with this lamp"), tr("now possible with this lamp"), rescues, out),
+        (tr("Better with it"), tr("better with this lamp"), gains, len(placements) - out),
+        (tr("Still out of reach"), tr("still out of reach"), rest, out),
     )
 
-    def row(one: Placed, how: str) -> RowState:
+    def row(one: LampPlacement, how: str) -> RowState:
         state = _row(one, styles[one.name], how, answers)
         picture = pictures.get(one.name)
         return replace(state, version=version, picture=picture, chosen=one.name == front)
@@ -309,15 +313,15 @@ def _sections(
     return tuple(
         Section(
             title,
-            tr("{found} of {count}", found=len(found), count=count),
-            tuple(row(one, how) for one in found),
+            tr("{found} of {count}", found=len(members), count=count),
+            tuple(row(one, how) for one in members),
         )
-        for number, (title, how, found, count) in enumerate(parts)
-        if found or (out and not number)
+        for number, (title, how, members, count) in enumerate(parts)
+        if members or (out and not number)
     )
 
 
-def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
+def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowState:
     kind = _kind(answers)
     before, after = whole_of(one.before.match), whole_of(one.match)
     side = side_line(style)
@@ -328,7 +332,7 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
         why = soft if one.grade is None and one.match >= LIMITS.match else ""
     dims = kind and len(powers_for(answers)) > 1
     power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
-    told = {
+    values = {
         "title": style.title,
         "side": side,
         "before": before,
@@ -346,34 +350,36 @@ def _row(one: Placed, style: Style, how: str, answers: Answers) -> RowState:
         power=power,
         spoken=tr(
             "{title}, {side}, match {before} without the lamp, {after} with it at {power}, {how}",
-            **told,
+            **values,
         )
         if power
-        else tr("{title}, {side}, match {before} without the lamp, {after} with it, {how}", **told),
+        else tr(
+            "{title}, {side}, match {before} without the lamp, {after} with it, {how}", **values
+        ),
     )
 
 
-def hold_of(shown: Shown, heads: HeadsState) -> HoldState:
+def hold_of(result: LampResult, heads: HeadsState) -> HoldState:
     """Write the two steps."""
-    turn, kind = shown.one.turn_refined_deg, _kind(shown.answers)
-    name = lamp_name(shown.answers.hand.lamp)
-    where, far, skin = shown.spot
+    turn, kind = result.one.turn_refined_deg, _kind(result.answers)
+    name = lamp_name(result.answers.hand.lamp)
+    where, far, skin = result.spot
     hold = tr("Hold {lamp} {where}", lamp=name, where=where)
-    if shown.dims:
-        power = power_words(shown.held.power, kind)
+    if result.dims:
+        power = power_words(result.position.power, kind)
         hold = tr("Hold {lamp} {where}, {power}", lamp=name, where=where, power=power)
     map_title = tr("Where this lamp works at this turn")
-    if shown.held.power != shown.one.power:
+    if result.position.power != result.one.power:
         # The map is of another power than the lamp is held at.
-        power = power_words(shown.one.power, kind)
+        power = power_words(result.one.power, kind)
         map_title = tr("Where this lamp works at this turn {at_power}", at_power=power)
     line = tr(
         "{distance} from the middle of the head, about {skin} from the skin.",
         distance=far,
         skin=skin,
     )
-    if shown.lens is not None and shown.lens.yaw_deg:
-        line = f"{line} {lens_words(shown.lens.yaw_deg)}."
+    if result.lens is not None and result.lens.yaw_deg:
+        line = f"{line} {lens_words(result.lens.yaw_deg)}."
     return HoldState(
         turn=turn_title(turn),
         turn_line=place_words(heads.place_light_deg),
@@ -386,9 +392,9 @@ def hold_of(shown: Shown, heads: HeadsState) -> HoldState:
     )
 
 
-def _lens(shown: Shown) -> str:
+def _lens(result: LampResult) -> str:
     """Say from where the lens sees the style best with the lamp at its best place."""
-    lens = shown.lens
+    lens = result.lens
     if lens is None:
         return ""
     if isinstance(lens.shortfall, LensShortfall):
@@ -398,36 +404,38 @@ def _lens(shown: Shown) -> str:
     return f"{there} " + tr("{aside}: match {match}.", aside=words, match=whole_of(lens.match))
 
 
-def detail_of(shown: Shown) -> DetailState:
+def detail_of(result: LampResult) -> LampDetailState:
     """Show the style in front with the lamp where it is held."""
-    one, view, held, kind = shown.one, shown.view, shown.held, _kind(shown.answers)
-    pack = shown.answers.hand.head.pack
+    one, view, position, kind = result.one, result.view, result.position, _kind(result.answers)
+    pack = result.answers.hand.head.pack
     style = pack.styles[pack.index(one.name)]
-    powers = powers_for(shown.answers)
-    stops = stops_down(held.power, kind) if shown.dims else ""
+    powers = powers_for(result.answers)
+    stops = stops_down(position.power, kind) if result.dims else ""
     numbers = (
         (tr("Turn"), turn_words(one.turn_refined_deg)),
-        (tr("Lamp azimuth"), signed(held.azimuth_deg)),
-        (tr("Lamp altitude"), signed(held.altitude_deg)),
+        (tr("Lamp azimuth"), signed(position.azimuth_deg)),
+        (tr("Lamp altitude"), signed(position.altitude_deg)),
     )
-    state = DetailState(
+    state = LampDetailState(
         key=one.name,
         title=style.title,
         side=light_words(style.side, style.place) or tr("Painted"),
         without_tag=tr("Without it, at {turn}", turn=signed(one.before.turn_refined_deg)),
         before=str(whole_of(one.before.match)),
         best_title=tr("Best place: {match}", match=whole_of(one.match)),
-        best_line=_lens(shown) if shown.at_best else move_words(held, best_held(one), kind),
-        at_best=shown.at_best,
+        best_line=_lens(result) if result.at_best else move_words(position, best_held(one), kind),
+        at_best=result.at_best,
         numbers=numbers,
-        power=", ".join(filter(None, (power_share(held.power, kind), stops))) if shown.dims else "",
-        weaker=held.power > powers[-1],
-        stronger=held.power < powers[0],
+        power=", ".join(filter(None, (power_share(position.power, kind), stops)))
+        if result.dims
+        else "",
+        weaker=position.power > powers[-1],
+        stronger=position.power < powers[0],
     )
     if view is None:
         return replace(state, stale=True)
     # At the best place, the numbers of the list.
-    source: Placed | View = one if shown.at_best else view
+    source: LampPlacement | LampView = one if result.at_best else view
     match, strength = source.match, source.strength
     verdict, words = verdict_at(match, strength)
     if source.grade is not None:
@@ -441,7 +449,7 @@ def detail_of(shown: Shown) -> DetailState:
         after=str(whole_of(match)),
         verdict=verdict,
         verdict_words=words,
-        stale=view.held != held,
+        stale=view.position != position,
     )
 
 
@@ -469,11 +477,11 @@ def note_of(
     answers: Answers, distance_m: float, busy: bool, coming_closer: bool, nearer: Nearer | None
 ) -> tuple[str, str]:
     """Say what the list alone does not: sentences, and the words of a button; maybe empty."""
-    if all(one.before.attainable for one in answers.placed):
+    if all(one.before.attainable for one in answers.placements):
         return tr("Every style is in reach here. A lamp can still make some better."), ""
-    if rescued(answers.placed) or busy:
+    if rescued(answers.placements) or busy:
         return "", ""
-    if not answers.allowed.all():
+    if not answers.is_open.all():
         return tr("No style becomes possible from where you can hold it. Allow more places."), ""
     weak = tr("This lamp is too weak at {distance}.", distance=metres(distance_m))
     if coming_closer:
@@ -482,11 +490,11 @@ def note_of(
         return " ".join((weak, tr("Try a stronger one."))), ""
     name, match = lamp_words(nearer.one.title), whole_of(nearer.one.match)
     near = metres(nearer.distance_m)
-    told = {"near": near, "style": name, "match": match}
+    values = {"near": near, "style": name, "match": match}
     if nearer.one.attainable:
-        brings = tr("At {near} it brings {style} to {match}.", **told)
+        brings = tr("At {near} it brings {style} to {match}.", **values)
         return f"{weak} {brings}", tr("Hold it at {near}", near=near)
-    beyond = tr("{style} is out of reach even at {near}.", **told)
+    beyond = tr("{style} is out of reach even at {near}.", **values)
     return f"{weak} {beyond}", ""
 
 

@@ -10,7 +10,7 @@ from app.core.base.angles import wrap
 from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.scale import Comparison, compare
-from app.core.second_light.search import Placed
+from app.core.second_light.search import LampPlacement
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import LampPlan, Step
@@ -18,10 +18,10 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.light.jobs import LightWork
 from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
-from app.ui.screens.light.pictures import Held, Lamp, Question, best_held, powers_for
+from app.ui.screens.light.pictures import Lamp, LampPosition, LampQuestion, best_held, powers_for
 from app.ui.screens.light.resolve import (
+    LampResult,
     Resolver,
-    Shown,
     detail_of,
     front_of,
     hold_of,
@@ -59,7 +59,7 @@ class LightPresenter(Presenter[LightView]):
         self._resolver = Resolver()
         self._stop = nearest_stop(0.3)
         self._arm, self._floor = False, True
-        self._held: Held | None = None
+        self._position: LampPosition | None = None
         self._going = False
         self.work = LightWork(services, self._worked, self._answered)
         services.model.changed.connect(self._model_changed)
@@ -77,12 +77,12 @@ class LightPresenter(Presenter[LightView]):
         """Show nothing any more."""
         self._view = self.lamps.view = None
 
-    def entered(self) -> None:
+    def enter(self) -> None:
         """Take in what has changed meanwhile."""
         self._in_front = True
         self._pursue()
 
-    def left(self) -> None:
+    def leave(self) -> None:
         """The screen is hidden: nothing new is begun."""
         self._in_front = self._going = False
 
@@ -165,7 +165,7 @@ class LightPresenter(Presenter[LightView]):
 
     def choose(self, name: str) -> None:
         """Bring a style to the front, with the lamp at its best place."""
-        self._held = None
+        self._position = None
         self._services.model.choose(name)
         self._pursue()
 
@@ -175,24 +175,24 @@ class LightPresenter(Presenter[LightView]):
         `azimuth_deg`, `altitude_deg`: Deg, positive toward the sitter's left and upward; the latter
         is kept within the band that is searched.
         """
-        held = self._now
-        if held is not None:
+        position = self._now
+        if position is not None:
             height = min(max(altitude_deg, -_HIGHEST_DEG), _HIGHEST_DEG)
-            self._hold(Held(wrap(azimuth_deg), height, held.power))
+            self._hold(LampPosition(wrap(azimuth_deg), height, position.power))
 
     def step_power(self, steps: int) -> None:
         """Turn the lamp up or down where it is held, by whole stops."""
-        held = self._now
-        if held is not None and self._may_step(steps):
+        position = self._now
+        if position is not None and self._may_step(steps):
             powers = self._powers()
-            self._hold(held._replace(power=powers[powers.index(held.power) - steps]))
+            self._hold(position._replace(power=powers[powers.index(position.power) - steps]))
 
     def go_best(self) -> None:
         """Put the lamp back to its best place and power."""
         self._hold(None)
 
-    def _hold(self, held: Held | None) -> None:
-        self._held, self._going = held, False
+    def _hold(self, position: LampPosition | None) -> None:
+        self._position, self._going = position, False
         self._pursue_view()
         self._refresh()
 
@@ -203,34 +203,34 @@ class LightPresenter(Presenter[LightView]):
 
     def _go(self) -> None:
         """Take the lamp along, as soon as it is known what it gives where it is held."""
-        shown = self._shown if self._going and not self.stale else None
-        match = None if shown is None else shown.match
-        if shown is None or match is None:
+        result = self._result if self._going and not self.stale else None
+        match = None if result is None else result.match
+        if result is None or match is None:
             return
         self._going = False
-        hold = hold_of(shown, self._resolver.heads(shown))
+        hold = hold_of(result, self._resolver.heads(result))
         selection = self._services.model.selection
 
         def done(plan: LampPlan) -> None:
             self._turn_with(replace(plan, selection=selection))
 
-        self.work.plan(shown, match, hold, done)
+        self.work.plan(result, match, hold, done)
 
     @property
     def stale(self) -> bool:
         """Whether the answers for the lamp are not of what is selected."""
         model = self._services.model
-        loaded = model.head is not None and model.head.name == model.head_name
-        head = model.head if loaded else None
+        is_loaded = model.head is not None and model.head.name == model.head_name
+        head = model.head if is_loaded else None
         return not self.work.is_current(head, self._lamp(), self._question())
 
     def _turn_with(self, plan: LampPlan) -> None:
-        model, held = self._services.model, self._held
+        model, position = self._services.model, self._position
         goal = wrap(plan.result.turn_refined_deg - model.front_deg)
         model.update(
             chosen=plan.result.name, needle_deg=None, goal_deg=goal, plan=plan, step=Step.TURN
         )
-        self._held = held
+        self._position = position
 
     def focus_lamp(self) -> None:
         """Give the keyboard to the lamp."""
@@ -262,35 +262,35 @@ class LightPresenter(Presenter[LightView]):
         return self._with_answers(state)
 
     def _with_answers(self, state: LightState) -> LightState:
-        work, shown = self.work, self._shown
+        work, result = self.work, self._result
         state = replace(state, busy=work.busy, stale=self.stale)
-        if shown is None:
+        if result is None:
             return state
-        heads = self._resolver.heads(shown)
+        heads = self._resolver.heads(result)
         nearer = (work.busy, work.coming_closer, work.nearer)
-        note, action = note_of(shown.answers, shown.distance_m, *nearer)
+        note, action = note_of(result.answers, result.distance_m, *nearer)
         if state.stale:
             note, action = "", ""
         return replace(
             state,
-            sections=self._resolver.sections(shown, work.rows, work.version),
-            note=" ".join(part for part in (comparison_sentence(self._compared()), note) if part),
+            sections=self._resolver.sections(result, work.rows, work.version),
+            note=" ".join(part for part in (comparison_sentence(self._comparison()), note) if part),
             note_action=action,
-            hold=replace(self._hold_state(shown, heads), turn_works=False)
+            hold=replace(self._hold_state(result, heads), turn_works=False)
             if state.stale
-            else self._hold_state(shown, heads),
+            else self._hold_state(result, heads),
             heads=heads,
-            sky=self._resolver.sky(shown),
-            detail=detail_of(shown),
+            sky=self._resolver.sky(result),
+            detail=detail_of(result),
         )
 
-    def _hold_state(self, shown: Shown, heads: HeadsState) -> HoldState:
+    def _hold_state(self, result: LampResult, heads: HeadsState) -> HoldState:
         """Write the two steps; while another lamp is being tried, none is told to be held."""
-        hold, lamp, known = hold_of(shown, heads), self._lamp(), shown.answers.hand.lamp
-        if not self.work.busy or lamp is None or lamp_name(lamp) == lamp_name(known):
+        hold, lamp, lamp_in_hand = hold_of(result, heads), self._lamp(), result.answers.hand.lamp
+        if not self.work.busy or lamp is None or lamp_name(lamp) == lamp_name(lamp_in_hand):
             return hold
         trying = tr("Trying {lamp} all around the head…", lamp=lamp_name(lamp))
-        still = tr("Still showing {lamp}.", lamp=lamp_name(known))
+        still = tr("Still showing {lamp}.", lamp=lamp_name(lamp_in_hand))
         return replace(hold, hold=trying, hold_line=still, turn_works=False)
 
     def _lamp_state(self) -> LampState:
@@ -308,7 +308,7 @@ class LightPresenter(Presenter[LightView]):
     # -- what is worked out --------------------------------------------------------------------
 
     def _begin_anew(self) -> None:
-        self._held = None
+        self._position = None
         self._pursue()
 
     def _pursue(self) -> None:
@@ -323,14 +323,14 @@ class LightPresenter(Presenter[LightView]):
         self._refresh()
 
     def _pursue_view(self) -> None:
-        if (shown := self._shown) is not None and self._in_front:
-            name = shown.one.name
-            self.work.look_at(shown.answers, name, shown.held, self._sizes.portrait)
-            self.work.find_lens(shown.answers, shown.one)
+        if (result := self._result) is not None and self._in_front:
+            name = result.one.name
+            self.work.look_at(result.answers, name, result.position, self._sizes.portrait)
+            self.work.find_lens(result.answers, result.one)
 
     def _answered(self) -> None:
         """There are new answers: the lamp goes to its best place."""
-        self._held = None
+        self._position = None
         self._pursue()
 
     def _worked(self) -> None:
@@ -344,9 +344,9 @@ class LightPresenter(Presenter[LightView]):
         key, own = self.lamps.key, self.lamps.own
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self._stop])
-        return own if self._compared().possible else None
+        return own if self._comparison().possible else None
 
-    def _compared(self) -> Comparison:
+    def _comparison(self) -> Comparison:
         """Whether the lamp in hand, where it was captured, can be compared with the place."""
         own = self.lamps.own
         if own is None:
@@ -359,12 +359,12 @@ class LightPresenter(Presenter[LightView]):
             return own.distance_m
         return DISTANCES_M[self._stop]
 
-    def _question(self) -> Question | None:
+    def _question(self) -> LampQuestion | None:
         model, gain = self._services.model, self.scale.white
         if model.light is None or gain is None:
             return None
         settings = model.settings
-        return Question(
+        return LampQuestion(
             light=model.light,
             gain=gain,
             front_deg=model.front_deg,
@@ -376,37 +376,37 @@ class LightPresenter(Presenter[LightView]):
         )
 
     @property
-    def front(self) -> Placed | None:
+    def front(self) -> LampPlacement | None:
         """Answer for the style in front; None until there is one."""
         if self.work.answers is None:
             return None
         return front_of(self.work.answers, self._services.model.pack_style)
 
     @property
-    def _now(self) -> Held | None:
+    def _now(self) -> LampPosition | None:
         """Where the lamp is held; None while it is not known where it belongs."""
         one = self.front
-        return self._held or (None if one is None else best_held(one))
+        return self._position or (None if one is None else best_held(one))
 
     @property
-    def _shown(self) -> Shown | None:
+    def _result(self) -> LampResult | None:
         """The style in front with the lamp where it is held."""
-        answers, one, held = self.work.answers, self.front, self._now
-        if answers is None or one is None or held is None:
+        answers, one, position = self.work.answers, self.front, self._now
+        if answers is None or one is None or position is None:
             return None
         newest, lens = self.work.view, self.work.lens_of(one)
-        return Shown(answers, one, held, self._distance_m(), newest, lens)
+        return LampResult(answers, one, position, self._distance_m(), newest, lens)
 
     def _powers(self) -> tuple[float, ...]:
         answers = self.work.answers
         return () if answers is None else powers_for(answers)
 
     def _may_step(self, steps: int) -> bool:
-        held, powers = self._now, self._powers()
+        position, powers = self._now, self._powers()
         return (
-            held is not None
-            and held.power in powers
-            and 0 <= powers.index(held.power) - steps < len(powers)
+            position is not None
+            and position.power in powers
+            and 0 <= powers.index(position.power) - steps < len(powers)
         )
 
     def _works(self) -> bool:
@@ -417,8 +417,8 @@ class LightPresenter(Presenter[LightView]):
             # Of another place or sitter.
             self.work.clear()
             self.scale.place_changed()
-            self._held = None
+            self._position = None
         if "chosen" in names:
-            self._held = None
+            self._position = None
         if names & _ASKED_ANEW or names & {"chosen", "head_name"}:
             self._pursue()

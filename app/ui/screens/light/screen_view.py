@@ -37,7 +37,7 @@ from app.ui.screens.light.state import (
 from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.dialogs import KeysSheet, LineSheet, SheetHost, ask_files
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
@@ -141,8 +141,8 @@ class Brightness(_SheetPage):
         self.lux = TextField(tr("Light meter at the face, lux"), "450")
         self.take = Button(tr("Set"))
         self.add_field(self.lux, self.take, scale.type)
-        self._shown: BrightState | None = None
-        self._typed: tuple[str, ...] = ()
+        self._last: BrightState | None = None
+        self._last_input: tuple[str, ...] = ()
         self.keep = Button("", size="small", do=scale.keep)
         self.measured = Button("", size="small", do=scale.measure)
         add(self.column, 8, row(self.keep, self.measured, ..., gap=8))
@@ -150,11 +150,11 @@ class Brightness(_SheetPage):
 
     def show_state(self, state: BrightState) -> None:
         """Show which answer counts; what is being typed is left alone."""
-        if state == self._shown:
+        if state == self._last:
             return
-        self._shown = state
-        before, self._typed = self._typed, (state.key, state.text, state.keep)
-        if self._typed != before:
+        self._last = state
+        before, self._last_input = self._last_input, (state.key, state.text, state.keep)
+        if self._last_input != before:
             self.lux.set_text(state.text)
         self.lux.set_error(state.error)
         for key, name, lux in BRIGHTNESS:
@@ -165,7 +165,7 @@ class Brightness(_SheetPage):
             button.setVisible(bool(words))
 
 
-class Meter(_SheetPage):
+class MeterPage(_SheetPage):
     """The question how bright a captured lamp is whose files do not say so."""
 
     def __init__(self, presenter: LightPresenter) -> None:
@@ -190,7 +190,7 @@ class MaskSheet(KeysSheet):
         super().__init__(host, tr("Where the lamp is"), 840)
         self._edit = edit
         self.canvas = MaskCanvas()
-        self.tool = Segmented(_TOOLS, tr("Brush"), do=lambda key: edit.set_lit(key == "lamp"))
+        self.tool = SegmentedChoice(_TOOLS, tr("Brush"), do=lambda key: edit.set_lit(key == "lamp"))
         self.radius = LabelledSlider(
             tr("Size"), *RADII_DEG, 3.0, 0.5, lambda v: f"{v:.1f}°", inline=True
         )
@@ -214,14 +214,14 @@ class MaskSheet(KeysSheet):
         self.nearer.clicked.connect(lambda: self.canvas.zoom(1))
         self.farther.clicked.connect(lambda: self.canvas.zoom(-1))
         self.closed.connect(edit.detach)
-        self.destroyed.connect(partial(_left, edit))
+        self.destroyed.connect(partial(_leave, edit))
         edit.attach(self)
 
     def show_state(self, state: MaskState) -> None:
         """Show it."""
         self.set_title(tr("Where “{title}” is", title=state.title))
         self.canvas.show_state(state)
-        self.tool.choose("lamp" if state.lit else "not")
+        self.tool.choose("lamp" if state.adds_lamp else "not")
         self.radius.set_value(state.radius_deg)
         self.back.set_available(state.can_undo, tr("Nothing painted yet."))
         self.save.set_available(state.changed and not state.busy, tr("Nothing has changed yet."))
@@ -230,7 +230,7 @@ class MaskSheet(KeysSheet):
         self._words.set_text(state.error or f"{_WHAT} {state.gives}".strip())
 
 
-def _left(edit: MaskEdit, _sheet: object = None) -> None:
+def _leave(edit: MaskEdit, _sheet: object = None) -> None:
     edit.detach()
 
 
@@ -288,9 +288,9 @@ class LightScreen(SheetHost):
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.timeout.connect(self._tell_sizes)
-        self.detail.laid.connect(self._laid)
+        self.detail.laid.connect(self._on_layout)
         width = column_widths(px(_USUAL[compact]), compact)[1]
-        self._laid(portrait_size(width, compact))
+        self._on_layout(portrait_size(width, compact))
         self._tell_sizes()
 
     # Pages that are seldom needed are made when they are.
@@ -301,9 +301,9 @@ class LightScreen(SheetHost):
         return self._added(Brightness(self.presenter))
 
     @cached_property
-    def meter(self) -> Meter:
+    def meter(self) -> MeterPage:
         """The page that asks what a light meter says of the lamp."""
-        return self._added(Meter(self.presenter))
+        return self._added(MeterPage(self.presenter))
 
     def _added(self, page: _Page) -> _Page:
         self.stack.addWidget(page)
@@ -355,7 +355,7 @@ class LightScreen(SheetHost):
             return self.middle.map
         if isinstance(page, Brightness):
             return next(iter(page.answers.values()))
-        if isinstance(page, Meter):
+        if isinstance(page, MeterPage):
             return page.lux.edit
         return self.empty.button() if self._actions else self
 
@@ -381,11 +381,11 @@ class LightScreen(SheetHost):
         words = (ask.title, ask.label, ask.button, ask.text, ask.example)
         sheet = LineSheet(self.window(), *words)
 
-        def taken(text: str) -> None:
+        def on_text(text: str) -> None:
             sheet.show_busy(True)
             self.presenter.lamp_actions.answer(ask.wish, text)
 
-        sheet.taken.connect(taken)
+        sheet.taken.connect(on_text)
         self.put_over(sheet)
 
     def ask_mask(self, edit: MaskEdit) -> None:
@@ -428,7 +428,7 @@ class LightScreen(SheetHost):
             self._later.start()
         return super().event(event)
 
-    def _laid(self, portrait: QSize) -> None:
+    def _on_layout(self, portrait: QSize) -> None:
         if portrait != self._portrait:
             self._portrait = portrait
             self._later.start()

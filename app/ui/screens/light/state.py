@@ -201,7 +201,7 @@ class SkyState:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DetailState:
+class LampDetailState:
     """The chosen style with the lamp where it is held.
 
     Attributes:
@@ -259,7 +259,7 @@ class LightState:
     hold: HoldState = field(default_factory=HoldState)
     heads: HeadsState = field(default_factory=HeadsState)
     sky: SkyState = field(default_factory=SkyState)
-    detail: DetailState = field(default_factory=DetailState)
+    detail: LampDetailState = field(default_factory=LampDetailState)
     capturing: bool = False
 
 
@@ -307,15 +307,15 @@ class PlaceScale:
     @property
     def white(self) -> float | None:
         """Luminance of radiance 1, cd/m2: as the user says, else as measured."""
-        said = self._said
-        return self._measured if said is None else said
+        value = self._stated
+        return self._measured if value is None else value
 
     @property
     def camera(self) -> str:
         """Model of the camera that measured the scale; empty where that is not known."""
         place = self._services.model.place
-        known = place is not None and place.capture is not None and self._said is None
-        return place.capture.camera if known and place and place.capture else ""
+        from_camera = place is not None and place.capture is not None and self._stated is None
+        return place.capture.camera if from_camera and place and place.capture else ""
 
     @property
     def words(self) -> str:
@@ -324,7 +324,7 @@ class PlaceScale:
         if white is None:
             return ""
         lux = lux_words(self._lux(white))
-        if self._said is None:
+        if self._stated is None:
             return tr("{lux} at the face, as measured", lux=lux)
         return tr("{lux} at the face, as you said", lux=lux)
 
@@ -336,11 +336,11 @@ class PlaceScale:
         lux = self._lux(white)
         key = next((k for k, _, value in BRIGHTNESS if abs(value - lux) <= _SAME * value), "")
         back = ""
-        if self._said is not None and measured is not None:
+        if self._stated is not None and measured is not None:
             back = tr("Back to the measured {lux}", lux=lux_words(self._lux(measured)))
         return BrightState(
             key=key,
-            text="" if key and self._said is not None else lux_words(lux).removesuffix(" lx"),
+            text="" if key and self._stated is not None else lux_words(lux).removesuffix(" lx"),
             error=self._error,
             keep=tr("Keep {lux}", lux=lux_words(lux)),
             measured=back,
@@ -385,7 +385,7 @@ class PlaceScale:
         return white or None
 
     @property
-    def _said(self) -> float | None:
+    def _stated(self) -> float | None:
         model = self._services.model
         if model.place is not None:
             return model.place.said_white_cd_m2
@@ -394,13 +394,13 @@ class PlaceScale:
 
     def _lux(self, white: float) -> float:
         """Vertical illuminance at the face at turn 0."""
-        model, known = self._services.model, self._unit
+        model, cache = self._services.model, self._unit
         if model.light is None:
             return 0.0
-        if known is None or known[0] is not model.light or known[1] != model.front_deg:
+        if cache is None or cache[0] is not model.light or cache[1] != model.front_deg:
             unit = illuminance(model.light.searched, model.front_deg)
-            self._unit = known = (model.light, model.front_deg, unit)
-        return white * known[2]
+            self._unit = cache = (model.light, model.front_deg, unit)
+        return white * cache[2]
 
     def _say(self, lux: float) -> None:
         unit = self._lux(1.0)

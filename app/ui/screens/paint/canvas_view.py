@@ -24,7 +24,7 @@ from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot
 from app.ui.screens.paint.face_view import FaceItems
-from app.ui.screens.paint.state import TOOLS, PaintState, Point, Shown, head_words
+from app.ui.screens.paint.state import TOOLS, CanvasMode, PaintState, Point, head_words
 from app.ui.screens.paint.tools_view import Viewing, ZoomBox, fitting
 from app.ui.theme import px
 from app.ui.widgets.accessibility import describe, give_role
@@ -107,7 +107,7 @@ class PaintCanvas(Plot):
             self.fit()
         if self._face.set_picture(state.picture):
             self._face.repaint()
-        if self._face.set_words(state.notice, state.shown is Shown.WEIGHTS):
+        if self._face.set_words(state.notice, state.mode is CanvasMode.WEIGHTS):
             self._face.repaint()
         if state.brush != self._brush:
             self._brush = state.brush
@@ -140,7 +140,7 @@ class PaintCanvas(Plot):
     # -- looking -------------------------------------------------------------------------------
 
     def _look(self, view: Viewing) -> None:
-        self.viewing = view.held(self.width(), self.height(), self._face.size or 1)
+        self.viewing = view.within(self.width(), self.height(), self._face.size or 1)
         self._fits = False
         self._zoom.set_zoom(self.viewing.zoom)
         self._face.look(self.viewing)

@@ -66,7 +66,7 @@ class DraftKeeper:
         self._waiting: dict[Path, Draft | None] = {}
         self._versions: dict[Path, str] = {}
         self._others: list[Path] = []
-        self._told = False
+        self._has_warned = False
 
     def opened(self, path: Path, version: str) -> None:
         """Note which version of a draft was read: any other is of another window."""
@@ -95,7 +95,7 @@ class DraftKeeper:
         runner = self._services.runner
         # One that waits already will take the newest.
         if not runner.running(_JOB):
-            runner.submit(_JOB, self._work, done=self._written, failed=self._failed)
+            runner.submit(_JOB, self._work, done=self._on_written, failed=self._failed)
 
     def _work(self, token: Token, _report: Report) -> None:
         wait(self._services.clock, _DELAY_S, token)
@@ -138,9 +138,9 @@ class DraftKeeper:
                 kind="warning",
             )
 
-    def _written(self, _answer: None) -> None:
+    def _on_written(self, _answer: None) -> None:
         self._tell_others()
-        self._told = False
+        self._has_warned = False
         self._services.notify.mended("drafts")
         with self._lock:
             more = bool(self._waiting)
@@ -149,8 +149,8 @@ class DraftKeeper:
 
     def _failed(self, error: Exception) -> None:
         # Once, not after every stroke; what could not be written is tried again with the next.
-        if not self._told:
-            self._told = True
+        if not self._has_warned:
+            self._has_warned = True
             why = disk_words(error)
             words = tr(
                 "The draft cannot be saved: {reason}. Your strokes are kept while "
@@ -175,7 +175,7 @@ Layers: TypeAlias = tuple[Float32, Float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Opened:
+class OpenedCanvas:
     """A canvas that was made or found."""
 
     key: str
@@ -206,7 +206,7 @@ def named_style(
     return next((style for style in head.pack.styles if style.name == name), None), None
 
 
-def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) -> Opened:
+def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) -> OpenedCanvas:
     """Find the draft begun from a style, or start a new one."""
     built_in, mine = named_style(head, own, key)
     path, draft, notes = find_draft(folder, key)
@@ -219,7 +219,9 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
         if mine is None:
             title = draft.title or title
         canvas = draft.canvas
-        return Opened(key, canvas, look, path, start, title, mine, True, notes, version, saved)
+        return OpenedCanvas(
+            key, canvas, look, path, start, title, mine, True, notes, version, saved
+        )
     if mine is not None:
         canvas = from_user_style(mine, head.transport)
     elif built_in is not None:
@@ -231,7 +233,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
         canvas = blank(head.transport)
         if key:
             notes = (*notes, tr("This style is no longer there; painting starts from nothing."))
-    return Opened(key, canvas, look, path, key, title, mine, False, notes, version, saved)
+    return OpenedCanvas(key, canvas, look, path, key, title, mine, False, notes, version, saved)
 
 
 _FACE: Final = 0.5  # from this share of the head on a pixel counts as face
@@ -253,8 +255,8 @@ def head_look(transport: Transport) -> HeadLook:
     face = coverage >= _FACE
     # Sorted: numpy's own median first loads masked arrays, 40 ms at a time that counts.
     middle = float(np.sort(grey[face])[int(face.sum()) // 2]) if face.any() else 1.0
-    shown = colour.srgb_encode(np.clip(grey * (_LEVEL / max(middle, 1e-30)), 0.0, 1.0))
-    return HeadLook(np.asarray(shown, np.float32), coverage)
+    tones = colour.srgb_encode(np.clip(grey * (_LEVEL / max(middle, 1e-30)), 0.0, 1.0))
+    return HeadLook(np.asarray(tones, np.float32), coverage)
 
 
 def turned_look(head: Head, yaw_deg: float, steps: int) -> HeadLook | None:
@@ -289,17 +291,17 @@ def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
 def _continued(picture: Float32, coverage: Float32) -> Float32:
     """Take the black out of edge pixels and carry the edge outward by a few pixels."""
     share = np.where(coverage >= _SOLID, coverage, 0.0).astype(np.float32)
-    known = np.where(share > 0, 1.0, 0.0).astype(np.float32)
+    weights = np.where(share > 0, 1.0, 0.0).astype(np.float32)
     wide = picture[..., None] if picture.ndim == 2 else picture
     values = np.where(share[..., None] > 0, wide / np.maximum(share, _SOLID)[..., None], 0.0)
     values = np.ascontiguousarray(values, np.float32)
     for _ in range(4):
         around = cv2.blur(values, (3, 3), borderType=cv2.BORDER_REPLICATE)
         around = np.asarray(around, np.float32).reshape(values.shape)
-        weight = np.asarray(cv2.blur(known, (3, 3), borderType=cv2.BORDER_REPLICATE), np.float32)
-        grown = (known == 0) & (weight > 1e-6)
+        weight = np.asarray(cv2.blur(weights, (3, 3), borderType=cv2.BORDER_REPLICATE), np.float32)
+        grown = (weights == 0) & (weight > 1e-6)
         values[grown] = around[grown] / weight[grown][:, None]
-        known[grown] = 1.0
+        weights[grown] = 1.0
     return values.reshape(picture.shape)
 
 
@@ -308,7 +310,7 @@ class PaintDocument:
 
     def __init__(
         self,
-        opened: Opened,
+        opened: OpenedCanvas,
         head: Head,
         table: LightTable | None,
         settings: Settings,
@@ -404,7 +406,7 @@ class LightOnHead:
     def __init__(self, services: Services, ready: Callable[[], None]) -> None:
         self._services = services
         self._ready = ready
-        self._made: LightTable | None = None
+        self._table: LightTable | None = None
         self._of: tuple[PlaceLight, Transport, bool] | None = None
         self.trouble = ""
 
@@ -414,29 +416,29 @@ class LightOnHead:
         if model.light is None or model.head is None:
             return None
         light, transport = model.light, model.head.transport
-        known, grey = self._of, model.settings.objective == "paper"
-        same = known is not None and known[0] is light and known[1] is transport
-        if known is None or not same or known[2] != grey:
-            self._of, self._made, self.trouble = (light, transport, grey), None, ""
+        key, grey = self._of, model.settings.objective == "paper"
+        same = key is not None and key[0] is light and key[1] is transport
+        if key is None or not same or key[2] != grey:
+            self._of, self._table, self.trouble = (light, transport, grey), None, ""
             self._make(light, transport, grey)
-        return self._made
+        return self._table
 
     def _make(self, light: PlaceLight, transport: Transport, grey: bool) -> None:
-        wanted = self._of
+        key = self._of
 
         def work(token: Token, _report: Report) -> LightTable:
             token.check()
             return light_table(transport, light.searched, pictures=True, grey=grey)
 
-        def done(made: LightTable) -> None:
-            if self._of is wanted:
-                self._made = made
+        def done(table: LightTable) -> None:
+            if self._of is key:
+                self._table = table
                 self._ready()
 
         def failed(error: Exception) -> None:
-            if self._of is wanted:
-                said = error.message if isinstance(error, CoreError) else ""
-                self.trouble = said or tr("The light of this place cannot be used.")
+            if self._of is key:
+                message = error.message if isinstance(error, CoreError) else ""
+                self.trouble = message or tr("The light of this place cannot be used.")
                 self._services.notify.tell_error(error)
                 self._ready()
 
@@ -447,7 +449,9 @@ ALL_SAVED: Final = tr("Everything is saved")
 NOTHING: Final = ("", tr("Nothing"), tr("an empty face"))
 
 
-def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str, str, str], ...]:
+def starts_of(
+    document: PaintDocument, own: Sequence[UserStyle]
+) -> tuple[tuple[str, str, str], ...]:
     """List what painting can start from.
 
     Returns key, title and side: nothing first, then the user's own, then the built-in styles.
@@ -455,60 +459,60 @@ def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str
     """
     mine = tuple((one.name, one.title, side_words(one) or tr("painted by you")) for one in own)
     names = {one.name for one in own}
-    rest = (one for one in easel.head.pack.styles if one.name not in names)
+    rest = (one for one in document.head.pack.styles if one.name not in names)
     starts = (NOTHING, *mine, *((one.name, one.title, side_words(one)) for one in rest))
-    return tuple(one for one in starts if one[0] != easel.key or easel.key == easel.start)
+    return tuple(one for one in starts if one[0] != document.key or document.key == document.start)
 
 
-def status_of(easel: PaintDocument) -> str:
+def status_of(document: PaintDocument) -> str:
     """Say whether what is painted is saved."""
-    if easel.unsaved:
-        return tr("not saved yet") if easel.style is None else tr("changes not saved yet")
-    return tr("saved") if easel.style is not None else tr("nothing painted yet")
+    if document.unsaved:
+        return tr("not saved yet") if document.style is None else tr("changes not saved yet")
+    return tr("saved") if document.style is not None else tr("nothing painted yet")
 
 
-def save_words(easel: PaintDocument) -> str:
+def save_words(document: PaintDocument) -> str:
     """Words on the main button."""
-    return tr("Save as my style") if easel.style is None else tr("Save changes")
+    return tr("Save as my style") if document.style is None else tr("Save changes")
 
 
-def save_why(advice: Advice | None, easel: PaintDocument) -> str:
+def save_why(advice: Advice | None, document: PaintDocument) -> str:
     """Say why what is painted cannot be saved now; empty when it can."""
-    if not easel.unsaved:
-        return advice_words(Advice.NOTHING_PAINTED) if easel.style is None else ALL_SAVED
+    if not document.unsaved:
+        return advice_words(Advice.NOTHING_PAINTED) if document.style is None else ALL_SAVED
     # Restored to what it began from, yet another than what was saved: that can be saved as well.
-    restored = advice is Advice.NOTHING_PAINTED and easel.style is not None
+    restored = advice is Advice.NOTHING_PAINTED and document.style is not None
     return "" if restored else advice_words(advice)
 
 
 def live_state(
-    easel: PaintDocument, answer: Answer, model: Model, size: Size, trouble: str
+    document: PaintDocument, answer: Answer, model: Model, size: Size, trouble: str
 ) -> LiveState:
     """Resolve the live column; `size` is rows and columns of the portrait."""
     light, result = model.light, answer.result
-    selected = easel.head is model.head and easel.head.name == model.head_name
-    own = easel.own_answer(model)
+    same_head = document.head is model.head and document.head.name == model.head_name
+    own = document.own_answer(model)
     if own is not None:
-        selected = selected and not model.computing
+        same_head = same_head and not model.computing
         result = own if light is not None else None
     state = LiveState(
-        stale=not selected,
-        limit=_limit(easel, model),
+        stale=not same_head,
+        limit=_limit(document, model),
         weights=answer.preintegrated,
         front=model.front_deg,
         panorama=None if light is None else light.display,
-        origin=origin_words(model, easel.head, easel.start),
+        origin=origin_words(model, document.head, document.start),
     )
     if result is None:
-        target, lamps = easel.target()
+        target, lamps = document.target()
         return replace(
             state,
             sentence=NO_LIGHT if light is None else trouble or PREPARING,
             offers_probe=light is None,
-            picture=easel.head.portrait(target, size, lamps) if target.any() else None,
+            picture=document.head.portrait(target, size, lamps) if target.any() else None,
             picture_tag=tr("Target"),
         )
-    here = picture_here(easel, answer, model, size)
+    here = picture_here(document, answer, model, size)
     if here is not None:
         # At the pace of the brush.
         state = replace(state, picture=here(quick=True))
@@ -518,25 +522,25 @@ def live_state(
 
 
 def picture_here(
-    easel: PaintDocument, answer: Answer, model: Model, size: Size
+    document: PaintDocument, answer: Answer, model: Model, size: Size
 ) -> Callable[..., Bytes] | None:
     """What makes the picture at the best turn; None while there is none."""
-    light, result, linear, head = model.light, answer.result, answer.picture, easel.head
-    own = easel.own_answer(model)
+    light, result, linear, head = model.light, answer.result, answer.picture, document.head
+    own = document.own_answer(model)
     if own is not None and light is not None:
-        seen = head.turned(own.yaw_deg)
+        view_head = head.turned(own.yaw_deg)
         facing = Facing(light, wrap(own.nose_deg + model.front_deg))
-        picture = picture_at(seen.transport, light, facing.turn_deg)
-        return lambda quick: seen.portraits([picture], size, [facing], quick=quick)[0]
+        picture = picture_at(view_head.transport, light, facing.turn_deg)
+        return lambda quick: view_head.portraits([picture], size, [facing], quick=quick)[0]
     if light is None or result is None or linear is None:
         return None
-    lit = Facing(light, result.turn_refined_deg + model.front_deg)
-    return lambda quick: head.portraits([linear], size, [lit], quick=quick)[0]
+    here = Facing(light, result.turn_refined_deg + model.front_deg)
+    return lambda quick: head.portraits([linear], size, [here], quick=quick)[0]
 
 
-def _limit(easel: PaintDocument, model: Model) -> float:
+def _limit(document: PaintDocument, model: Model) -> float:
     """Match that the style in reach has at least; as on its card."""
-    pack, name = easel.head.pack, easel.built_in
+    pack, name = document.head.pack, document.built_in
     own = pack.styles[pack.index(name)].signature if name else None
     return own.match[1] if own is not None and own.relations else LIMITS.match
 

@@ -43,7 +43,7 @@ _SOFT: Final = 0.4  # pixels of the head
 _SPREAD: Final = 2.7  # pixels of the head over which a smoothed edge rises
 _FINER: Final = 4
 _LEAST: Final = np.float32(0.01)  # of a pixel; so little is no head
-_SHOWN: Final = 0.5  # skin that the front shows less well is not painted on
+_LEAST_VISIBLE: Final = 0.5  # skin that the front shows less well is not painted on
 _SMOOTH: Final = 1.0  # pixels of the head: its outline is a line, not steps
 
 
@@ -61,8 +61,8 @@ def colour_table(plus: Colour, minus: Colour) -> Pixels:
     opacity = _STRONGEST * np.expm1(-_BEND * np.abs(weight)) / np.expm1(-_BEND)
     tint = np.where(weight < 0, np.array(minus, float), np.array(plus, float))
     # The form of the face stays visible in the colour.
-    lit = np.clip(0.5 + 0.5 * grey / (255 * _MIDDLE), 0.4, 1.25)
-    colour = np.clip((1 - opacity) * grey + opacity * np.minimum(tint * lit, 255.0), 0, 255)
+    brightness = np.clip(0.5 + 0.5 * grey / (255 * _MIDDLE), 0.4, 1.25)
+    colour = np.clip((1 - opacity) * grey + opacity * np.minimum(tint * brightness, 255.0), 0, 255)
     red, green, blue = np.moveaxis(np.rint(colour).astype(np.uint32), 2, 0)
     return np.ascontiguousarray(_OPAQUE | red << 16 | green << 8 | blue)
 
@@ -132,10 +132,10 @@ def _enlarged(picture: NDArray[Any], size: int) -> NDArray[Any]:
 
 def _finer(places: Float32, size: int) -> Float32:
     """Places on the front, for each pixel of a canvas and in its pixels, (S, S, 3) float32."""
-    known = (places[..., 2:] >= 0).astype(np.float32)
+    coverage = (places[..., 2:] >= 0).astype(np.float32)
     share, sums = (
         cv2.resize(each, (size, size), interpolation=cv2.INTER_LINEAR)
-        for each in (known, places * known)
+        for each in (coverage, places * coverage)
     )
     scale = np.array([size, size, 1], np.float32)
     return np.asarray(scale * sums / np.maximum(share, _LEAST)[..., None], np.float32)
@@ -227,7 +227,7 @@ class FaceItems:
         self._picture: Bytes | None = None
         self._notice = ""
         self._weights = True
-        self._kept: dict[str, tuple[object, QPixmap]] = {}
+        self._cache: dict[str, tuple[object, QPixmap]] = {}
         self._view, self._brush = Viewing(), Brush()
         self._panel = panel
         panel.setBackgroundBrush(c.well)
@@ -253,7 +253,7 @@ class FaceItems:
         if head is self._head:
             return False
         self._head = head
-        self._kept.pop("veil", None)
+        self._cache.pop("veil", None)
         if self._canvas is not None:
             self.set_canvas(self._canvas)
         return True
@@ -280,9 +280,9 @@ class FaceItems:
         if self._places is None:
             return canvas
         # Pixel i has its middle at i + 0.5.
-        across, down, shown = cv2.split(self._places)
+        across, down, visibility = cv2.split(self._places)
         weights, ignore = (
-            shown * cv2.remap(layer, across - 0.5, down - 0.5, cv2.INTER_LINEAR)
+            visibility * cv2.remap(layer, across - 0.5, down - 0.5, cv2.INTER_LINEAR)
             for layer in (canvas.weights, canvas.ignore)
         )
         return replace(canvas, weights=weights, ignore=ignore)
@@ -294,8 +294,8 @@ class FaceItems:
         column, row = int(x), int(y)
         if not (0 <= column < self.size and 0 <= row < self.size):
             return None
-        across, down, shown = self._places[row, column].tolist()
-        return (across, down) if shown >= _SHOWN else None
+        across, down, visibility = self._places[row, column].tolist()
+        return (across, down) if visibility >= _LEAST_VISIBLE else None
 
     def show_region(self, canvas: Canvas, region: Region) -> None:
         """Colour a part of the canvas again."""
@@ -339,8 +339,8 @@ class FaceItems:
         """Show the brush at a canvas pixel, and its mirror image paler; None shows neither."""
         fresh, self._brush = brush != self._brush, brush
         mirrored = brush.mirror and not self.turned
-        for ring, shown in ((self._ring, True), (self._twin, mirrored)):
-            ring.setVisible(shown and place is not None)
+        for ring, visible in ((self._ring, True), (self._twin, mirrored)):
+            ring.setVisible(visible and place is not None)
             if place is not None:
                 ring.set_size(2.0 * (int(max(brush.radius * self._view.zoom, _SIGN)) + 4))
                 ring.setPos(place[0] if ring is self._ring else self.size - place[0], place[1])
@@ -385,10 +385,10 @@ class FaceItems:
 
     def _once(self, what: str, key: object, make: Callable[[], QPixmap]) -> QPixmap:
         """Draw something once for each key: antialiased circles are slow."""
-        known = self._kept.get(what)
-        if known is None or known[0] != key:
-            known = self._kept[what] = (key, make())
-        return known[1]
+        entry = self._cache.get(what)
+        if entry is None or entry[0] != key:
+            entry = self._cache[what] = (key, make())
+        return entry[1]
 
     def _draw_ring(self, brush: Brush, zoom: float, ratio: float) -> QPixmap:
         reach = int(max(brush.radius * zoom, _SIGN)) + 3

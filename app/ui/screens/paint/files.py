@@ -40,16 +40,16 @@ class PaintFiles:
         self._keeper = keeper
         self._changed = changed
         self._view: PaintView | None = None
-        self._easel: PaintDocument | None = None
+        self._document: PaintDocument | None = None
         self.saving = False
 
     def attach(self, view: PaintView | None) -> None:
         """Ask this view for names and files from now on; None: no view."""
         self._view = view
 
-    def take(self, easel: PaintDocument) -> None:
+    def take(self, document: PaintDocument) -> None:
         """Work for this easel from now on."""
-        self._easel = easel
+        self._document = document
 
     def actions(self) -> Sequence[Action]:
         """List them, as in the menu beside the main button."""
@@ -68,51 +68,51 @@ class PaintFiles:
 
     def ask_save(self) -> None:
         """Save: changes of the user's own style at once, a new one after its name is given."""
-        easel = self._easel
-        if easel is None or self.saving:
+        document = self._document
+        if document is None or self.saving:
             return
-        if easel.style is not None:
-            self._save_changes(easel, easel.style)
+        if document.style is not None:
+            self._save_changes(document, document.style)
         elif self._view is not None:
-            self._view.ask_name("save", easel.title)
+            self._view.ask_name("save", document.title)
 
     def ask_save_as(self) -> None:
         """Ask for the name of a new style."""
-        if self._easel is not None and self._view is not None:
-            self._view.ask_name("save-as", self._easel.title)
+        if self._document is not None and self._view is not None:
+            self._view.ask_name("save-as", self._document.title)
 
     def ask_rename(self) -> None:
         """Ask for another name."""
-        if self._easel is not None and self._view is not None:
-            self._view.ask_name("rename", self._easel.title)
+        if self._document is not None and self._view is not None:
+            self._view.ask_name("rename", self._document.title)
 
     def named(self, wish: NameWish, title: str) -> None:
         """Take the name that was asked for."""
-        easel = self._easel
-        if easel is None or self.saving:
+        document = self._document
+        if document is None or self.saving:
             return
         if not title.strip():
             self._say_trouble(tr("The style needs a name. Type one."))
         elif wish == "rename":
-            self._rename(easel, title)
+            self._rename(document, title)
         else:
-            self._save_new(easel, title)
+            self._save_new(document, title)
 
-    def _save_new(self, easel: PaintDocument, title: str) -> None:
-        folder, canvas = self._services.folders.styles, easel.session.canvas
-        facts = self._facts(easel, canvas)
+    def _save_new(self, document: PaintDocument, title: str) -> None:
+        folder, canvas = self._services.folders.styles, document.session.canvas
+        facts = self._facts(document, canvas)
         self._write(
-            easel,
+            document,
             lambda: save_user_style(folder, canvas, title, **facts),  # type: ignore[arg-type]
-            lambda style: self._saved(easel, style),
+            lambda style: self._saved(document, style),
         )
 
-    def _save_changes(self, easel: PaintDocument, style: UserStyle) -> None:
-        folder, canvas, head = self._services.folders.styles, easel.session.canvas, easel.head
+    def _save_changes(self, document: PaintDocument, style: UserStyle) -> None:
+        folder, canvas, head = self._services.folders.styles, document.session.canvas, document.head
         others: list[UserStyle] = []
 
         def done(changed: UserStyle) -> None:
-            self._saved(easel, changed)
+            self._saved(document, changed)
             for other in others:
                 self._services.notify.tell(
                     tr(
@@ -128,13 +128,16 @@ class PaintFiles:
             same = is_style(canvas, head.pack, head.transport, style.origin)
             return update_user_style(folder, style, canvas, others.append, untouched=same)
 
-        self._write(easel, work, done)
+        self._write(document, work, done)
 
     def _write(
-        self, easel: PaintDocument, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]
+        self,
+        document: PaintDocument,
+        work: Callable[[], UserStyle],
+        done: Callable[[UserStyle], None],
     ) -> None:
         """Write a style in a job; what was painted stays whatever happens."""
-        easel.session.abort()
+        document.session.abort()
         self.saving = True
         self._changed()
 
@@ -147,23 +150,23 @@ class PaintFiles:
             lambda token, report: work(),
             done=lambda style: ended(lambda: done(style)),
             failed=lambda error: ended(
-                lambda: self._failed(error, lambda: self._write(easel, work, done))
+                lambda: self._failed(error, lambda: self._write(document, work, done))
             ),
             cancelled=lambda: ended(lambda: None),
         )
 
-    def _saved(self, easel: PaintDocument, style: UserStyle) -> None:
-        before = easel.path
+    def _saved(self, document: PaintDocument, style: UserStyle) -> None:
+        before = document.path
         path, _, _ = find_draft(self._services.folders.drafts, style.name)
-        easel.saved_as(style, before if easel.key == style.name else path)
-        if easel.path != before:
+        document.saved_as(style, before if document.key == style.name else path)
+        if document.path != before:
             self._keeper.keep(before, None)
         # Painted on while it was being written: that is a draft again.
-        self._keeper.keep(easel.path, easel.draft())
+        self._keeper.keep(document.path, document.draft())
         self._say_trouble("")
-        left = self._services.model.painting is None
+        is_away = self._services.model.painting is None
         # Whoever has left in the meantime is not called back.
-        self._own_styles.add(style, painting=None if left else style.name)
+        self._own_styles.add(style, painting=None if is_away else style.name)
         self._place_controller.refresh_user_styles()
         self._services.notify.tell(
             tr("{title} saved. It is among your styles.", title=style.title),
@@ -177,40 +180,40 @@ class PaintFiles:
         actions = [] if again is None else [(tr("Try again"), again)]
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
-    def _facts(self, easel: PaintDocument, canvas: Canvas) -> dict[str, str]:
+    def _facts(self, document: PaintDocument, canvas: Canvas) -> dict[str, str]:
         """Work out side, place, head and origin of what is painted."""
-        head = easel.head
-        built_in, mine = named_style(head, self._services.model.user_styles, easel.start)
+        head = document.head
+        built_in, mine = named_style(head, self._services.model.user_styles, document.start)
         origin = mine.style if mine is not None else built_in
-        side, place = suggested_side(canvas, head.transport, easel.session.weights, origin)
-        start = easel.start
+        side, place = suggested_side(canvas, head.transport, document.session.weights, origin)
+        start = document.start
         if mine is not None and not canvas.touched:
             start = mine.copy_of or start
         return {"side": side, "place": place, "head": head.name, "origin": start}
 
     # -- names and copies ----------------------------------------------------------------------
 
-    def _rename(self, easel: PaintDocument, title: str) -> None:
-        wanted = " ".join(title.split())
-        style, before = easel.style, easel.title
-        if style is not None and wanted != style.title:
+    def _rename(self, document: PaintDocument, title: str) -> None:
+        new_title = " ".join(title.split())
+        style, before = document.style, document.title
+        if style is not None and new_title != style.title:
             done = lambda: self._say_trouble("")  # noqa: E731
             self._own_styles.rename(style, title, done, self._say_trouble)
             return
 
         def call(text: str) -> None:
-            easel.title = text
-            self._keeper.keep(easel.path, easel.draft())
+            document.title = text
+            self._keeper.keep(document.path, document.draft())
             self._changed()
 
         self._say_trouble("")
-        if wanted[:80] != before:
-            call(wanted[:80])
+        if new_title[:80] != before:
+            call(new_title[:80])
             self._services.undo.push(
                 Undoable(
                     tr("rename {title}", title=before),
                     lambda: call(before),
-                    lambda: call(wanted[:80]),
+                    lambda: call(new_title[:80]),
                 )
             )
 
@@ -235,19 +238,19 @@ class PaintFiles:
 
     def ask_export(self) -> None:
         """Ask for the file that the style is to be written to."""
-        if self._easel is not None and self._view is not None:
-            self._view.ask_file("export", f"{plain_name(self._easel.title)}{EXPORT_ENDING}")
+        if self._document is not None and self._view is not None:
+            self._view.ask_file("export", f"{plain_name(self._document.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
         """Write what is on the canvas to one file, saved or not."""
-        easel = self._easel
-        if easel is None:
+        document = self._document
+        if document is None:
             return
-        canvas = easel.session.canvas
-        facts = self._facts(easel, canvas)
+        canvas = document.session.canvas
+        facts = self._facts(document, canvas)
         weights, ignore = canvas.weights, canvas.ignore
         layers = {"weights": weights, "ignore": ignore, "untouched": not canvas.touched}
-        style = UserStyle("painted", easel.title, note="", **layers, **facts)  # type: ignore[arg-type]
+        style = UserStyle("painted", document.title, note="", **layers, **facts)  # type: ignore[arg-type]
         self._own_styles.export(style, path)
 
     def ask_import(self) -> None:
@@ -263,25 +266,27 @@ class PaintFiles:
 
     # -- helpers -------------------------------------------------------------------------------
 
-    def _offer(self, style: UserStyle, told: str) -> None:
+    def _offer(self, style: UserStyle, message: str) -> None:
         """Put a style among the user's and offer to paint on it."""
         model = self._services.model
-        self._own_styles.add(style, chosen=False)
+        self._own_styles.add(style, choose=False)
         go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731
-        self._services.notify.tell(told, kind="done", actions=((tr("Paint on it"), go),))
+        self._services.notify.tell(message, kind="done", actions=((tr("Paint on it"), go),))
 
     def _own(self) -> UserStyle | None:
-        return None if self._easel is None else self._easel.style
+        return None if self._document is None else self._document.style
 
     def _is_own(self) -> bool:
         return self._own() is not None
 
     def _is_open(self) -> bool:
-        return self._easel is not None
+        return self._document is not None
 
     def _is_painted(self) -> bool:
-        easel = self._easel
-        return easel is not None and (easel.style is not None or easel.session.canvas.touched)
+        document = self._document
+        return document is not None and (
+            document.style is not None or document.session.canvas.touched
+        )
 
     def _say_trouble(self, sentence: str) -> None:
         if self._view is not None:

@@ -24,7 +24,7 @@ from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.document import (
     DraftKeeper,
     LightOnHead,
-    Opened,
+    OpenedCanvas,
     PaintDocument,
     head_picture,
     live_state,
@@ -40,12 +40,12 @@ from app.ui.screens.paint.files import PaintFiles
 from app.ui.screens.paint.state import (
     TOOLS,
     BrushBox,
+    CanvasMode,
     HeadLook,
     LiveState,
     PaintState,
     PaintView,
     Point,
-    Shown,
 )
 
 _OPEN_JOB: Final = "paint-open"
@@ -53,8 +53,8 @@ _LARGER_JOB: Final = "paint-larger"
 _TURN_JOB: Final = "paint-turn"
 _LOOK_JOB: Final = "paint-look"
 _PORTRAIT: Final = (232, 200)
-_SHOWN: Final = frozenset({"results", "answered", "user_styles", "place", "head_name"})
-_KEPT: Final = tr("Draft kept. Every stroke is still there.")
+_FIELDS: Final = frozenset({"results", "answered", "user_styles", "place", "head_name"})
+_DRAFT_KEPT: Final = tr("Draft kept. Every stroke is still there.")
 
 
 class PaintPresenter(Presenter[PaintView]):
@@ -65,17 +65,17 @@ class PaintPresenter(Presenter[PaintView]):
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
-        self._easel: PaintDocument | None = None
+        self._document: PaintDocument | None = None
         # As long as a stroke of theirs can be undone, easels live on in the undo list.
-        self._known: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
+        self._documents: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
         self._keeper = DraftKeeper(services)
         self.tools = BrushBox(self._refresh)
-        self._mode = Shown.WEIGHTS
+        self._mode = CanvasMode.WEIGHTS
         self._steps = 0  # of the head, that are under way
         self._size = _PORTRAIT
         self._answer: Answer | None = None
         self._live = LiveState()
-        self._begun: tuple[Region, ...] = ()
+        self._start_regions: tuple[Region, ...] = ()
         self._light = LightOnHead(services, self._sync)
         self._opening: str | None = None
         self.files = PaintFiles(services, place_controller, self._keeper, self._files_changed)
@@ -102,12 +102,12 @@ class PaintPresenter(Presenter[PaintView]):
         super().detach()
         self.files.attach(None)
 
-    def entered(self) -> None:
+    def enter(self) -> None:
         """Begin: find the draft, prepare the light."""
         self._in_front = True
         self._sync()
 
-    def left(self) -> None:
+    def leave(self) -> None:
         """Pause; what is on the canvas is kept."""
         self._in_front = False
         self._put_away()
@@ -138,11 +138,11 @@ class PaintPresenter(Presenter[PaintView]):
                    lambda: tools.flip("mirror"), "mirror", "M"),
             Action("brush-pressure", tr("Pen pressure on or off"),
                    lambda: tools.flip("pen_pressure"), "pen", "P"),
-            Action("show-weights", tr("Show the weights"), lambda: self.show(Shown.WEIGHTS),
+            Action("show-weights", tr("Show the weights"), lambda: self.show(CanvasMode.WEIGHTS),
                    "layers", "W"),
-            Action("show-target", tr("Show the target"), lambda: self.show(Shown.TARGET),
+            Action("show-target", tr("Show the target"), lambda: self.show(CanvasMode.TARGET),
                    "target", "T"),
-            Action("show-here", tr("Show the picture here"), lambda: self.show(Shown.HERE),
+            Action("show-here", tr("Show the picture here"), lambda: self.show(CanvasMode.HERE),
                    "person", "H"),
             Action("head-left", tr("Turn the head to its left"), lambda: self.turn_head(1),
                    "chevron-right", "."),
@@ -156,28 +156,28 @@ class PaintPresenter(Presenter[PaintView]):
 
     # -- what is painted from, and what is shown -----------------------------------------------
 
-    def show(self, what: Shown) -> None:
+    def show(self, what: CanvasMode) -> None:
         """Show something else on the canvas."""
         if what is not self._mode:
             self._mode = what
-            if self._easel is not None and what is not Shown.WEIGHTS:
-                self._easel.turned = None
+            if self._document is not None and what is not CanvasMode.WEIGHTS:
+                self._document.turned = None
             self._refresh()
 
     def turn_head(self, steps: int) -> None:
         """Look at the head from further round, and paint there; 0 looks from the front."""
-        easel = self._easel
-        if easel is None or easel.session.stroking:
+        document = self._document
+        if document is None or document.session.stroking:
             return
-        yaw = easel.turned.yaw_deg if steps and easel.turned is not None else 0.0
+        yaw = document.turned.yaw_deg if steps and document.turned is not None else 0.0
         # Keys may come faster than views.
         steps = self._steps = self._steps + steps if steps else 0
-        head, tell = easel.head, self._services.notify.tell
+        head, tell = document.head, self._services.notify.tell
 
         def done(look: HeadLook | None) -> None:
             self._steps = 0
-            if self._easel is easel and easel.head is head:
-                easel.turned, self._mode = look, Shown.WEIGHTS
+            if self._document is document and document.head is head:
+                document.turned, self._mode = look, CanvasMode.WEIGHTS
                 self._refresh()
 
         def failed(_: Exception) -> None:
@@ -193,12 +193,12 @@ class PaintPresenter(Presenter[PaintView]):
 
         Can be undone.
         """
-        easel, model = self._easel, self._services.model
-        if easel is None or key in (easel.start, easel.key):
+        document, model = self._document, self._services.model
+        if document is None or key in (document.start, document.key):
             return
 
         def back() -> None:
-            self._bring(easel)
+            self._bring(document)
 
         model.update(painting=key)
         self._services.undo.push(
@@ -219,43 +219,43 @@ class PaintPresenter(Presenter[PaintView]):
 
         What it comes to is shown by the next `draw` or `lift`: the hand does not wait for it.
         """
-        if self._easel is not None:
+        if self._document is not None:
             tool = Tool.RESTORE if eraser else self.tools.brush.tool
             brush = replace(self.tools.brush, tool=tool)
-            self._begun = self._easel.session.begin(brush, *point)
-            self._show_canvas(self._begun)
+            self._start_regions = self._document.session.begin(brush, *point)
+            self._show_canvas(self._start_regions)
 
     def draw(self, points: Sequence[Point]) -> None:
         """Draw on through all points since the last call; everything follows."""
-        easel = self._easel
-        if easel is None or not easel.session.stroking:
+        document = self._document
+        if document is None or not document.session.stroking:
             return
-        regions, self._begun = [*self._begun], ()
+        regions, self._start_regions = [*self._start_regions], ()
         for point in points:
-            regions += easel.session.extend(*point)
+            regions += document.session.extend(*point)
         if regions:
             self._changed(tuple(regions))
 
     def lift(self, points: Sequence[Point] = ()) -> None:
         """End the stroke, after the last points; it can be undone from now on."""
-        easel = self._easel
-        if easel is None or not easel.session.stroking:
+        document = self._document
+        if document is None or not document.session.stroking:
             return
-        self._begun = ()
-        regions = [region for point in points for region in easel.session.extend(*point)]
+        self._start_regions = ()
+        regions = [region for point in points for region in document.session.extend(*point)]
         self._show_canvas(tuple(regions))
-        change = easel.session.commit()
+        change = document.session.commit()
         self._look_soon()
         if change:
-            self._done(easel, change, tr("stroke on {title}", title=easel.title))
+            self._done(document, change, tr("stroke on {title}", title=document.title))
         self._refresh()
 
     def give_up(self) -> bool:
         """Give up the stroke under way; returns whether there was one."""
-        easel = self._easel
-        if easel is None or not easel.session.stroking:
+        document = self._document
+        if document is None or not document.session.stroking:
             return False
-        easel.session.abort()
+        document.session.abort()
         self._changed(None)
         return True
 
@@ -266,15 +266,15 @@ class PaintPresenter(Presenter[PaintView]):
 
     def clear(self) -> None:
         """Take all strokes away; can be undone."""
-        easel = self._easel
-        if easel is None:
+        document = self._document
+        if document is None:
             return
         self.give_up()
-        _, change = cleared(easel.session.canvas)
+        _, change = cleared(document.session.canvas)
         if change:
-            easel.session.apply(change)
+            document.session.apply(change)
             self._changed(None)
-            self._done(easel, change, tr("clear the strokes on {title}", title=easel.title))
+            self._done(document, change, tr("clear the strokes on {title}", title=document.title))
 
     def undo(self) -> None:
         """Take back what was last done, wherever that was."""
@@ -297,24 +297,24 @@ class PaintPresenter(Presenter[PaintView]):
 
     def resolve(self) -> PaintState:
         """Work out what the screen shows now, apart from the canvas."""
-        easel, model, undo = self._easel, self._services.model, self._services.undo
+        document, model, undo = self._document, self._services.model, self._services.undo
         state = PaintState(
-            brush=self.tools.brush, shown=self._mode, undo=undo.undo_words, redo=undo.redo_words
+            brush=self.tools.brush, mode=self._mode, undo=undo.undo_words, redo=undo.redo_words
         )
-        if easel is None or self._answer is None:
+        if document is None or self._answer is None:
             words = tr("Loading the head…") if model.head is None else tr("Opening…")
             return replace(state, notice=words, save_why=words, live=LiveState(sentence=words))
-        why = save_why(self._answer.advice, easel)
+        why = save_why(self._answer.advice, document)
         return replace(
             state,
-            title=easel.title,
-            status=status_of(easel),
-            head=easel.turned or easel.look,
-            picture=self._picture(easel, self._answer),
-            starts=starts_of(easel, model.user_styles),
-            start=easel.start,
-            can_clear=easel.session.canvas.touched,
-            save_words=save_words(easel),
+            title=document.title,
+            status=status_of(document),
+            head=document.turned or document.look,
+            picture=self._picture(document, self._answer),
+            starts=starts_of(document, model.user_styles),
+            start=document.start,
+            can_clear=document.session.canvas.touched,
+            save_words=save_words(document),
             save_why=why,
             saving=self.files.saving,
             live=self._live,
@@ -323,27 +323,27 @@ class PaintPresenter(Presenter[PaintView]):
     @property
     def canvas(self) -> Canvas | None:
         """What is painted, with the stroke under way."""
-        return None if self._easel is None else self._easel.session.canvas
+        return None if self._document is None else self._document.session.canvas
 
     @property
     def save_works(self) -> bool:
         """Whether what is painted can be saved now."""
-        easel, answer = self._easel, self._answer
-        if easel is None or answer is None or self.files.saving:
+        document, answer = self._document, self._answer
+        if document is None or answer is None or self.files.saving:
             return False
-        return not save_why(answer.advice, easel)
+        return not save_why(answer.advice, document)
 
-    def _picture(self, easel: PaintDocument, answer: Answer) -> Bytes | None:
-        if self._mode is Shown.WEIGHTS:
+    def _picture(self, document: PaintDocument, answer: Answer) -> Bytes | None:
+        if self._mode is CanvasMode.WEIGHTS:
             return None
         model, linear = self._services.model, answer.picture
-        own = easel.own_answer(model)
+        own = document.own_answer(model)
         if own is not None and model.light is not None:
             facing = wrap(own.nose_deg + model.front_deg)
-            linear = picture_at(easel.head.transport, model.light, facing)
-        if self._mode is Shown.TARGET or linear is None:
-            linear, _ = easel.target()
-        return head_picture(linear, easel.look.coverage)
+            linear = picture_at(document.head.transport, model.light, facing)
+        if self._mode is CanvasMode.TARGET or linear is None:
+            linear, _ = document.target()
+        return head_picture(linear, document.look.coverage)
 
     def _changed(self, regions: tuple[Region, ...] | None) -> None:
         """Show a canvas that changed, and what it comes to."""
@@ -353,14 +353,14 @@ class PaintPresenter(Presenter[PaintView]):
 
     def _look(self) -> None:
         """Work out what the canvas comes to."""
-        easel = self._easel
-        if easel is None:
+        document = self._document
+        if document is None:
             return
-        self._answer = easel.session.answer()
+        self._answer = document.session.answer()
         model, trouble = self._services.model, self._light.trouble
-        self._live = live_state(easel, self._answer, model, self._size, trouble)
-        here = picture_here(easel, self._answer, model, self._size)
-        if here and easel.head.may_be_full_at(self._size) and not easel.session.stroking:
+        self._live = live_state(document, self._answer, model, self._size, trouble)
+        here = picture_here(document, self._answer, model, self._size)
+        if here and document.head.may_be_full_at(self._size) and not document.session.stroking:
             done = partial(self._enlarge, self._live)
             self._services.runner.submit(_LARGER_JOB, lambda *_: here(quick=False), done=done)
 
@@ -380,27 +380,27 @@ class PaintPresenter(Presenter[PaintView]):
             self._refresh()
 
     def _show_canvas(self, regions: tuple[Region, ...] | None) -> None:
-        if self._view is not None and self._easel is not None:
-            self._view.canvas_changed(self._easel.session.canvas, regions)
+        if self._view is not None and self._document is not None:
+            self._view.canvas_changed(self._document.session.canvas, regions)
 
     # -- undo ----------------------------------------------------------------------------------
 
-    def _done(self, easel: PaintDocument, change: TileChange, words: str) -> None:
+    def _done(self, document: PaintDocument, change: TileChange, words: str) -> None:
         """Note a change of the canvas for undo, and for the draft."""
-        self._known[easel.key] = easel
+        self._documents[document.key] = document
         self._services.undo.push(
             Undoable(
                 words,
-                lambda: self._exchange(easel, change, back=True),
-                lambda: self._exchange(easel, change, back=False),
+                lambda: self._exchange(document, change, back=True),
+                lambda: self._exchange(document, change, back=False),
                 change.nbytes,
             )
         )
-        self._keeper.keep(easel.path, easel.draft())
+        self._keeper.keep(document.path, document.draft())
 
-    def _exchange(self, easel: PaintDocument, change: TileChange, *, back: bool) -> None:
-        self._bring(easel)
-        session = easel.session
+    def _exchange(self, document: PaintDocument, change: TileChange, *, back: bool) -> None:
+        self._bring(document)
+        session = document.session
         regions = None if session.stroking else change.regions
         try:
             session.revert(change) if back else session.apply(change)
@@ -411,14 +411,14 @@ class PaintPresenter(Presenter[PaintView]):
         self._show_canvas(regions)
         self._look_soon()
         self._refresh()
-        self._keeper.keep(easel.path, easel.draft())
+        self._keeper.keep(document.path, document.draft())
 
-    def _bring(self, easel: PaintDocument) -> None:
+    def _bring(self, document: PaintDocument) -> None:
         """Put an easel to the front, wherever the user is."""
-        if self._easel is not easel:
+        if self._document is not document:
             self._put_away(quiet=True)
-            self._take(easel)
-        self._services.model.update(step=Step.STYLES, painting=easel.key)
+            self._take(document)
+        self._services.model.update(step=Step.STYLES, painting=document.key)
 
     # -- opening, light, leaving ---------------------------------------------------------------
 
@@ -427,7 +427,7 @@ class PaintPresenter(Presenter[PaintView]):
             return
         if names & {"painting", "head", "settings", "light", "front_deg"}:
             self._sync(renew=bool(names & {"settings", "front_deg"}))
-        if names & _SHOWN:
+        if names & _FIELDS:
             self._look()
             self._refresh()
 
@@ -438,18 +438,18 @@ class PaintPresenter(Presenter[PaintView]):
         if key is None or head is None:
             self._refresh()
             return
-        easel = self._easel
-        if easel is None or easel.key != key:
+        document = self._document
+        if document is None or document.key != key:
             self._open(key)
             return
         self._opening = None
         table = self._light.table()
-        if renew or easel.head is not head:
+        if renew or document.head is not head:
             self.give_up()
-            easel.renew(head, table, model.settings, model.front_deg)
+            document.renew(head, table, model.settings, model.front_deg)
             self._show_canvas(None)
         else:
-            easel.session.set_light(table, model.front_deg)
+            document.session.set_light(table, model.front_deg)
         self._look()
         self._refresh()
 
@@ -457,11 +457,11 @@ class PaintPresenter(Presenter[PaintView]):
         if self._opening == key:
             return
         self._put_away()
-        self._easel = self._answer = None
-        known = self._known.get(key)
+        self._document = self._answer = None
+        document = self._documents.get(key)
         # One that was saved under a name of its own is no longer what the first one led to.
-        if known is not None and known.key == key:
-            self._take(known)
+        if document is not None and document.key == key:
+            self._take(document)
             self._sync(renew=True)
             return
         self._opening = key
@@ -473,44 +473,44 @@ class PaintPresenter(Presenter[PaintView]):
             _OPEN_JOB, lambda token, report: open_canvas(folder, key, head, own), done=self._opened
         )
 
-    def _opened(self, opened: Opened) -> None:
+    def _opened(self, opened: OpenedCanvas) -> None:
         model = self._services.model
         self._opening = None
         if model.painting != opened.key or model.head is None:
             return
         self._keeper.opened(opened.path, opened.version)
-        easel = PaintDocument(opened, model.head, None, model.settings, model.front_deg)
-        self._take(easel)
+        document = PaintDocument(opened, model.head, None, model.settings, model.front_deg)
+        self._take(document)
         self._sync()
         tell = self._services.notify.tell
         for note in opened.notes:
             tell(note, kind="warning")
-        if opened.restored and easel.unsaved:
+        if opened.restored and document.unsaved:
             tell(
-                tr("Your draft of {title} is back.", title=easel.title),
+                tr("Your draft of {title} is back.", title=document.title),
                 actions=((tr("Start afresh"), self.clear),),
             )
 
-    def _take(self, easel: PaintDocument) -> None:
-        self._easel = easel
-        self._known[easel.key] = easel
+    def _take(self, document: PaintDocument) -> None:
+        self._document = document
+        self._documents[document.key] = document
         self._opening = None
-        self.files.take(easel)
+        self.files.take(document)
         self._look()
         self._show_canvas(None)
         self._refresh()
 
     def _put_away(self, quiet: bool = False) -> None:
         """End the stroke, write the draft, and say that it is kept."""
-        easel = self._easel
-        if easel is None:
+        document = self._document
+        if document is None:
             return
         self.lift()
-        kept = self._keeper.flush()
-        if kept and easel.unsaved and not quiet:
-            key, model = easel.key, self._services.model
+        is_saved = self._keeper.flush()
+        if is_saved and document.unsaved and not quiet:
+            key, model = document.key, self._services.model
             self._services.notify.tell(
-                _KEPT,
+                _DRAFT_KEPT,
                 kind="done",
                 actions=((tr("Continue"), lambda: model.update(step=Step.STYLES, painting=key)),),
             )
@@ -518,31 +518,31 @@ class PaintPresenter(Presenter[PaintView]):
     # -- the style that is painted on leaves, comes back, or has another name ------------------
 
     def _style_leaves(self, name: str) -> None:
-        easel = self._easel
-        if easel is not None and easel.key == name:
+        document = self._document
+        if document is not None and document.key == name:
             self.lift()
         self._keeper.flush()
 
     def _style_gone(self, name: str) -> None:
         """Leave a canvas whose style was put away; its draft went with it."""
-        if self._easel is not None and self._easel.key == name:
-            self._easel = self._answer = None
+        if self._document is not None and self._document.key == name:
+            self._document = self._answer = None
         if self._services.model.painting == name:
             self._services.model.update(painting=None)
 
     def _style_back(self, former: str, style: UserStyle) -> None:
-        easel = self._known.pop(former, None)
-        if easel is not None:
+        document = self._documents.pop(former, None)
+        if document is not None:
             path, _, _ = find_draft(self._services.folders.drafts, style.name)
-            easel.saved_as(style, path)
-            self._known[style.name] = easel
+            document.saved_as(style, path)
+            self._documents[style.name] = document
 
     def _style_renamed(self, style: UserStyle) -> None:
-        easel = self._known.get(style.name)
-        if easel is not None:
-            easel.saved_as(style, easel.path)
+        document = self._documents.get(style.name)
+        if document is not None:
+            document.saved_as(style, document.path)
             # What is unsaved bears the style's title, too.
-            self._keeper.keep(easel.path, easel.draft())
+            self._keeper.keep(document.path, document.draft())
             self._refresh()
             return
         self._keeper.flush()
@@ -552,7 +552,7 @@ class PaintPresenter(Presenter[PaintView]):
 
     def _files_changed(self) -> None:
         """Show what saving, naming or deleting changed."""
-        easel = self._easel
-        if easel is not None:
-            self._known[easel.key] = easel
+        document = self._document
+        if document is not None:
+            self._documents[document.key] = document
         self._refresh()

@@ -20,11 +20,11 @@ from app.ui.plots.weights import WeightLegend, WeightPanorama, WeightScale
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.paint.canvas_view import PaintCanvas
 from app.ui.screens.paint.screen import PaintPresenter
-from app.ui.screens.paint.state import FileWish, LiveState, NameWish, PaintState, Shown
+from app.ui.screens.paint.state import CanvasMode, FileWish, LiveState, NameWish, PaintState
 from app.ui.screens.paint.tools_view import ToolColumn, ToolStrip
 from app.ui.theme import Theme, px, theme
 from app.ui.widgets.buttons import Button, Do, IconButton, Pressable
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.dialogs import LineSheet, ask_file, ask_target
 from app.ui.widgets.displays import Meter, Picture
 from app.ui.widgets.labels import Icon, Text
@@ -75,13 +75,13 @@ class _Numbers(QWidget):
         column(*whole, into=self, gap=8)
 
     def show_state(self, state: LiveState) -> None:
-        told = bool(state.sentence)
-        self._figures.setVisible(not told)
+        has_words = bool(state.sentence)
+        self._figures.setVisible(not has_words)
         # Without a place of its own it would open as a window.
         if self._apart:
-            self.score.setVisible(not told)
-        self._sentence.setVisible(told)
-        self._filler.setVisible(told)
+            self.score.setVisible(not has_words)
+        self._sentence.setVisible(has_words)
+        self._filler.setVisible(has_words)
         self._probe.setVisible(state.offers_probe)
         self._sentence.set_text(state.sentence)
         self._turn.set_text(state.turn)
@@ -230,10 +230,10 @@ _TITLES: Final[dict[NameWish, tuple[str, str]]] = {
 }
 
 
-_SHOWN: Final = (
-    (Shown.WEIGHTS.value, tr("Weights")),
-    (Shown.TARGET.value, tr("Target")),
-    (Shown.HERE.value, tr("Here")),
+_MODES: Final = (
+    (CanvasMode.WEIGHTS.value, tr("Weights")),
+    (CanvasMode.TARGET.value, tr("Target")),
+    (CanvasMode.HERE.value, tr("Here")),
 )
 _LEAST: Final = (496, 400)  # of the middle
 _STYLE_FILES: Final = tr("Turnlight styles") + f" (*{EXPORT_ENDING})"
@@ -272,16 +272,16 @@ class _Crumbs(QWidget):
         link = _Link(tr("Styles"), tr("Back to styles"), "Esc", do=presenter.back)
         self._title = Text("", 16, 600, elide=True)
         self._status = Text("", 14, role="dim", elide=True)
-        self._shown = Segmented(_SHOWN, tr("The canvas shows"))
-        self._shown.chosen.connect(lambda key: presenter.show(Shown(key)))
+        self._mode = SegmentedChoice(_MODES, tr("The canvas shows"))
+        self._mode.chosen.connect(lambda key: presenter.show(CanvasMode(key)))
         where = (link, Icon("chevron-right", 16, "dim"), self._title, self._status)
-        row(*where, ..., self._shown, into=self, gap=8)
+        row(*where, ..., self._mode, into=self, gap=8)
 
     def show_state(self, state: PaintState) -> None:
         self._title.set_text(state.title)
         self._status.set_text(state.status)
-        if self._shown.key != state.shown.value:
-            self._shown.choose(state.shown.value)
+        if self._mode.key != state.mode.value:
+            self._mode.choose(state.mode.value)
 
 
 class PaintScreen(QWidget):

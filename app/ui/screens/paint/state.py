@@ -47,7 +47,7 @@ def head_words(yaw_deg: float) -> str:
     return tr("the head turned {size}° to its right", size=size)
 
 
-class Shown(StrEnum):
+class CanvasMode(StrEnum):
     """What the canvas shows."""
 
     WEIGHTS = "weights"
@@ -125,7 +125,7 @@ class PaintState:
     status: str = ""
     notice: str = ""
     brush: Brush = field(default_factory=Brush)
-    shown: Shown = Shown.WEIGHTS
+    mode: CanvasMode = CanvasMode.WEIGHTS
     head: HeadLook | None = field(default=None, repr=False)
     picture: Bytes | None = field(default=None, repr=False)
     starts: tuple[tuple[str, str, str], ...] = field(default=(), repr=False)
@@ -181,8 +181,8 @@ class BrushBox:
     def resize(self, steps: int) -> None:
         """Make it larger or smaller by some steps of 15 %, of 2 pixels at least."""
         now = self.brush.diameter
-        wanted = round(now * _GROW**steps / _EVEN) * _EVEN
-        self.change(diameter=now + _EVEN * steps if wanted == now else wanted)
+        size = round(now * _GROW**steps / _EVEN) * _EVEN
+        self.change(diameter=now + _EVEN * steps if size == now else size)
 
     def flip(self, name: str) -> None:
         """Change over ``mirror`` or ``pen_pressure``."""

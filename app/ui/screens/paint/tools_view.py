@@ -26,7 +26,7 @@ from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text, draw_sign
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
-from app.ui.widgets.paint import MIDDLE, RIGHT, Painted, box, mix, put_text
+from app.ui.widgets.paint import MIDDLE, RIGHT, PaintedWidget, box, mix, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
 
 _TOOLS: Final = (
@@ -56,7 +56,7 @@ class _ToolButton(Pressable):
         self.tool = tool
         self._key = key
         self._compact = compact
-        self.wanted = self.least = (40 if compact else 120, 40)
+        self.preferred_size = self.least = (40 if compact else 120, 40)
         self.setCheckable(True)
         self.setText(name)
         across = QSizePolicy.Policy.Fixed if compact else QSizePolicy.Policy.Expanding
@@ -97,7 +97,7 @@ class _Tools(QWidget):
         column(*self._buttons.values(), into=self, gap=4 if compact else 0)
         self._roving = Roving(self)
         self._roving.set_members(list(self._buttons.values()))
-        self._roving.moved.connect(self._moved)
+        self._roving.moved.connect(self._on_move)
 
     def show_tool(self, tool: Tool) -> None:
         self._buttons[tool].setChecked(True)
@@ -106,7 +106,7 @@ class _Tools(QWidget):
     def _choose(self, tool: Tool) -> None:
         self._presenter.tools.change(tool=tool)
 
-    def _moved(self, button: QWidget) -> None:
+    def _on_move(self, button: QWidget) -> None:
         if isinstance(button, _ToolButton):
             self._choose(button.tool)
 
@@ -225,7 +225,7 @@ class ToolStrip(_Common):
         self._clear = IconButton("trash", tr("Clear strokes"), kind="quiet", do=presenter.clear)
         self._popup = ListPopup(self._start, tr("Start from"))
         self._entries: list[Entry] = []
-        self._chosen = ""
+        self._last_start = ""
         self._popup.chosen.connect(self._start_picked)
         middle = Qt.AlignmentFlag.AlignHCenter
         inner = QWidget()
@@ -244,16 +244,16 @@ class ToolStrip(_Common):
     def show_starts(self, state: PaintState) -> None:
         """Show what can be started from, and what was."""
         self._entries = [Entry(*entry) for entry in state.starts]
-        self._chosen = state.start
+        self._last_start = state.start
         words = next((entry.text for entry in self._entries if entry.key == state.start), "")
         self._start.set_tip(tr("Start from: {words}", words=words) if words else tr("Start from"))
         self._start.set_available(bool(state.starts), state.notice)
 
     def _open_starts(self) -> None:
-        self._popup.drop(self._start, self._entries, self._chosen, px(_START_WIDTH))
+        self._popup.drop(self._start, self._entries, self._last_start, px(_START_WIDTH))
 
     def _start_picked(self, key: str) -> None:
-        if key != self._chosen:
+        if key != self._last_start:
             self._presenter.choose_start(key)
 
 
@@ -295,11 +295,11 @@ class Viewing:
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewing:
         """Return it at another zoom; what lies under a point of the widget stays there."""
-        wanted = min(max(zoom, _LEAST_ZOOM), _MOST_ZOOM)
+        new_zoom = min(max(zoom, _LEAST_ZOOM), _MOST_ZOOM)
         at = self.to_canvas(x, y)
-        return Viewing(wanted, x - at[0] * wanted, y - at[1] * wanted)
+        return Viewing(new_zoom, x - at[0] * new_zoom, y - at[1] * new_zoom)
 
-    def held(self, width: float, height: float, size: int) -> Viewing:
+    def within(self, width: float, height: float, size: int) -> Viewing:
         """Return it shifted so that the middle of the widget lies on the canvas."""
         x, y = self.to_canvas(width / 2, height / 2)
         dx, dy = x - min(max(x, 0.0), size), y - min(max(y, 0.0), size)
@@ -323,7 +323,7 @@ class _OnTag(Pressable):
         super().__init__(name, do=do)
         self.set_tip(name, shortcut)
         self._icon = icon
-        self.wanted = (_SIDE if icon else _WIDE, _SIDE)
+        self.preferred_size = (_SIDE if icon else _WIDE, _SIDE)
         self.setFixedSize(self.sizeHint())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -337,7 +337,7 @@ class _OnTag(Pressable):
             put_text(painter, self.rect(), self.text(), t.font(12), t.c.ontag, MIDDLE)
 
 
-class ZoomBox(Painted):
+class ZoomBox(PaintedWidget):
     """How large the canvas is shown, and from where the head is seen."""
 
     stepped = Signal(int)

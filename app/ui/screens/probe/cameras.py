@@ -28,7 +28,7 @@ from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services, T
 from app.ui.screens.probe.notices import camera_second, is_loopback
-from app.ui.screens.probe.state import CameraBlock, Choice
+from app.ui.screens.probe.state import CameraBlock, ChoiceRow
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
@@ -41,39 +41,39 @@ class CameraFinder:
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
         self._changed = changed
-        self._found: tuple[FoundCamera, ...] = ()
+        self._cameras: tuple[FoundCamera, ...] = ()
         self._keys: dict[str, Credentials] = {}
         self._searched = False
         self._missing = ""
-        self._said = CameraBlock()  # of its fields, those that do not come from the cameras
+        self._block = CameraBlock()  # of its fields, those that do not come from the cameras
 
     # -- what is shown -------------------------------------------------------------------------
 
     def block(self) -> CameraBlock:
         """Work out what is shown of the camera."""
-        seen, said = self._services.model.camera, self._said
-        said = replace(said, rows=tuple(_row(camera) for camera in self._found))
-        if seen is None:
+        status, block = self._services.model.camera, self._block
+        block = replace(block, rows=tuple(_row(camera) for camera in self._cameras))
+        if status is None:
             second = self._missing or ("" if self._searched else tr("Not looked for yet."))
-            return replace(said, second=said.busy or second, asks_password=False)
-        found, unsure = seen.found, said.busy or self._missing
+            return replace(block, second=block.busy or second, asks_password=False)
+        device, unsure = status.device, block.busy or self._missing
         return replace(
-            said,
-            title=found.model or found.name,
-            second=unsure or camera_second(seen),
-            short="" if unsure else camera_second(seen, short=True),
-            warning=camera_warning(seen),
+            block,
+            title=device.model or device.name,
+            second=unsure or camera_second(status),
+            short="" if unsure else camera_second(status, short=True),
+            warning=camera_warning(status),
             missing=False,
-            chosen=_key(found),
-            user=found.user,
-            password_hint=default_password_hint(found.model, found.serial)
-            if said.asks_password
+            chosen=_key(device),
+            user=device.user,
+            password_hint=default_password_hint(device.model, device.serial)
+            if block.asks_password
             else "",
         )
 
     def _say(self, **changes: Any) -> None:
         """Change what is shown; see `CameraBlock`."""
-        self._said = replace(self._said, **changes)
+        self._block = replace(self._block, **changes)
         self._changed()
 
     def credentials(self, camera: FoundCamera) -> Credentials | None:
@@ -84,7 +84,7 @@ class CameraFinder:
 
     def toggle_panel(self) -> None:
         """Open or close the panel in which the camera is chosen."""
-        self._say(open=not self._said.open, address_error="")
+        self._say(open=not self._block.open, address_error="")
 
     def connect(self) -> None:
         """Open the camera panel and search again."""
@@ -93,8 +93,8 @@ class CameraFinder:
 
     def ask_password(self, error: Exception) -> None:
         """Ask for a password: the camera wants one, or did not take it."""
-        known = self._services.model.camera
-        again = known is not None and self.credentials(known.found) is not None
+        camera = self._services.model.camera
+        again = camera is not None and self.credentials(camera.device) is not None
         wrong = getattr(error, "message", str(error)) if again else ""
         self._say(open=True, asks_password=True, password_error=wrong)
 
@@ -110,8 +110,8 @@ class CameraFinder:
         done: Callable[[T], None],
         failed: Callable[[Exception], None],
     ) -> None:
-        gone = partial(self._given_up, "cameras", "")
-        self._services.runner.submit("cameras", work, done=done, failed=failed, cancelled=gone)
+        on_cancel = partial(self._given_up, "cameras", "")
+        self._services.runner.submit("cameras", work, done=done, failed=failed, cancelled=on_cancel)
 
     def pause(self) -> None:
         """Stop searching: the list is closed."""
@@ -140,28 +140,28 @@ class CameraFinder:
 
     def choose(self, key: str) -> None:
         """Use one of the cameras that were found."""
-        for camera in self._found:
+        for camera in self._cameras:
             if _key(camera) == key:
                 self._use(camera)
                 self._changed()
 
     def give_password(self, user: str, password: str) -> None:
         """Try a password; one that is right goes into the system's keyring and nowhere else."""
-        seen = self._services.model.camera
-        if seen is None:
+        camera = self._services.model.camera
+        if camera is None:
             return
         if not user.strip() or not password:
             self._say(password_error=_BOTH)
             return
-        self._keys[_account(seen.found)] = Credentials(user.strip(), password)
-        self._said = replace(self._said, password_error="")
-        self._read(seen.found, keep=True)
+        self._keys[_account(camera.device)] = Credentials(user.strip(), password)
+        self._block = replace(self._block, password_error="")
+        self._read(camera.device, keep=True)
 
     def refresh(self) -> None:
         """Ask the camera in use how it is."""
-        seen = self._services.model.camera
-        if seen is not None and not seen.busy:
-            self._read(seen.found)
+        camera = self._services.model.camera
+        if camera is not None and not camera.busy:
+            self._read(camera.device)
 
     def worked(self, camera: FoundCamera) -> None:
         """Remember a camera that took a bracket, for the next start."""
@@ -173,16 +173,16 @@ class CameraFinder:
     # -- answers -------------------------------------------------------------------------------
 
     def _discovered(self, discovery: Discovery) -> None:
-        self._found = discovery.cameras
-        self._said = replace(self._said, note=" ".join(discovery.notes), busy="")
+        self._cameras = discovery.cameras
+        self._block = replace(self._block, note=" ".join(discovery.notes), busy="")
         self._missing, self._searched = "", True
         before = self._services.model.camera
         same = None
         if before is not None:
-            same = next((c for c in self._found if same_camera(c, before.found)), None)
+            same = next((c for c in self._cameras if same_camera(c, before.device)), None)
         if same is not None:
             self._use(same)
-        elif not self._found:
+        elif not self._cameras:
             self._lack(_NONE)
             if before is not None:
                 self._services.model.update(camera=None)
@@ -199,12 +199,12 @@ class CameraFinder:
         self._say(busy="", note=str(error) if isinstance(error, (DeviceError, CoreError)) else "")
 
     def _lack(self, sentence: str) -> None:
-        self._missing, self._said = sentence, replace(self._said, open=True)
+        self._missing, self._block = sentence, replace(self._block, open=True)
 
     def _looked_at(self, camera: FoundCamera) -> None:
-        self._missing, self._said = "", replace(self._said, busy="")
-        others = (each for each in self._found if not same_camera(each, camera))
-        self._found = (camera, *others)
+        self._missing, self._block = "", replace(self._block, busy="")
+        others = (each for each in self._cameras if not same_camera(each, camera))
+        self._cameras = (camera, *others)
         self._use(camera)
         self._changed()
 
@@ -218,46 +218,48 @@ class CameraFinder:
 
     def _use(self, camera: FoundCamera) -> None:
         self._missing = ""
-        opened = self._said.open and camera.needs_password
-        self._said = replace(self._said, password_error="", asks_password=False, open=opened)
+        is_open = self._block.open and camera.needs_password
+        self._block = replace(self._block, password_error="", asks_password=False, open=is_open)
         self._services.model.update(camera=CameraSeen(camera))
         self._read(camera)
 
     def _read(self, camera: FoundCamera, *, keep: bool = False) -> None:
         devices, clock = self._services.devices, self._services.clock
-        given = self.credentials(camera)
+        credentials = self.credentials(camera)
 
         def work(token: Token, _report: object) -> tuple[CameraSeen, Credentials | None]:
-            keys = given
+            keys = credentials
             if keys is None and camera.needs_password and camera.user:
-                kept = devices.passwords().get(camera.user)
-                keys = None if kept is None else Credentials(camera.user, kept)
+                password = devices.passwords().get(camera.user)
+                keys = None if password is None else Credentials(camera.user, password)
             if keys is None and camera.needs_password:
                 raise PasswordNeeded(tr("{name} asks for a password.", name=camera.name))
             with contextlib.closing(devices.link(camera, keys)) as link:
-                seen = _asked_again(OscClient(link, clock, token), camera, clock, token)
+                answer = _asked_again(OscClient(link, clock, token), camera, clock, token)
             if keep and keys is not None and camera.needs_password:
                 devices.passwords().set(keys.user, keys.password)
-            return seen, keys
+            return answer, keys
 
         self._say(busy=tr("Asking the camera…"))
         self._services.runner.submit(
             "camera-state",
             work,
-            done=lambda answer: self._told(camera, *answer),
+            done=lambda answer: self._take_answer(camera, *answer),
             failed=lambda error: self._refused(camera, error),
-            cancelled=lambda: self._given_up("camera-state", self._said.note),
+            cancelled=lambda: self._given_up("camera-state", self._block.note),
         )
 
-    def _told(self, camera: FoundCamera, seen: CameraSeen, keys: Credentials | None) -> None:
-        said, self._missing = self._said, ""
+    def _take_answer(
+        self, camera: FoundCamera, status: CameraSeen, keys: Credentials | None
+    ) -> None:
+        block, self._missing = self._block, ""
         if keys is not None:
             self._keys[_account(camera)] = keys
-        opened = said.open and not said.asks_password
-        self._said = replace(said, busy="", password_error="", asks_password=False, open=opened)
+        is_open = block.open and not block.asks_password
+        self._block = replace(block, busy="", password_error="", asks_password=False, open=is_open)
         model = self._services.model
-        if model.camera is not None and same_camera(model.camera.found, camera):
-            model.update(camera=replace(seen, busy=model.camera.busy))
+        if model.camera is not None and same_camera(model.camera.device, camera):
+            model.update(camera=replace(status, busy=model.camera.busy))
         self._changed()
 
     def _refused(self, camera: FoundCamera, error: Exception) -> None:
@@ -272,18 +274,18 @@ class CameraFinder:
 
 
 def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: Token) -> CameraSeen:
-    """Ask a camera as `_asked` does; cut and garbled replies are asked for again."""
+    """Ask a camera as `_ask` does; cut and garbled replies are asked for again."""
     first = FirstContact(clock, silences=1)
     while True:
         try:
-            return _asked(client, camera)
+            return _ask(client, camera)
         except (Unreachable, BadReply, NotACamera) as error:
             if first.hopeless(error):
                 raise
         wait(clock, first.pause_s(), token)
 
 
-def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:
+def _ask(client: OscClient, camera: FoundCamera) -> CameraSeen:
     """Ask a camera who and how it is; what it does not tell is left out."""
     info = client.info()
     with contextlib.suppress(DeviceError):
@@ -291,19 +293,19 @@ def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:
     state = client.state()
     free: int | None = None
     with contextlib.suppress(DeviceError):
-        stated = client.get_options(["remainingSpace"]).get("remainingSpace")
-        if isinstance(stated, (int, float)) and not isinstance(stated, bool) and stated >= 0:
-            free = int(stated)
+        value = client.get_options(["remainingSpace"]).get("remainingSpace")
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and value >= 0:
+            free = int(value)
     name = " ".join(text for text in (info.model, info.serial_number) if text) or camera.name
-    found = replace(camera, name=name, model=info.model, serial=info.serial_number)
-    return CameraSeen(found, state.battery_level, free)
+    device = replace(camera, name=name, model=info.model, serial=info.serial_number)
+    return CameraSeen(device, state.battery_level, free)
 
 
-def _row(camera: FoundCamera) -> Choice:
+def _row(camera: FoundCamera) -> ChoiceRow:
     words = [camera.endpoint.host]
     words += [tr("last")] if camera.used_last else []
     words += [tr("password")] if camera.needs_password else []
-    return Choice(_key(camera), camera.name, ", ".join(words))
+    return ChoiceRow(_key(camera), camera.name, ", ".join(words))
 
 
 def _key(camera: FoundCamera) -> str:
@@ -341,10 +343,10 @@ class Watching:
     """One folder at a time."""
 
     def __init__(
-        self, services: Services, desk: PlaceController, changed: Callable[[], None]
+        self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
     ) -> None:
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._changed = changed
         self.folder: Path | None = None
         self._relay = _Relay()
@@ -397,7 +399,7 @@ class Watching:
                 folder=folder.name,
             )
         )
-        self._desk.take_in(list(bracket.paths))
+        self._place_controller.take_in(list(bracket.paths))
         self._wait()
 
     def _failed(self, relay: _Relay, error: Exception) -> None:

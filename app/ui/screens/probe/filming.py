@@ -49,9 +49,9 @@ class Filming:
     """A film, while it is taken."""
 
     def __init__(
-        self, services: Services, desk: PlaceController, changed: Callable[[], None]
+        self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
     ) -> None:
-        self._services, self._desk, self._changed = services, desk, changed
+        self._services, self._place_controller, self._changed = services, place_controller, changed
         self._camera = LiveCamera(services, changed)
         self._roll = _Roll(queue.Queue(_WAITING))
         self.live: Live | None = None
@@ -88,19 +88,21 @@ class Filming:
         assert frame is not None
         if roll.begun_s < 0:
             roll.begun_s = now
-        gone, words = now - roll.begun_s, roll.words.get()
-        if gone - roll.last_s >= _EVERY_S and not roll.pictures.full():
+        elapsed_s, words = now - roll.begun_s, roll.words.get()
+        if elapsed_s - roll.last_s >= _EVERY_S and not roll.pictures.full():
             mirrored = self._services.model.settings.mirrored
-            roll.pictures.put_nowait((gone, flip(frame.picture) if mirrored else frame.picture))
-            roll.last_s = gone
+            roll.pictures.put_nowait(
+                (elapsed_s, flip(frame.picture) if mirrored else frame.picture)
+            )
+            roll.last_s = elapsed_s
         message = words or (_TURN if self.live.picture is None else self.live.message)
         self.live = Live(frame.picture, message=message)
-        if gone >= _LONGEST_S:
+        if elapsed_s >= _LONGEST_S:
             self._find_light(self.live)
         self._changed()
 
-    def _find_light(self, seen: Live) -> None:
-        self._end(Live(seen.picture, message=tr("Finding the light…")))
+    def _find_light(self, live: Live) -> None:
+        self._end(Live(live.picture, message=tr("Finding the light…")))
 
     def _end(self, live: Live | None = None) -> None:
         self._roll.over.set()
@@ -112,9 +114,9 @@ class Filming:
         self._end()
         self._services.notify.tell_error(error, about="open")
 
-    def _done(self, taken: tuple[Film, Path, tempfile.TemporaryDirectory[str]]) -> None:
+    def _done(self, result: tuple[Film, Path, tempfile.TemporaryDirectory[str]]) -> None:
         self._end()
-        self._desk.open_film(*taken)
+        self._place_controller.open_film(*result)
 
 
 def _take(
@@ -147,7 +149,7 @@ def _take(
 
 def _so_far(reader: FilmReader, time_s: float) -> str:
     try:
-        share = float(reader.film().shown.mean())
+        share = float(reader.film().visible.mean())
     except ProbeError as error:
         return tr("{seconds:.0f} s. {message}", seconds=time_s, message=error.message)
     if share >= 0.97:

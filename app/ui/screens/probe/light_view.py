@@ -15,7 +15,7 @@ from app.core.text import tr
 from app.ui.plots.panorama import PanoramaView, SceneLamp
 from app.ui.presenters.places_list import PlacesListRow
 from app.ui.screens.probe.screen import ProbePresenter
-from app.ui.screens.probe.state import LAYERS, LampRow, Live, ProbeState, RoughCard, Sign
+from app.ui.screens.probe.state import LAYERS, DistantSign, LampRow, Live, ProbeState, RoughCard
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys, Roving
@@ -26,8 +26,8 @@ from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import add, boxed, clear, column, row, stacked
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.paint import MIDDLE, Painted, box, faint, put_text, text_width
-from app.ui.widgets.surfaces import Card, Frame, Scroll
+from app.ui.widgets.paint import MIDDLE, PaintedWidget, box, faint, put_text, text_width
+from app.ui.widgets.surfaces import Card, OutlineBox, Scroll
 from app.words.phrases.quantities import ev_words
 
 _CARDS: Final = 3
@@ -41,17 +41,17 @@ _LARGEST: Final = 400
 _BAR: Final = 16
 
 
-class _Face(Painted):
+class _Face(PaintedWidget):
     """The words of the sign, as large as they can be, on a colour that says the same."""
 
     least = (240, 160)
 
     def __init__(self) -> None:
         super().__init__()
-        self._sign = Sign()
+        self._sign = DistantSign()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
-    def show_sign(self, sign: Sign) -> None:
+    def show_sign(self, sign: DistantSign) -> None:
         if sign != self._sign:
             self._sign = sign
             self.update()
@@ -103,7 +103,7 @@ class CaptureSign(QWidget):
         super().resizeEvent(event)
         self.picture.setFixedHeight(min((self.width() - px(32)) // 2, self.height() * 9 // 20))
 
-    def show_sign(self, sign: Sign) -> None:
+    def show_sign(self, sign: DistantSign) -> None:
         """Show it."""
         self._face.show_sign(sign)
         self.picture.set_picture(sign.picture)
@@ -112,7 +112,7 @@ class CaptureSign(QWidget):
         self.setAccessibleDescription(sign.caption)
 
 
-class _RoughView(Frame):
+class _RoughView(OutlineBox):
     """One style by the preview: what it is, how far to turn, and how sure that is."""
 
     def __init__(self, compact: bool) -> None:
@@ -174,7 +174,7 @@ class RoughCards(QWidget):
                 view.show_card(live.cards[number])
 
 
-class _Way(Pressable):
+class _WayButton(Pressable):
     """A way to begin: an icon, what it is, and what it needs."""
 
     def __init__(
@@ -226,11 +226,12 @@ class Start(QWidget):
             "your sitter for each studio style."
         )
         self.ways = (
-            _Way(tr("Try it in 10 seconds"), tr("A demo place, no camera needed"), "play", demo,
+            _WayButton(tr("Try it in 10 seconds"), tr("A demo place, no camera needed"), "play",
+            demo,
                  compact),
-            _Way(tr("Open a panorama or photos"), tr("Or drop them anywhere in this window"),
+            _WayButton(tr("Open a panorama or photos"), tr("Or drop them anywhere in this window"),
                  "folder", files, compact),
-            _Way(tr("Connect a camera"), tr("A Ricoh Theta, by its Wi-Fi"), "theta", camera,
+            _WayButton(tr("Connect a camera"), tr("A Ricoh Theta, by its Wi-Fi"), "theta", camera,
                  compact),
         )  # fmt: skip
         sentence = Text(title, 20 if compact else 28, 700, wrap=True, align=middle)
@@ -257,15 +258,15 @@ _WIDEST_ROW: Final = 304
 class _Tile(Card):
     """One place: small picture, name, and when it was made or what is missing."""
 
-    wanted = (_WIDEST_ROW, _HIGH)
+    preferred_size = (_WIDEST_ROW, _HIGH)
 
     def __init__(self, row: PlacesListRow) -> None:
-        self._second = row.detail if row.left is not None else row.time
-        told = {"name": row.name, "detail": self._second}
+        self._second = row.detail if row.unfinished is not None else row.time
+        values = {"name": row.name, "detail": self._second}
         super().__init__(
-            tr("Finish {name}, {detail}", **told)
-            if row.left
-            else tr("Open {name}, {detail}", **told)
+            tr("Finish {name}, {detail}", **values)
+            if row.unfinished
+            else tr("Open {name}, {detail}", **values)
         )
         self.row = row
         self.setToolTip(f"{row.name}\n{self._second}")
@@ -336,7 +337,7 @@ _LAYERS = (
 )
 
 
-class Tools(QWidget):
+class PanoramaTools(QWidget):
     """One line of 32."""
 
     def __init__(self, presenter: ProbePresenter, panorama: PanoramaView, compact: bool) -> None:
@@ -419,7 +420,7 @@ _COMPACT: Final = (
 )
 
 
-class _Rows(Scroll):
+class _WholeRows(Scroll):
     """Shows whole rows only."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -447,7 +448,7 @@ class LightColumn(QWidget):
         self._columns = _COMPACT if compact else _FULL
         self.panorama = PanoramaView()
         self.panorama.marker_released.connect(presenter.move_marker)
-        self.tools = Tools(presenter, self.panorama, compact)
+        self.tools = PanoramaTools(presenter, self.panorama, compact)
         OwnKeys(self.panorama.grip)
         self.empty = Empty("", icon="probe")
         self.start = Start(presenter.open_demo, ask_files, presenter.cameras.connect, compact)
@@ -468,9 +469,9 @@ class LightColumn(QWidget):
         )
 
     def _well(self) -> QWidget:
-        frame = Frame("panel", "line")
+        frame = OutlineBox("panel", "line")
         column(self.empty, into=frame, gap=None)
-        begin = Frame("panel", "line")
+        begin = OutlineBox("panel", "line")
         column(self.start, into=begin, gap=None)
         self.preview = Picture(tr("Live preview"))
         self._stack = stacked(frame, self.panorama, begin, self.preview)
@@ -487,8 +488,8 @@ class LightColumn(QWidget):
         width = min(self.width() - margins.left() - margins.right(), px(_WIDEST))
         most = self._most_height()
         # The ways to begin have all the room to themselves.
-        wanted = most if self._stack.currentIndex() == 2 else self.panorama.heightForWidth(width)
-        self._stack.setFixedHeight(max(min(wanted, most), px(120)))
+        height = most if self._stack.currentIndex() == 2 else self.panorama.heightForWidth(width)
+        self._stack.setFixedHeight(max(min(height, most), px(120)))
 
     def _keep_to_panorama(self) -> None:
         """Let nothing here become wider than the panorama may; all keep one left and right edge."""
@@ -524,7 +525,7 @@ class LightColumn(QWidget):
         self._rows = column(self._note, ...)
         self.lamps: list[TableRow] = []
         head = row(TableHead(self._columns), gap=None)
-        scroll = _Rows(boxed(self._rows), name=tr("Lamps found"))
+        scroll = _WholeRows(boxed(self._rows), name=tr("Lamps found"))
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         return boxed(column(head, (scroll, 1)))
@@ -538,7 +539,7 @@ class LightColumn(QWidget):
 
     def _drop_row(self) -> QWidget:
         height = px(40 if self._compact else 56)
-        self._zone = Frame("none", "ctl", dashed=True)
+        self._zone = OutlineBox("none", "ctl", dashed=True)
         self._drop = Text("", 14, role="dim", elide=True)
         self._drop_icon = Icon("folder", 20, "dim")
         margins = (20, 0, 16, 0)
@@ -595,12 +596,12 @@ class LightColumn(QWidget):
             self._give_height()
         # The front first: a new picture of the same spot must not be seen at the old one.
         if before is None or state.front_deg != before.front_deg:
-            known = before is not None and before.picture is not None
-            panorama.set_front(state.front_deg, glide=known)
+            had_picture = before is not None and before.picture is not None
+            panorama.set_front(state.front_deg, glide=had_picture)
         panorama.set_picture(state.picture)
         if before is None or state.findings is not before.findings:
-            found = state.findings
-            panorama.set_clipped(None if found is None else found.clipped)
+            findings = state.findings
+            panorama.set_clipped(None if findings is None else findings.clipped)
             panorama.set_lamps(
                 [SceneLamp(row.letter, row.azimuth_deg, row.elevation_deg) for row in state.lamps]
             )

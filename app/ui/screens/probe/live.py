@@ -34,7 +34,7 @@ _ANSWER: Final = "live-answer"
 _PAUSE_S: Final = 1.0
 _SILENT_S: Final = 3.0
 _OPENING: Final = tr("Opening the live preview…")
-_LOST: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
+_LOST_WORDS: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
 _NOTHING: Final = tr("No style seems to be in reach here. Walk on.")
 _HALF: Final = tr("The preview shows no whole panorama. Set the camera to show both lenses.")
 _ROUGH: Final = tr("Rough, from the live preview")
@@ -62,16 +62,16 @@ class LivePreview:
         if self.live is not None:
             self.stop()
         elif camera is not None and not camera.busy:
-            found, keys = camera.found, self._cameras.credentials(camera.found)
+            device, keys = camera.device, self._cameras.credentials(camera.device)
             self.live = Live(message=_OPENING)
             self._pictures, self._answering, self._why = Mailbox(), False, ""
             self._heard_at = self._services.clock.now()
-            facts, pictures = camera_facts(found.model), self._pictures
+            facts, pictures = camera_facts(device.model), self._pictures
             size = facts.previews[0] if facts is not None and facts.previews else None
 
             def work(token: Token, report: PhraseReport) -> None:
                 while True:
-                    self._link = self._services.devices.link(found, keys)
+                    self._link = self._services.devices.link(device, keys)
                     with contextlib.closing(self._link):
                         self._read(size, pictures, token, report)
                     wait(self._services.clock, _PAUSE_S, token)
@@ -98,7 +98,7 @@ class LivePreview:
             # Some take their time to open it: until they refuse, nothing is lost.
             opening = self.live.picture is None and not self._why
             if now - self._heard_at > _SILENT_S and not opening:
-                self.live = Live(self.live.picture, message=self._why or _LOST, trouble=True)
+                self.live = Live(self.live.picture, message=self._why or _LOST_WORDS, trouble=True)
                 self._changed()
             return
         self._heard_at, self._answering, self._why = now, True, ""
@@ -107,10 +107,10 @@ class LivePreview:
         def work(token: Token, report: PhraseReport) -> Live:
             pack = load_named_pack("generic") if head is None else head.pack
             picture = decode(jpeg)
-            seen = None if picture is None else preview_light(picture, pack.header.environment)
-            if seen is None:
+            preview = None if picture is None else preview_light(picture, pack.header.environment)
+            if preview is None:
                 return Live(picture, message=_HALF, trouble=True)
-            cards = tuple(map(_card, rough_answers(seen, pack)))
+            cards = tuple(map(_card, rough_answers(preview, pack)))
             return Live(picture, cards, _ROUGH if cards else _NOTHING)
 
         self._services.runner.submit(

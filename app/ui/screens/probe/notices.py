@@ -11,7 +11,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.base.files import is_full
 from app.core.base.phrases import percent, shutter_words
-from app.core.measure.finish.findings import Findings, Lamp
+from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.remarks import ClippingSafe, RoughTurns, SunRestored
 from app.core.measure.plan.planner import Plan, plan
 from app.core.measure.read.frame import Exposure
@@ -23,7 +23,15 @@ from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
-from app.ui.screens.probe.state import CameraBlock, Choice, FrameTile, LampRow, Notice, Sign, Tone
+from app.ui.screens.probe.state import (
+    CameraBlock,
+    ChoiceRow,
+    DistantSign,
+    FrameTile,
+    LampRow,
+    Notice,
+    Tone,
+)
 from app.words.lights import NAMES, STILL_CLIPPED, share_words
 from app.words.phrases.directions import direction_words, elevation_words
 from app.words.phrases.quantities import ev_words
@@ -31,7 +39,7 @@ from app.words.phrases.turns import signed
 from app.words.progress import progress_words
 from app.words.remarks import remark_words, sentences
 
-_LOST: Final = frozenset({"interrupted", "bad-answers"})
+_LOST_CODES: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = (
     *(tr("first"), tr("second"), tr("third"), tr("fourth")),
     *(tr("fifth"), tr("sixth"), tr("seventh"), tr("eighth")),
@@ -47,7 +55,7 @@ _RECONNECT: Final = {
     (False, True): tr("Reconnect and take the {ordinal}, or merge these {number}."),
     (False, False): tr("Reconnect and take the rest, or merge these {number}."),
 }
-_SPOKEN: Final = 3  # the last seconds are counted down aloud
+_COUNT_ALOUD: Final = 3  # the last seconds are counted down aloud
 _RESUME: Final = ("resume", tr("Resume"))
 _AGAIN: Final = ("again", tr("Try again"))
 
@@ -58,31 +66,31 @@ _BEFORE: Final = (Stage.IDLE, Stage.CONNECTING)
 _SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 
-def sign_of(status: Status, count: int, delay_s: int) -> Sign:
+def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
     """Say what is seen from three metres; `count`: seconds that the self-timer has still to go."""
     message, early = _timed(progress_words(status.message), status), status.stage in _BEFORE
     if not early and (status.may_move or status.stage not in _SHOOTING):
-        return Sign("move", _MOVE, message, spoken=_MOVE)
+        return DistantSign("move", _MOVE, message, spoken=_MOVE)
     if status.seeking:
-        return Sign(big=tr("Stay there"), caption=message)
+        return DistantSign(big=tr("Stay there"), caption=message)
     if early:
-        return Sign(caption=message)
+        return DistantSign(caption=message)
     if count:
         # The seconds stand in large type already.
-        spoken = _NUMBERS[count] if count <= _SPOKEN else _KNEEL
-        return Sign("act", str(count), _KNEEL, spoken=spoken)
+        spoken = _NUMBERS[count] if count <= _COUNT_ALOUD else _KNEEL
+        return DistantSign("act", str(count), _KNEEL, spoken=spoken)
     if status.shot:
         frame = tr("Frame {shot} of {shots}", shot=status.shot, shots=status.shots)
         stay = _timed(tr("Stay down"), status)
-        return Sign("act", frame, stay, (status.shot - 1) / status.shots, frame)
+        return DistantSign("act", frame, stay, (status.shot - 1) / status.shots, frame)
     if delay_s:
-        return Sign(caption=message)
-    return Sign("act", _KNEEL, message, spoken=_KNEEL)
+        return DistantSign(caption=message)
+    return DistantSign("act", _KNEEL, message, spoken=_KNEEL)
 
 
 def _timed(message: str, status: Status) -> str:
-    left = status.left_words
-    return tr("{message}: {left}", message=message, left=left) if left else message
+    remaining = status.left_words
+    return tr("{message}: {left}", message=message, left=remaining) if remaining else message
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +108,9 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
     if getattr(error, "code", "") in DISK or is_full(error):
         return _disk(far)
     if isinstance(error, Unreachable) or (
-        isinstance(error, DownloadFailed) and error.code in _LOST
+        isinstance(error, DownloadFailed) and error.code in _LOST_CODES
     ):
-        return _lost(error, far)
+        return _lost_notice(error, far)
     buttons = (_RESUME, _AGAIN) if far.resumable and far.total else (_AGAIN,)
     if isinstance(error, (DeviceError, CoreError)):
         return Notice("error", error.message, error.hint, buttons)
@@ -111,10 +119,10 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
     )
 
 
-def offer_notice(found: UnfinishedPlace, when: str) -> Notice:
+def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
     """Offer to finish a place that was interrupted."""
-    here, total = found.here, found.total
-    whole = bool(found.files) or (total > 0 and here == total)
+    here, total = offer.here, offer.total
+    whole = bool(offer.files) or (total > 0 and here == total)
     frames = tr("It had only just begun.")
     if whole:
         frames = tr("All frames are here and only have to be merged.")
@@ -125,7 +133,7 @@ def offer_notice(found: UnfinishedPlace, when: str) -> Notice:
         buttons.append(("merge-offer", tr("Merge these {number}", number=_number(here))))
     return Notice(
         "offer",
-        tr("“{name}” of {when} is not finished.", name=found.name, when=when),
+        tr("“{name}” of {when} is not finished.", name=offer.name, when=when),
         frames,
         (*buttons, ("leave-offer", tr("Not now"))),
     )
@@ -134,32 +142,32 @@ def offer_notice(found: UnfinishedPlace, when: str) -> Notice:
 def _disk(far: HowFar) -> Notice:
     body = tr("Make room, then resume.")
     if far.total and far.here < far.total:
-        left = tr_plural(
+        rest_words = tr_plural(
             "Frame {last} is still on the camera.",
             "Frames {first} to {last} are still on the camera.",
             far.total - far.here,
             first=far.here + 1,
             last=far.total,
         )
-        body = f"{left} {body}"
+        body = f"{rest_words} {body}"
     return Notice(
         "error", tr("No space left on this disk."), body, (_RESUME if far.resumable else _AGAIN,)
     )
 
 
-def _lost(error: Exception, far: HowFar) -> Notice:
+def _lost_notice(error: Exception, far: HowFar) -> Notice:
     here, total = far.here, far.total
     if here and here < total:
         title = tr("Camera disconnected after frame {here} of {total}.", here=here, total=total)
-        told = {"number": _number(here), "ordinal": _ordinal(here + 1)}
-        kept = {1: tr("That frame is kept."), 2: tr("Both frames are kept.")}
+        values = {"number": _number(here), "ordinal": _ordinal(here + 1)}
+        kept_words = {1: tr("That frame is kept."), 2: tr("Both frames are kept.")}
         body = " ".join(
             (
-                kept.get(here) or tr("The first {number} frames are kept.", **told),
-                _RECONNECT[here == 1, here + 1 == total].format(**told),
+                kept_words.get(here) or tr("The first {number} frames are kept.", **values),
+                _RECONNECT[here == 1, here + 1 == total].format(**values),
             )
         )
-        merge = (("merge", tr("Merge these {number}", **told)),) if here > 1 else ()
+        merge = (("merge", tr("Merge these {number}", **values)),) if here > 1 else ()
         return Notice("error", title, body, (_RESUME, *merge))
     if far.exposing and far.resumable:
         return Notice(
@@ -200,7 +208,7 @@ def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> t
     return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 
-def _lamp_row(lamp: Lamp, front_deg: float, rough: bool) -> LampRow:
+def _lamp_row(lamp: LampFinding, front_deg: float, rough: bool) -> LampRow:
     azimuth = wrap(lamp.azimuth_deg - front_deg)
     share = share_words(lamp.share, lamp.clipped and not rough)
     words = {
@@ -263,45 +271,45 @@ def frames_note(place: Place, today: datetime) -> str:
     parts = [f"ISO {iso:g}" for iso in isos if len(isos) == 1 and iso > 0]
     parts += [f"f/{stop:g}" for stop in apertures if len(apertures) == 1 and stop > 0]
     if place.measured_at is not None and capture.plan in _TITLES:
-        taken = place.measured_at.astimezone(today.tzinfo)
-        parts.append(tr("taken {time}", time=f"{taken:%H:%M}"))
+        moment = place.measured_at.astimezone(today.tzinfo)
+        parts.append(tr("taken {time}", time=f"{moment:%H:%M}"))
     return ", ".join(parts)
 
 
 # -- plans ---------------------------------------------------------------------------------------
 
 
-def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Choice, ...]:
+def plan_parts(camera: CameraSeen | None, auto_exposure: Exposure | None) -> tuple[ChoiceRow, ...]:
     """Say how many frames and seconds each plan takes."""
-    model = camera.found.model if camera is not None else ""
+    model = camera.device.model if camera is not None else ""
     parts = []
     for kind in ("paper", "full"):
         # How many the light asks for is known once it is metered; before, how many at most.
-        unsure = metered is None and kind == "full"
-        made = [
+        unsure = auto_exposure is None and kind == "full"
+        plans = [
             one
-            for light in (_LIKELY if unsure else (metered or _USUAL,))
+            for light in (_LIKELY if unsure else (auto_exposure or _USUAL,))
             if (one := _estimate(model, light, kind)) is not None
         ]
         words = ""
-        if made:
-            count = max(len(one.shots) for one in made)
-            told = {"count": count, "seconds": round(max(one.expected_s for one in made))}
+        if plans:
+            count = max(len(one.shots) for one in plans)
+            values = {"count": count, "seconds": round(max(one.expected_s for one in plans))}
             words = (
-                tr("up to {count} frames, {seconds} s", **told)
+                tr("up to {count} frames, {seconds} s", **values)
                 if unsure
-                else tr("{count} frames, {seconds} s", **told)
+                else tr("{count} frames, {seconds} s", **values)
             )
-        parts.append(Choice(kind, _TITLES[kind], words))
+        parts.append(ChoiceRow(kind, _TITLES[kind], words))
     return tuple(parts)
 
 
 @lru_cache(maxsize=32)
-def _estimate(model: str, metered: Exposure, kind: Literal["paper", "full"]) -> Plan | None:
+def _estimate(model: str, auto_exposure: Exposure, kind: Literal["paper", "full"]) -> Plan | None:
     profile = profile_for(Info(model))
     try:
         return plan(
-            metered,
+            auto_exposure,
             profile.fallback,
             kind,
             profile.max_shots,
@@ -332,7 +340,7 @@ def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
     parts = []
     if not short:
         # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
-        parts.append(tr("Local") if is_loopback(camera.found.endpoint.host) else tr("Wi-Fi"))
+        parts.append(tr("Local") if is_loopback(camera.device.endpoint.host) else tr("Wi-Fi"))
     if camera.battery is not None:
         charge = percent(camera.battery)
         parts.append(charge if short else tr("battery {charge}", charge=charge))
@@ -345,7 +353,7 @@ def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
 
 
 def advice_notice(
-    place: Place | None, findings: Findings | None, full: Choice | None, camera: CameraBlock
+    place: Place | None, findings: Findings | None, full: ChoiceRow | None, camera: CameraBlock
 ) -> Notice | None:
     """Say what could be better about a capture, and offer what is possible."""
     capture = None if place is None else place.capture
@@ -372,7 +380,7 @@ def advice_notice(
 
 
 def _clipped_notice(
-    capture: CaptureFacts, lamp: Lamp, full: Choice | None, camera: CameraBlock
+    capture: CaptureFacts, lamp: LampFinding, full: ChoiceRow | None, camera: CameraBlock
 ) -> Notice:
     where = ev_words(min(frame.ev for frame in capture.frames))
     if lamp.kind == "sun":

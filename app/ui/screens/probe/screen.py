@@ -35,7 +35,7 @@ from app.ui.screens.probe.notices import (
 )
 from app.ui.screens.probe.state import (
     CameraBlock,
-    Choice,
+    ChoiceRow,
     FrameTile,
     Notice,
     ProbeState,
@@ -54,7 +54,7 @@ _RECENT: Final = 4
 _TIMERS: Final = (0, 2, 5, 10)
 _WINDOWS: Final = 0.1
 _MARKERS: Final = {"walk": tr("Photographer stands here"), "selfie": tr("You face this way now")}
-_SHOWN: Final = frozenset(
+_FIELDS: Final = frozenset(
     {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
 )
 
@@ -62,12 +62,12 @@ _SHOWN: Final = frozenset(
 class ProbePresenter(Presenter[ProbeView]):
     """Measures the light of a place."""
 
-    def __init__(self, services: Services, desk: PlaceController) -> None:
+    def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
         self._light: PlaceLight | None = None
         self._findings: Findings | None = None
         self._picture: NDArray[np.uint8] | None = None
-        self._exposure = self._wanted = 0.0
+        self._exposure = self._target_ev = 0.0
         self._exposing = False
         self._frames: tuple[NDArray[np.uint8] | None, ...] = ()
         self._layers = ProbeState().layers
@@ -76,18 +76,20 @@ class ProbePresenter(Presenter[ProbeView]):
         self._watched = ""
         self.cameras = CameraFinder(services, self._refresh)
         self.live = LivePreview(services, self.cameras, self._refresh)
-        self.filming = Filming(services, desk, self._refresh)
-        self.taking = Taking(services, desk, self.cameras, self.live.stop, self._refresh)
-        self.watching = Watching(services, desk, self._refresh)
-        self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
-        self.open_files, self.open_demo = desk.open_paths, desk.open_demo
-        self.move_marker = desk.move_front
+        self.filming = Filming(services, place_controller, self._refresh)
+        self.taking = Taking(
+            services, place_controller, self.cameras, self.live.stop, self._refresh
+        )
+        self.watching = Watching(services, place_controller, self._refresh)
+        self.places = PlacesListPresenter(services, place_controller, _RECENT, "recent")
+        self.open_files, self.open_demo = place_controller.open_paths, place_controller.open_demo
+        self.move_marker = place_controller.move_front
         services.model.changed.connect(self._model_changed)
         self._take_light()
 
     # -- screen --------------------------------------------------------------------------------
 
-    def entered(self) -> None:
+    def enter(self) -> None:
         """Look for cameras, and for what was interrupted."""
         if not self.taking.active:
             self.cameras.begin()
@@ -96,7 +98,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self._look_for_places()
         self._refresh()
 
-    def left(self) -> None:
+    def leave(self) -> None:
         """Stop searching, and the preview; a capture continues."""
         self.cameras.pause()
         self.live.stop()
@@ -166,7 +168,7 @@ class ProbePresenter(Presenter[ProbeView]):
             findings=findings,
             front_deg=model.front_deg,
             marker_words=_MARKERS.get(settings.mode, _MARKERS["walk"]),
-            exposure_ev=self._wanted,
+            exposure_ev=self._target_ev,
             layers=self._layers,
             lamps=() if findings is None else lamp_rows(findings, model.front_deg, rough=rough),
             lamps_note=lamps_note,
@@ -195,7 +197,7 @@ class ProbePresenter(Presenter[ProbeView]):
         )
 
     def _notice(
-        self, place: Place | None, block: CameraBlock, plans: Sequence[Choice]
+        self, place: Place | None, block: CameraBlock, plans: Sequence[ChoiceRow]
     ) -> Notice | None:
         if self.taking.notice is not None:
             return self.taking.notice
@@ -205,8 +207,8 @@ class ProbePresenter(Presenter[ProbeView]):
     def _tiles(self, place: Place | None) -> tuple[FrameTile, ...]:
         facts = () if place is None or place.capture is None else place.capture.frames
         pictures = (*self._frames, *(None for _ in facts))
-        told = [(one.ev, one.shutter_s, one.clipped_share) for one in facts]
-        return tuple(tile_of(*one, picture) for one, picture in zip(told, pictures, strict=False))
+        values = [(one.ev, one.shutter_s, one.clipped_share) for one in facts]
+        return tuple(tile_of(*one, picture) for one, picture in zip(values, pictures, strict=False))
 
     def _age(self) -> Age | None:
         place = self._services.model.place
@@ -277,7 +279,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def expose(self, stops: float) -> None:
         """Show the panorama brighter or darker by so many stops."""
-        self._wanted = stops
+        self._target_ev = stops
         self._expose()
         self._refresh()
 
@@ -290,11 +292,11 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def _watch_as_set(self) -> None:
         """Begin to watch the folder of the settings, once for each that is set."""
-        wanted = self._services.model.settings.watch_folder
-        if wanted and wanted != self._watched:
-            self._watched = wanted
+        folder = self._services.model.settings.watch_folder
+        if folder and folder != self._watched:
+            self._watched = folder
             if self.watching.folder is None:
-                self.watching.start(Path(wanted).expanduser())
+                self.watching.start(Path(folder).expanduser())
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names:
@@ -303,7 +305,7 @@ class ProbePresenter(Presenter[ProbeView]):
         if self._services.model.recapture:
             self._services.model.update(recapture=False)
             self.taking.start("full", self.resolve().timer_s, back=True)
-        if names & _SHOWN:
+        if names & _FIELDS:
             self._refresh()
 
     def show_state(self, state: PlacesListState) -> None:
@@ -321,7 +323,9 @@ class ProbePresenter(Presenter[ProbeView]):
         if model.light is not None or model.opening or self.taking.active:
             return ()
         rows = self.places.resolve().rows
-        return tuple(row for row in rows if row.left is None or row.left.can_finish)[:_RECENT]
+        return tuple(row for row in rows if row.unfinished is None or row.unfinished.can_finish)[
+            :_RECENT
+        ]
 
     def _take_light(self) -> None:
         """Begin with another light: its lamps and frames are looked for."""
@@ -329,7 +333,7 @@ class ProbePresenter(Presenter[ProbeView]):
         light, place, folder = model.light, model.place, model.place_folder
         self._light = light
         self._findings, self._frames = None, ()
-        self._exposure = self._wanted = 0.0
+        self._exposure = self._target_ev = 0.0
         self._picture = None if light is None else light.display
         if light is None:
             self._look_for_places()
@@ -338,7 +342,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self._services.runner.submit(
             "findings",
             lambda *_: lamps_here(light, facts),
-            done=lambda found: self._found(light, found),
+            done=lambda findings: self._take_findings(light, findings),
             failed=lambda error: self._services.notify.tell_error(error),
         )
         if facts is not None and facts.frames:
@@ -349,7 +353,7 @@ class ProbePresenter(Presenter[ProbeView]):
                 failed=lambda error: None,
             )
 
-    def _found(self, light: PlaceLight, findings: Findings) -> None:
+    def _take_findings(self, light: PlaceLight, findings: Findings) -> None:
         if light is self._light:
             self._findings = findings
             self._refresh()
@@ -361,7 +365,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def _expose(self) -> None:
         """Make the picture at the wanted exposure; one at a time, the newest wish next."""
-        light, stops = self._light, self._wanted
+        light, stops = self._light, self._target_ev
         if light is None or self._exposing or stops == self._exposure:
             return
         if stops == 0.0:

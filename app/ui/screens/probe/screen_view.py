@@ -17,7 +17,7 @@ from app.ui.screens.probe.state import (
     CHECKS,
     WAYS,
     CameraBlock,
-    Choice,
+    ChoiceRow,
     FrameTile,
     Notice,
     ProbeState,
@@ -26,7 +26,7 @@ from app.ui.theme import Theme, px
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import OwnKeys, Roving
 from app.ui.widgets.buttons import Button, Pressable
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.displays import Bar, Picture, Spinner
 from app.ui.widgets.fields import TextField, Toggle
@@ -35,7 +35,7 @@ from app.ui.widgets.layouts import Item, boxed, clear, column, grid, row, stacke
 from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.paint import box, hover_fill, selected_edge
-from app.ui.widgets.surfaces import Frame, Room, Scroll, Surface
+from app.ui.widgets.surfaces import OutlineBox, Room, Scroll, Surface
 
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
 
@@ -55,18 +55,18 @@ class CameraHead(QWidget):
         line = row(self._spinner, self._warning, (self.second, 1), gap=6)
         words = column(..., self.title, line, ...)
         change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
-        badge = Frame("raised", "none")
+        badge = OutlineBox("raised", "none")
         row(Icon("theta", 24), into=badge, margins=12)
         row(badge, (words, 1), change, into=self, gap=16)
 
     def show_block(self, block: CameraBlock) -> None:
         """Show it."""
         self.title.set_text(block.title)
-        said = block.short if self._compact and block.short else block.second
+        words = block.short if self._compact and block.short else block.second
         second = f"{block.second}. {block.warning}" if block.warning else block.second
         # The panel has room for a whole sentence.
-        said = tr("Not found") if block.missing and not block.busy and block.open else said
-        self.second.set_text(block.warning or said)
+        words = tr("Not found") if block.missing and not block.busy and block.open else words
+        self.second.set_text(block.warning or words)
         self._spinner.setVisible(bool(block.busy))
         self._warning.setVisible(bool(block.warning) and not block.busy)
         self.change.set_text(
@@ -132,21 +132,21 @@ class CameraPanel(QWidget):
         if not block.asks_password:
             self.password.set_text("")
         self.password.set_error(block.password_error)
-        kept = tr("It is kept in this computer's keyring only.")
-        self.hint.set_text(f"{block.password_hint} {kept}")
+        hint = tr("It is kept in this computer's keyring only.")
+        self.hint.set_text(f"{block.password_hint} {hint}")
 
-    def _show_rows(self, rows: tuple[Choice, ...], chosen: str) -> None:
+    def _show_rows(self, rows: tuple[ChoiceRow, ...], key: str) -> None:
         keys = tuple(row.key for row in rows)
         if tuple(row.property("key") for row in self.rows) != keys:
             clear(self._rows)
-            self.rows = [self._made(row) for row in rows]
+            self.rows = [self._make_row(row) for row in rows]
         for view, one in zip(self.rows, rows, strict=True):
             view.set(_cells(one))
             view.setToolTip(f"{one.title}, {one.second}")
             view.setAccessibleName(f"{one.title}, {one.second}")
-            view.set_selected(one.key == chosen)
+            view.set_selected(one.key == key)
 
-    def _made(self, row: Choice) -> TableRow:
+    def _make_row(self, row: ChoiceRow) -> TableRow:
         view = TableRow(_COLUMNS, _cells(row))
         view.setProperty("key", row.key)
         view.clicked.connect(lambda _on=False, key=row.key: self._cameras.choose(key))
@@ -154,7 +154,7 @@ class CameraPanel(QWidget):
         return view
 
 
-def _cells(row: Choice) -> tuple[Cell, ...]:
+def _cells(row: ChoiceRow) -> tuple[Cell, ...]:
     return Cell(""), Cell(row.title, strong=True), Cell(row.second)
 
 
@@ -164,11 +164,11 @@ _TILE: Final = 48
 class CheckTile(Pressable):
     """A line of the list before pressing, with its drawing; it can be ticked."""
 
-    def __init__(self, check: Choice, compact: bool) -> None:
+    def __init__(self, check: ChoiceRow, compact: bool) -> None:
         super().__init__(check.title, tip=check.title if compact else "")
         self.key = check.key
         self._compact = compact
-        self.wanted = (72 if compact else 192, _TILE)
+        self.preferred_size = (72 if compact else 192, _TILE)
         self.least = (56 if compact else 150, _TILE)
         self.setCheckable(True)
         self.setMinimumHeight(px(_TILE))
@@ -308,7 +308,7 @@ class CameraColumn(Surface):
         self._margin = 16 if compact else 24
         self.setFixedWidth(px(_COMPACT_WIDTH if compact else _WIDTH))
         titles = [(key, way.title) for key, way in WAYS.items()]
-        self.way = Segmented(
+        self.way = SegmentedChoice(
             titles, tr("Measure with"), equal=True, do=partial(presenter.set, "measure_with")
         )
         self._steps = column(gap=12, margins=(0, 0, 0, 16))
@@ -318,8 +318,10 @@ class CameraColumn(Surface):
         self.mirrored.setToolTip(tr("Some phones save selfies as mirror images"))
         self.head = CameraHead(presenter.cameras, compact)
         self.panel = CameraPanel(presenter.cameras)
-        self.plan = Segmented(_PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan"))
-        self.timer = Segmented(_TIMERS, tr("Self-timer"), equal=True)
+        self.plan = SegmentedChoice(
+            _PLANS, tr("Plan"), equal=True, do=partial(presenter.set, "plan")
+        )
+        self.timer = SegmentedChoice(_TIMERS, tr("Self-timer"), equal=True)
         self.timer.chosen.connect(lambda key: presenter.set_timer(int(key)))
         self.checks = [CheckTile(check, compact) for check in CHECKS]
         self.frames = FramesGrid()
@@ -399,16 +401,16 @@ class CameraColumn(Surface):
         return self._frames_box
 
     def _buttons(self) -> QWidget:
-        asked = self._presenter
-        self.capture = Button(tr("Capture"), "camera", "primary", "main", do=asked.capture)
+        presenter = self._presenter
+        self.capture = Button(tr("Capture"), "camera", "primary", "main", do=presenter.capture)
         self.capture.set_tip(tr("Meter, take the frames and merge them"), "Space")
         icon = "" if self._compact else "camera"
-        self.again = Button(tr("Capture again"), icon, size="main", do=asked.capture)
+        self.again = Button(tr("Capture again"), icon, size="main", do=presenter.capture)
         self.again.set_tip(tr("Measure this spot once more"), "Space")
         self.styles = Button(tr("See the styles"), "", "primary", "main", trailing="chevron-right")
         self.styles.set_tip(tr("Continue to the styles"), "Enter")
-        self.styles.clicked.connect(asked.see_styles)
-        self.stop = Button(tr("Cancel"), "cancel", size="main", do=asked.taking.cancel)
+        self.styles.clicked.connect(presenter.see_styles)
+        self.stop = Button(tr("Cancel"), "cancel", size="main", do=presenter.taking.cancel)
         self.stop.set_tip(tr("Stop; the camera gets its own settings back"), "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
         wide = self.again.sizeHint().width() + self.styles.sizeHint().width() + px(8)
@@ -474,24 +476,30 @@ class CameraColumn(Surface):
         self._checks_box.setVisible(camera and not over)
         for widget in (self.way, self.plan, self.timer, self.mirrored, self.head.change):
             widget.setEnabled(running is None)
-        live, shown = WAYS[state.way].live, state.live is not None
+        live, is_live = WAYS[state.way].live, state.live is not None
         self._preview_box.setVisible(bool(live) and running is None)
         if live:
             begin, end, tip = live
-            self.preview.set_text(end if shown else begin)
+            self.preview.set_text(end if is_live else begin)
             self.preview.set_tip(tip, "L")
-        self.preview.set_available(shown or state.can_capture, state.why_not)
+        self.preview.set_available(is_live or state.can_capture, state.why_not)
 
     def _show_buttons(self, state: ProbeState) -> None:
         stopping = state.running is not None and state.running.stopping
-        shown = (state.running is None, stopping, state.has_place, state.can_capture, state.why_not)
-        if shown == self._buttons_shown:
+        state_key = (
+            state.running is None,
+            stopping,
+            state.has_place,
+            state.can_capture,
+            state.why_not,
+        )
+        if state_key == self._buttons_shown:
             return
-        self._buttons_shown = shown
+        self._buttons_shown = state_key
         idle = state.running is None
         mine = (self, self.capture, self.again, self.styles, self.stop)
-        held = any(widget.hasFocus() for widget in mine)
-        if held:
+        had_focus = any(widget.hasFocus() for widget in mine)
+        if had_focus:
             # Or the next control would get it, and the next key press would press that.
             self.setFocus()
         self.capture.setVisible(idle and not state.has_place)
@@ -501,7 +509,7 @@ class CameraColumn(Surface):
         self.stop.set_busy(tr("Stopping…") if stopping else None)
         for button in (self.capture, self.again):
             button.set_available(state.can_capture or not idle, state.why_not)
-        if held and idle:
+        if had_focus and idle:
             (self.styles if state.has_place else self.capture).setFocus()
 
 
@@ -545,9 +553,9 @@ class ProbeScreen(QWidget):
 
         Otherwise only the age of the light changes, and that where it can be seen.
         """
-        seen = self.isVisible()
-        if self._busy or seen:
-            self._beat.start(BEAT_MS if self._busy and seen else SLOW_BEAT_MS)
+        visible = self.isVisible()
+        if self._busy or visible:
+            self._beat.start(BEAT_MS if self._busy and visible else SLOW_BEAT_MS)
         else:
             self._beat.stop()
 

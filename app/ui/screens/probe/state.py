@@ -16,7 +16,7 @@ Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ChoiceRow:
     """A line of the list before pressing, a plan ("Quick", "3 frames, 9 s"), or a camera."""
 
     key: str
@@ -25,10 +25,10 @@ class Choice:
 
 
 CHECKS = (
-    Choice("head-height", tr("Camera where the head will be")),
-    Choice("front-lens", tr("Front lens toward you")),
-    Choice("kneel", tr("Kneel under the camera")),
-    Choice("no-obstacle", tr("Nothing in front of the lights")),
+    ChoiceRow("head-height", tr("Camera where the head will be")),
+    ChoiceRow("front-lens", tr("Front lens toward you")),
+    ChoiceRow("kneel", tr("Kneel under the camera")),
+    ChoiceRow("no-obstacle", tr("Nothing in front of the lights")),
 )
 """The list before pressing."""
 
@@ -165,7 +165,7 @@ class CameraBlock:
     busy: str = ""
     missing: bool = True
     open: bool = False
-    rows: tuple[Choice, ...] = ()
+    rows: tuple[ChoiceRow, ...] = ()
     chosen: str = ""
     note: str = ""
     address_error: str = ""
@@ -176,7 +176,7 @@ class CameraBlock:
 
 
 @dataclass(frozen=True, slots=True)
-class Sign:
+class DistantSign:
     """What somebody who kneels under the camera, three metres away, has to know.
 
     Attributes:
@@ -204,7 +204,7 @@ class Running:
 
     rough: str = ""
     stopping: bool = False
-    sign: Sign = field(default_factory=Sign)
+    sign: DistantSign = field(default_factory=DistantSign)
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,7 +289,7 @@ class ProbeState:
     mirrored: bool = False
     watching: str = ""
     camera: CameraBlock = field(default_factory=CameraBlock)
-    plans: tuple[Choice, ...] = ()
+    plans: tuple[ChoiceRow, ...] = ()
     plan: str = "paper"
     timer_s: int = 0
     ticked: frozenset[str] = frozenset()

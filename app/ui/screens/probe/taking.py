@@ -11,7 +11,7 @@ from typing import Any, Final
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
-from app.core.localization.recapture_registration import Registered
+from app.core.localization.recapture_registration import Registration
 from app.core.places.files.frames import clipped_in
 from app.core.places.place import Place
 from app.core.places.resume import UnfinishedPlace, list_unfinished
@@ -38,7 +38,7 @@ from app.ui.screens.probe.notices import (
     tile_of,
     trouble_notice,
 )
-from app.ui.screens.probe.state import FrameTile, Notice, Running, Sign
+from app.ui.screens.probe.state import DistantSign, FrameTile, Notice, Running
 from app.words.measure.preview import rough_words
 from app.words.photos import registration_words
 from app.words.phrases.quantities import place_name, time_words
@@ -51,7 +51,7 @@ _STOPPING: Final = tr("Giving the camera its settings back")
 
 
 @dataclass(frozen=True, slots=True)
-class _Carried:
+class _CarryOver:
     """What a new capture of a spot takes over from the one before."""
 
     folder: Path
@@ -59,7 +59,7 @@ class _Carried:
     front_deg: float
     looked_at: dict[str, Any]
     back: bool
-    registered: Registered | None = None
+    registration: Registration | None = None
 
 
 class Taking:
@@ -68,30 +68,30 @@ class Taking:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         cameras: CameraFinder,
         free_camera: Callable[[], None],
         changed: Callable[[], None],
     ) -> None:
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._cameras = cameras
         self._free_camera = free_camera
         self._changed = changed
         self._recording: Recording | None = None
         self._last: Recording | None = None
-        self._seen: CaptureProgress | None = None
+        self._progress: CaptureProgress | None = None
         self._stopping = False
         self._exposes_at = 0.0
         self._count = 0  # seconds of the self-timer that are still to go
-        self._said = ""
+        self._last_words = ""
         self._trouble: Notice | None = None
         self._offers: tuple[UnfinishedPlace, ...] = ()
-        self._left: set[Path] = set()
-        self._carried: _Carried | None = None
-        self._origin: _Carried | None = None
+        self._skips: set[Path] = set()
+        self._carry_over: _CarryOver | None = None
+        self._origin: _CarryOver | None = None
         services.model.changed.connect(self._model_changed)
-        desk.finisher = self.finish
+        place_controller.finisher = self.finish
 
     # -- what is shown -------------------------------------------------------------------------
 
@@ -111,32 +111,32 @@ class Taking:
         return offer_notice(offers[0], time_words(offers[0].made_at, self._services.today()))
 
     def _open_offers(self) -> list[UnfinishedPlace]:
-        return [each for each in self._offers if (each.session or each.folder) not in self._left]
+        return [each for each in self._offers if (each.session or each.folder) not in self._skips]
 
     def running(self) -> Running | None:
         """Say how far the capture is; None while none runs."""
-        recording, seen = self._recording, self._seen
+        recording, progress = self._recording, self._progress
         if recording is None:
             return None
-        status = Status() if seen is None else seen.status
+        status = Status() if progress is None else progress.status
         sign = sign_of(status, self._count, recording.order.delay_s)
         if self._stopping:
-            sign = Sign(big=tr("Stopping"), caption=_STOPPING)
+            sign = DistantSign(big=tr("Stopping"), caption=_STOPPING)
         return Running(
-            rough="" if seen is None else rough_words(seen.rough),
+            rough="" if progress is None else rough_words(progress.rough),
             stopping=self._stopping,
-            sign=replace(sign, picture=None if seen is None else seen.metered),
+            sign=replace(sign, picture=None if progress is None else progress.metered),
         )
 
     def tiles(self) -> tuple[FrameTile, ...]:
         """Describe the frames of the running capture, brightest first."""
-        seen = self._seen
-        if self._recording is None or seen is None:
+        progress = self._progress
+        if self._recording is None or progress is None:
             return ()
         tiles = []
-        for number, shot in enumerate(seen.shots):
-            picture = seen.pictures[number] if number < len(seen.pictures) else None
-            rows = seen.status.frames
+        for number, shot in enumerate(progress.shots):
+            picture = progress.pictures[number] if number < len(progress.pictures) else None
+            rows = progress.status.frames
             row = rows[number] if number < len(rows) else None
             arrived = 0.0 if row is None else 1.0 if row.done else 0.0
             if row is not None and not row.done and row.size:
@@ -162,7 +162,7 @@ class Taking:
         if place is not None and light is not None and folder is not None:
             order = replace(order, name=place.name, spot=place.spot, first=light.display)
             looked_at = {name: getattr(model, name) for name in _LOOKED_AT}
-            self._origin = _Carried(folder, place, model.front_deg, looked_at, back=back)
+            self._origin = _CarryOver(folder, place, model.front_deg, looked_at, back=back)
         self._run(order)
 
     def cancel(self) -> None:
@@ -183,15 +183,15 @@ class Taking:
         elif key in ("resume-offer", "merge-offer", "leave-offer"):
             self._take_offer(key)
 
-    def finish(self, found: UnfinishedPlace) -> None:
+    def finish(self, offer: UnfinishedPlace) -> None:
         """Resume a capture; where frames are missing, say first what can be done."""
-        if self.active or found.session is None:
+        if self.active or offer.session is None:
             return
         self._trouble = None
-        self._left.discard(found.session)
-        others = [each for each in self._offers if each.session != found.session]
-        self._offers = (found, *others)
-        if found.total and found.here == found.total:
+        self._skips.discard(offer.session)
+        others = [each for each in self._offers if each.session != offer.session]
+        self._offers = (offer, *others)
+        if offer.total and offer.here == offer.total:
             self._take_offer("resume-offer")
         self._changed()
 
@@ -210,19 +210,22 @@ class Taking:
         recording, now = self._recording, self._services.clock.now()
         if recording is None:
             return False
-        seen = recording.box.get()
-        if seen is not None:
-            self._seen = seen
-            if seen.status.timer_s:
-                self._exposes_at = now + seen.status.timer_s
+        progress = recording.box.get()
+        if progress is not None:
+            self._progress = progress
+            if progress.status.timer_s:
+                self._exposes_at = now + progress.status.timer_s
         count = max(math.ceil(self._exposes_at - now), 0)
-        if seen is None and count == self._count:
+        if progress is None and count == self._count:
             return False
         self._count = count
         running = self.running()
-        settings, sign = self._services.model.settings, Sign() if running is None else running.sign
-        if sign.spoken not in ("", self._said):
-            self._said = sign.spoken
+        settings, sign = (
+            self._services.model.settings,
+            DistantSign() if running is None else running.sign,
+        )
+        if sign.spoken not in ("", self._last_words):
+            self._last_words = sign.spoken
             if sign.kind == "move" and settings.sounds:
                 self._services.sounds.play(chime(), settings.volume / 100.0)
             if settings.voice:
@@ -233,7 +236,7 @@ class Taking:
 
     def _order(self, plan: str) -> CaptureOrder:
         model = self._services.model
-        camera = None if model.camera is None else model.camera.found
+        camera = None if model.camera is None else model.camera.device
         return CaptureOrder(
             places=self._services.folders.places,
             made_at=self._services.today(),
@@ -257,14 +260,14 @@ class Taking:
         offers = self._open_offers()
         if not offers:
             return
-        chosen = offers[0]
-        self._left.add(chosen.session or chosen.folder)
+        offer = offers[0]
+        self._skips.add(offer.session or offer.folder)
         if key != "leave-offer":
             self._origin = None
-            if chosen.session is None:
-                self._desk.finish(chosen)
+            if offer.session is None:
+                self._place_controller.finish(offer)
             else:
-                self._go_on(chosen.folder, chosen.session, chosen.plan, merge=key == "merge-offer")
+                self._go_on(offer.folder, offer.session, offer.plan, merge=key == "merge-offer")
         self._changed()
 
     def _run(self, order: CaptureOrder, *, merge: bool = False) -> None:
@@ -272,9 +275,9 @@ class Taking:
         self._free_camera()
         recording = Recording(order)
         self._recording = self._last = recording
-        self._seen, self._trouble = None, None
+        self._progress, self._trouble = None, None
         self._stopping = False
-        self._exposes_at, self._count, self._said = 0.0, 0, ""
+        self._exposes_at, self._count, self._last_words = 0.0, 0, ""
         self._set_busy(True)
         services.runner.submit(
             KEY,
@@ -290,30 +293,30 @@ class Taking:
         )
         self._changed()
 
-    def _done(self, captured: CapturedPlace) -> None:
+    def _done(self, capture: CapturedPlace) -> None:
         self.tick()
         if self._recording is not None:
             # Else what was merged would stay in memory until the next capture.
-            self._recording.captured = None
+            self._recording.capture = None
         self._end()
         camera = self._services.model.camera
         if camera is not None:
-            self._cameras.worked(camera.found)
+            self._cameras.worked(camera.device)
         if self._origin is not None:
-            self._carried = replace(
-                self._origin, folder=captured.folder, registered=captured.registered
+            self._carry_over = replace(
+                self._origin, folder=capture.folder, registration=capture.registration
             )
         self._origin = None
-        for warning in captured.result.warnings:
-            if warning not in captured.result.probe.warnings:
+        for warning in capture.result.warnings:
+            if warning not in capture.result.probe.warnings:
                 self._services.notify.tell(remark_words(warning), kind="warning")
-        self._desk.take_capture(captured)
+        self._place_controller.take_capture(capture)
         self._changed()
 
     def _failed(self, error: Exception) -> None:
         recording = self._recording
         self.tick()
-        seen = self._seen
+        progress = self._progress
         self._end()
         if isinstance(error, Cancelled) or recording is None:
             self._changed()
@@ -321,19 +324,19 @@ class Taking:
         if isinstance(error, PasswordNeeded):
             self._cameras.ask_password(error)
         removed = tidy(recording)
-        self._trouble = trouble_notice(error, _how_far(recording, seen, removed))
+        self._trouble = trouble_notice(error, _how_far(recording, progress, removed))
         self._changed()
 
     def _cancelled(self) -> None:
         recording = self._recording
-        if recording is not None and recording.captured is not None:
+        if recording is not None and recording.capture is not None:
             # It had ended already when it was to stop.
-            self._done(recording.captured)
+            self._done(recording.capture)
             return
         self._end()
         if recording is not None and not tidy(recording, given_up=True):
             if recording.session is not None:
-                self._left.add(recording.session)
+                self._skips.add(recording.session)
             self._services.notify.tell(_stopped_words(recording))
         self._origin = None
         self._changed()
@@ -349,40 +352,40 @@ class Taking:
         if model.camera is not None:
             model.update(camera=replace(model.camera, busy=busy))
 
-    def _offer(self, found: tuple[UnfinishedPlace, ...]) -> None:
+    def _offer(self, offers: tuple[UnfinishedPlace, ...]) -> None:
         last = None if self._last is None else self._last.folder
         # What is said in its own words already is not offered a second time, nor what is shown
         # and just being kept.
-        known = {last, self._services.model.place_folder}
-        self._offers = tuple(each for each in found if each.folder not in known)
+        folders = {last, self._services.model.place_folder}
+        self._offers = tuple(each for each in offers if each.folder not in folders)
         self._changed()
 
     # -- the same spot again -------------------------------------------------------------------
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        carried = self._carried
+        carry_over = self._carry_over
         if "place_folder" in names:
             self._trouble = None
         model = self._services.model
-        if carried is None or model.place_folder != carried.folder or model.place is None:
+        if carry_over is None or model.place_folder != carry_over.folder or model.place is None:
             return
-        self._carried = None
-        registered = carried.registered
-        if carried.back:
-            model.update(chosen=carried.looked_at["chosen"], step=Step.STYLES)
-        if registered is None or not registered.trusted:
+        self._carry_over = None
+        registration = carry_over.registration
+        if carry_over.back:
+            model.update(chosen=carry_over.looked_at["chosen"], step=Step.STYLES)
+        if registration is None or not registration.trusted:
             words = tr("This capture starts afresh.")
-            if registered is not None:
-                words = f"{words} {registration_words(registered)}"
+            if registration is not None:
+                words = f"{words} {registration_words(registration)}"
             self._services.notify.tell(words, kind="warning")
             return
         # Turns count from the photographer, who stands where they stood: they stay as they are.
         model.update(
-            place=replace(model.place, spot=carried.place.spot, notes=carried.place.notes),
-            front_deg=wrap(registered.carried(carried.front_deg)),
-            **carried.looked_at,
+            place=replace(model.place, spot=carry_over.place.spot, notes=carry_over.place.notes),
+            front_deg=wrap(registration.carried(carry_over.front_deg)),
+            **carry_over.looked_at,
         )
-        self._services.notify.tell(registration_words(registered), kind="done")
+        self._services.notify.tell(registration_words(registration), kind="done")
 
 
 def _stopped_words(recording: Recording) -> str:
@@ -395,12 +398,12 @@ def _stopped_words(recording: Recording) -> str:
     return tr("Capture stopped. What was taken is kept; the camera has its own settings back.")
 
 
-def _how_far(recording: Recording, seen: CaptureProgress | None, removed: bool) -> HowFar:
+def _how_far(recording: Recording, progress: CaptureProgress | None, removed: bool) -> HowFar:
     journal = recording.journal
     if removed or journal is None:
         return HowFar()
     here = sum(frame.done for frame in journal.frames)
     total = 0 if journal.plan is None else len(journal.plan.shots)
-    stage = "" if seen is None else seen.status.stage
+    stage = "" if progress is None else progress.status.stage
     exposing = journal.stage == Stage.EXPOSING.value or stage == Stage.EXPOSING
     return HowFar(here, total, exposing and not here, recording.session is not None)

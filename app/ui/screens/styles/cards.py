@@ -8,7 +8,7 @@ from typing import Final
 from app.core.base.angles import direction_of, whole
 from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.turn_choice import LIMITS
-from app.core.storage.library import Damaged
+from app.core.storage.library import DamagedItem
 from app.core.styles.styles import RARE, Style
 from app.core.text import tr
 from app.ui.screens.styles.gallery import Snapshot
@@ -58,19 +58,19 @@ def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, s
 
 
 def cards_of(
-    snapshot: Snapshot, wanted: Filter, sort: Sort, chosen: str | None
+    snapshot: Snapshot, card_filter: Filter, sort: Sort, front: str | None
 ) -> tuple[CardState, ...]:
     """Make the cards of the gallery.
 
     Returns:
         In the order of reading; files that cannot be read come last.
     """
-    names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
+    names = [name for name in snapshot.styles if _passes(snapshot, name, card_filter)]
     names.sort(key=lambda name: _order(snapshot, name, sort))
     if sort is Sort.MATCH and snapshot.results:
         names = _proposed(snapshot, names)
-    cards = [_with_note(_card(snapshot, name, name == chosen), snapshot) for name in names]
-    if wanted in (Filter.ALL, Filter.MINE):
+    cards = [_with_note(_card(snapshot, name, name == front), snapshot) for name in names]
+    if card_filter in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
     return tuple(cards)
 
@@ -90,21 +90,21 @@ def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
 
 def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
     """Put a style that is not rare in front, where one of the first one's grade is there."""
-    found = [snapshot.results.get(name) for name in names]
-    ranks = [_rank(snapshot, result) if result else 0 for result in found]
+    results = [snapshot.results.get(name) for name in names]
+    ranks = [_rank(snapshot, result) if result else 0 for result in results]
     for name, rank in zip(names, ranks, strict=True):
         if rank == ranks[0] and name not in RARE:
             return [name, *(other for other in names if other != name)]
     return names
 
 
-def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
-    if wanted is Filter.ALL:
+def _passes(snapshot: Snapshot, name: str, card_filter: Filter) -> bool:
+    if card_filter is Filter.ALL:
         return True
-    if wanted is Filter.MINE:
+    if card_filter is Filter.MINE:
         return name in snapshot.mine
     result = snapshot.results.get(name)
-    return result is not None and snapshot.within(result) == (wanted is Filter.IN_REACH)
+    return result is not None and snapshot.within(result) == (card_filter is Filter.IN_REACH)
 
 
 def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
@@ -143,7 +143,7 @@ def side_line(style: Style) -> str:
     return side_words(style) or tr("painted")
 
 
-def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
+def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
     style, result = snapshot.styles[name], snapshot.results.get(name)
     target, here = snapshot.pictures[name]
     line = side_line(style)
@@ -154,7 +154,7 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         tip=f"{style.title}: {line}",
         spoken=_spoken(style, result, snapshot),
         limit=least_match(snapshot, style),
-        chosen=chosen,
+        chosen=is_chosen,
         version=snapshot.version,
         target=target,
         here=here,
@@ -171,8 +171,8 @@ def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
         card = replace(card, turn=size_words(turn), way=direction_of(turn))
         beside = beside_words(result, snapshot)
         aside = lit_aside_words(result.yaw_deg, result.lighting)
-        told = [full_title(style), *beside, close, aside, *gain_lines(result)]
-        tip = ". ".join(filter(None, told))
+        lines = [full_title(style), *beside, close, aside, *gain_lines(result)]
+        tip = ". ".join(filter(None, lines))
         if beside:
             line, brief = _beside_card(result, snapshot)
             line = tr("{near}: {aside}", near=brief, aside=aside) if aside else line
@@ -195,10 +195,10 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
     """Say that a style is not lit by the lamps that were chosen, where it is not."""
     head = snapshot.question.head
     name = snapshot.source(name)
-    wanted = head.studio_wanted(name)
-    if name in snapshot.asking or head.pack.studio(name) == wanted:
+    studio = head.studio_wanted(name)
+    if name in snapshot.asking or head.pack.studio(name) == studio:
         return ""
-    return verdict.own_lamps_words(wanted)
+    return verdict.own_lamps_words(studio)
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
@@ -234,9 +234,9 @@ def _paper_card(
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
     ours = verdict.ours_words(result)
-    told = verdict.paper_quality(quality)
+    text = verdict.paper_quality(quality)
     why = reason_sentence(result.shortfall)
-    tip = [full_title(style), told, ours, *([why] if why else [])]
+    tip = [full_title(style), text, ours, *([why] if why else [])]
     card = replace(
         card,
         match=tr("C {quality}", quality=verdict.quality_words(quality)),
@@ -323,7 +323,7 @@ def _spoken(style: Style, result: StyleResult | None, snapshot: Snapshot) -> str
     )
 
 
-def _damaged_card(damaged: Damaged) -> CardState:
+def _damaged_card(damaged: DamagedItem) -> CardState:
     return CardState(
         key=str(damaged.path),
         title=damaged.path.stem,

@@ -26,7 +26,7 @@ from app.ui.widgets.displays import Picture, draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, grid, row
 from app.ui.widgets.paint import RIGHT, STALE, box, put_text, text_width
-from app.ui.widgets.surfaces import Card, Frame
+from app.ui.widgets.surfaces import Card, OutlineBox
 from app.words.phrases.turns import turn_words
 
 _EDGE: Final = 3  # around the pictures
@@ -198,7 +198,7 @@ class PaintCard(Card):
         self.setAccessibleDescription(words)
 
 
-class DamagedCard(Frame):
+class DamagedCard(OutlineBox):
     """A style that cannot be read."""
 
     def __init__(self, state: CardState) -> None:
@@ -236,7 +236,7 @@ class HeldKey(QObject):
         return False
 
 
-class _Compared(QWidget):
+class _ComparedStyle(QWidget):
     """A style among others: target over here, its turn, and the way there."""
 
     def __init__(self, state: DetailState, size: QSize) -> None:
@@ -244,7 +244,7 @@ class _Compared(QWidget):
         self.setAccessibleName(f"{state.title}, {state.side}")
         self.pictures = Picture(tr("Target")), Picture(tr("Picture here"))
         here = state.here, state.here_tag, state.here_exposed
-        self._shown = (state.target, state.target_tag, ""), here
+        self._sides = (state.target, state.target_tag, ""), here
         for picture in self.pictures:
             picture.setFixedSize(size)
         turn = turn_words(state.needle) if state.in_reach else tr("Out of reach")
@@ -265,8 +265,8 @@ class _Compared(QWidget):
 
     def swap(self, swapped: bool) -> None:
         """Let target and here change places."""
-        shown = self._shown[:: -1 if swapped else 1]
-        for picture, (pixels, tag, exposed) in zip(self.pictures, shown, strict=True):
+        sides = self._sides[:: -1 if swapped else 1]
+        for picture, (pixels, tag, exposed) in zip(self.pictures, sides, strict=True):
             picture.set_picture(pixels)
             picture.set_tag(tag)
             picture.set_tag(exposed, "tr")
@@ -281,7 +281,7 @@ class CompareSheet(KeysSheet):
         t, size = theme(), compared_size(host, len(states))
         wide = (size.width() + t.px(16)) * len(states) + t.px(32)
         super().__init__(host, tr("Compare"), round(wide / t.scale))
-        parts = [_Compared(state, size) for state in states]
+        parts = [_ComparedStyle(state, size) for state in states]
         for part, state in zip(parts, states, strict=True):
             part.button.clicked.connect(lambda _on=False, key=state.key: self.opened.emit(key))
             HeldKey(self).held.connect(part.swap)

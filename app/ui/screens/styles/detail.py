@@ -37,8 +37,8 @@ from app.ui.screens.styles.cards import (
     lamps_note,
     least_match,
 )
-from app.ui.screens.styles.gallery import Kept, Question, Snapshot
-from app.ui.screens.styles.state import DetailState, Mark, Sizes
+from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot, ValueCache
+from app.ui.screens.styles.state import CurveMark, DetailState, Sizes
 from app.words.phrases.directions import light_words, lit_aside_words
 from app.words.phrases.quantities import contrast_words, exposed_words, lower_first, upper_first
 from app.words.phrases.turns import (
@@ -78,15 +78,15 @@ _OF_PICTURE: Final = (
 """What is read off the picture here, and so comes with it."""
 
 
-class Detail:
+class DetailResolver:
     """Resolves the detail; keeps what stays the same from one turn to the next.
 
     Args:
         before: What it has kept is taken over; nothing is shared, so another thread may use it.
     """
 
-    def __init__(self, before: Detail | None = None) -> None:
-        self._kept: Kept = Kept(None if before is None else before._kept)
+    def __init__(self, before: DetailResolver | None = None) -> None:
+        self._cache: ValueCache = ValueCache(None if before is None else before._cache)
 
     def at(
         self,
@@ -108,9 +108,9 @@ class Detail:
             last: Its larger picture, shown in place of a quick one.
         """
         key = (name, needle_deg, sizes.portrait, sizes.background)
-        quick = quick and not self._kept.has("state", (*key, None), snapshot)
+        quick = quick and not self._cache.has("state", (*key, None), snapshot)
         last = last if quick else None
-        return self._kept.once(
+        return self._cache.once(
             "quick-state" if quick else "draft-state" if draft else "state",
             (*key, last),
             snapshot,
@@ -119,7 +119,7 @@ class Detail:
 
     def is_quick(self, state: DetailState) -> bool:
         """Whether larger pictures of a state are still to be made."""
-        return self._kept.is_value("quick-state", state)
+        return self._cache.is_value("quick-state", state)
 
     def _resolved(
         self,
@@ -180,20 +180,20 @@ class Detail:
         draft: bool,
     ) -> DetailState:
         head = snapshot.head_for(state.key)
-        marks: tuple[Mark, ...] = ()
+        marks: tuple[CurveMark, ...] = ()
         if snapshot.paper:
             marks = self._marks(snapshot, snapshot.results[state.key], light, sizes, quick)
         # The draft and the picture with all pixels that follows have these in common.
-        told, linear, exposed = self._kept.once(
+        values, linear, exposed = self._cache.once(
             "lit",
             (state.key, turn),
             snapshot,
-            lambda: self._lit(snapshot, state.key, light, turn),
+            lambda: self._portrait_parts(snapshot, state.key, light, turn),
         )
         here = Facing(light, wrap(turn + snapshot.question.front_deg - head.yaw_deg))
         return replace(
             state,
-            **told,
+            **values,
             lamps_note=state.lamps_note
             or (
                 looking_words(head)
@@ -201,12 +201,12 @@ class Detail:
                 else catchlight_words(head.catchlights(here, snapshot.question.findings()))
             ),
             here=head.portraits(
-                [linear], sizes.portrait, [here], quick=quick, draft=draft, exposed=exposed
+                [linear], sizes.portrait, [here], quick=quick, draft=draft, gains=exposed
             )[0],
             marks=marks,
         )
 
-    def _lit(
+    def _portrait_parts(
         self, snapshot: Snapshot, name: str, light: PlaceLight, turn: float
     ) -> tuple[dict[str, Any], FloatImage, tuple[float, ...]]:
         """What a turn's light says of itself, its picture and by what that is exposed."""
@@ -217,17 +217,17 @@ class Detail:
         straight = picture_at(transport, light, nose)
         linear = picture_at(head.transport, light, nose) if head.yaw_deg else straight
         warning = self._glare(light, facing, question)
-        areas = self._kept.once("cheeks", 0, question.head, lambda: cheeks(transport))
+        areas = self._cache.once("cheeks", 0, question.head, lambda: cheeks(transport))
         ratio = lighting_ratio(transport, straight.reshape(-1, 3)[transport.pixels], areas)
         exposed = snapshot.exposed or head.exposures([linear], [Facing(light, nose)])
-        zero = self._kept.once(
+        zero = self._cache.once(
             "zero",
             question.head.name,
             light,
             lambda: exposure_in_mean_light(transport, light.searched),
         )
         stops = exposed_words(math.log2(exposed[0] / zero))
-        told = {
+        values = {
             "here_exposed": stops,
             "exposed_tip": (_ALIKE if snapshot.exposed else _EXPOSED).format(exposed=stops),
             "ratio": stops_words(ratio),
@@ -237,7 +237,7 @@ class Detail:
             "glare_tip": glare_sentence(warning) if warning.warns else "",
             "glare_strong": warning.level == "strong",
         }
-        return told, linear, exposed
+        return values, linear, exposed
 
     def _marks(
         self,
@@ -246,24 +246,24 @@ class Detail:
         light: PlaceLight,
         sizes: Sizes,
         quick: bool,
-    ) -> tuple[Mark, ...]:
+    ) -> tuple[CurveMark, ...]:
         """Median and least C of all turns, with their pictures: figure 4 of the paper."""
         curve, head = result.quality_curve, snapshot.question.head
         everywhere = np.ones(len(curve), bool)
 
-        def mark(tag: str, words: str, index: int) -> Mark:
+        def mark(tag: str, words: str, index: int) -> CurveMark:
             turn = turn_of_index(index)
             facing = wrap(turn + snapshot.question.front_deg)
             linear = picture_at(head.transport, light, facing)
             here = [Facing(light, facing)]
             (picture,) = head.portraits(
-                [linear], sizes.portrait, here, quick=quick, exposed=snapshot.exposed
+                [linear], sizes.portrait, here, quick=quick, gains=snapshot.exposed
             )
             value = quality_words(float(curve[index]) * snapshot.quality_scale)
-            told = words.format(turn=signed(turn), quality=value)
-            return Mark(tag, turn, told, picture)
+            text = words.format(turn=signed(turn), quality=value)
+            return CurveMark(tag, turn, text, picture)
 
-        def made() -> tuple[Mark, ...]:
+        def make() -> tuple[CurveMark, ...]:
             middle = -np.abs(curve - np.median(curve))
             return (
                 mark(
@@ -278,13 +278,13 @@ class Detail:
                 ),
             )
 
-        return self._kept.once(f"marks {quick}", (sizes.portrait, snapshot.exposed), result, made)
+        return self._cache.once(f"marks {quick}", (sizes.portrait, snapshot.exposed), result, make)
 
     def _target(self, snapshot: Snapshot, name: str, sizes: Sizes, quick: bool) -> Bytes:
         head, size = snapshot.head_for(name), sizes.portrait
         owner, style = snapshot.asking.get(name, head), snapshot.lit_style(name)
-        quick = quick and not self._kept.has("target", (name, size), owner)
-        return self._kept.once(
+        quick = quick and not self._cache.has("target", (name, size), owner)
+        return self._cache.once(
             "quick-target" if quick else "target",
             (name, size),
             owner,
@@ -294,7 +294,7 @@ class Detail:
     def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:
         head, asking = snapshot.question.head, snapshot.asking.get(name)
         if asking is not None:
-            return self._kept.once(
+            return self._cache.once(
                 "weights", name, asking, lambda: asking.weights.preintegrated(head.transport)
             )
         pack, yaw = head.pack, snapshot.head_for(name).yaw_deg
@@ -302,22 +302,22 @@ class Detail:
         # Shown at the turn of the lens; a texel is the nearest that a picture can show.
         columns = round(yaw / 360.0 * pack.header.environment[1])
 
-        def made() -> FloatImage:
+        def make() -> FloatImage:
             return np.roll(pack.preintegrated[pack.index(name)], -columns, axis=1)
 
-        return self._kept.once("weights", (name, columns), head, made)
+        return self._cache.once("weights", (name, columns), head, make)
 
     def _background(self, light: PlaceLight, turn: float, front: float, sizes: Sizes) -> Bytes:
         rows, columns = sizes.background
-        return self._kept.once(
+        return self._cache.once(
             "background",
             (turn, front, sizes.background),
             light,
             lambda: background_view(light.display, turn, (columns, rows), front),
         )
 
-    def _glare(self, light: PlaceLight, facing: float, question: Question) -> Glare:
-        eyes = self._kept.once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
+    def _glare(self, light: PlaceLight, facing: float, question: GalleryQuestion) -> Glare:
+        eyes = self._cache.once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
         return glare(eyes, facing, question.sun, question.findings())
 
 
@@ -434,8 +434,8 @@ def numbers_text(state: DetailState, place: str = "") -> str:
         lines.append(tr("Turn: {turn}, {clock}", turn=turn, clock=state.clock))
         numbers = tr("C {quality}, match {match}", quality=state.quality, match=state.match)
         if not state.quality:
-            told = {"match": state.match, "contrast": state.contrast}
-            numbers = tr("Match {match}, contrast {contrast}", **told)
+            values = {"match": state.match, "contrast": state.contrast}
+            numbers = tr("Match {match}, contrast {contrast}", **values)
         lines.append(numbers)
     if state.good_from:
         lines.append(tr("Good from {arc}", arc=state.good_from))

@@ -18,7 +18,7 @@ from app.ui.screens.styles.cards_view import Facts, TurnWords
 from app.ui.screens.styles.state import DetailState
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton, Size
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Sign, Text
@@ -156,7 +156,7 @@ class _Warning(QWidget):
         self.setAccessibleName(tip)
 
 
-class Detail(Surface):
+class StyleDetail(Surface):
     """Everything about the chosen style."""
 
     looked = Signal(float)
@@ -175,7 +175,7 @@ class Detail(Surface):
         self._compact = compact
         self._actions = actions
         self._state = DetailState()
-        self._shown: DetailState | None = None
+        self._last: DetailState | None = None
         self._turn = 0.0
         self._later = QTimer(self)
         self._later.setSingleShot(True)
@@ -198,7 +198,7 @@ class Detail(Surface):
         for mark in self.marks:
             mark.hide()
         self.plot = PolarPlot(tr("Match by turn"), _SMALL_DIAL if compact else _DIAL)
-        self.plot.turned.connect(self._moved)
+        self.plot.turned.connect(self._on_move)
         self.plot.released.connect(self._released)
         self.plot.peak_chosen.connect(self.peak_taken)
         best = tr("Back to the best turn")
@@ -207,7 +207,7 @@ class Detail(Surface):
         self._back.hide()
         self.words, self.facts = TurnWords(compact), Facts(compact)
         self.weights = WeightPanorama()
-        self.weights.turned.connect(self._moved)
+        self.weights.turned.connect(self._on_move)
         self.weights.released.connect(self._released)
         self.background = Picture(tr("Background behind the sitter"))
         self._legend, self._warning = _Legend(), _Warning()
@@ -261,7 +261,7 @@ class Detail(Surface):
 
     def _lay_compact(self) -> None:
         gap = 8
-        tabs = Segmented(_TABS, name=tr("Show"), equal=False)
+        tabs = SegmentedChoice(_TABS, name=tr("Show"), equal=False)
         self._pages = QStackedWidget()
         for page in (
             boxed(row(self.plot, (self.facts, 1), gap=gap)),
@@ -320,7 +320,7 @@ class Detail(Surface):
 
     def show_state(self, state: DetailState) -> None:
         """Show a style at a turn; only what differs is touched."""
-        before, self._shown = self._shown, state
+        before, self._last = self._last, state
         if state is before:
             return
         self.veil.cover(state.stale)
@@ -387,7 +387,7 @@ class Detail(Surface):
 
     # -- hands ---------------------------------------------------------------------------------
 
-    def _moved(self, turn_deg: float) -> None:
+    def _on_move(self, turn_deg: float) -> None:
         """Note the latest turn; what came in between is never computed."""
         self._turn = turn_deg
         if not self._later.isActive():
@@ -410,7 +410,7 @@ class Detail(Surface):
     def _open_menu(self) -> None:
         menu = Menu(self, tr("More about this style"))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        state = self._shown
+        state = self._last
         stale = state is not None and state.stale
         why_not = COMPUTING if stale else tr("Needs the light of a place.")
         if state is not None and state.verdict:

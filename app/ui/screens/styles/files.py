@@ -80,19 +80,23 @@ def save_sheet(
     question, light = snapshot.question, snapshot.question.light
     assert light is not None, "a sheet needs a place"
     result = snapshot.results[state.key]
-    style, lit = snapshot.styles[state.key], snapshot.lit_style(state.key)
+    style, lit_style = snapshot.styles[state.key], snapshot.lit_style(state.key)
     measured = (place.measured_at or place.made_at) if place is not None else None
-    head, seen = question.head, snapshot.head_for(state.key)
-    facing = Facing(light, wrap(wrap(state.needle + question.front_deg) - seen.yaw_deg))
-    asked = snapshot.target(state.key)
+    head, view_head = question.head, snapshot.head_for(state.key)
+    facing = Facing(light, wrap(wrap(state.needle + question.front_deg) - view_head.yaw_deg))
+    target_picture = snapshot.target(state.key)
     doubt = doubt_note(snapshot, state.key) if snapshot.is_doubtful(state.key) else ""
 
     findings = question.findings()
-    seen_in_eyes = seen.catchlights(facing, findings)
+    seen_in_eyes = view_head.catchlights(facing, findings)
 
-    def drawn(here: FloatImage, size: tuple[int, int]) -> tuple[Bytes, Bytes]:
-        shown = picture_at(seen.transport, light, facing.turn_deg) if seen.yaw_deg else here
-        return seen.portrait(asked, size, lit), seen.portrait(shown, size, facing)
+    def draw(here: FloatImage, size: tuple[int, int]) -> tuple[Bytes, Bytes]:
+        picture = (
+            picture_at(view_head.transport, light, facing.turn_deg) if view_head.yaw_deg else here
+        )
+        return view_head.portrait(target_picture, size, lit_style), view_head.portrait(
+            picture, size, facing
+        )
 
     sheet = assemble(
         result,
@@ -104,11 +108,11 @@ def save_sheet(
         turn_deg=None if state.at_best else state.needle,
         sun=question.sun,
         limit=LIMITS.match,
-        made=time_words(measured, now) if measured is not None else "",
+        made_text=time_words(measured, now) if measured is not None else "",
         age=_age_words(place, now),
         head=head_title(head.name),
-        lit=facing(),
-        drawn=drawn,
+        face_picture=facing(),
+        draw=draw,
         notes=" ".join(filter(None, (doubt, place.notes if place is not None else ""))),
         findings=findings,
         catchlights=seen_in_eyes,
@@ -142,9 +146,9 @@ _SHEET_JOB: Final = "set-sheet"
 class StyleFiles:
     """Saves, copies, renames, puts away, hands on and takes in."""
 
-    def __init__(self, services: Services, desk: PlaceController, front: Front) -> None:
+    def __init__(self, services: Services, place_controller: PlaceController, front: Front) -> None:
         self._services = services
-        self._own = desk.own_styles
+        self._own = place_controller.own_styles
         self._front = front
         self._view: StylesView | None = None
 
@@ -154,10 +158,12 @@ class StyleFiles:
 
     def actions(self) -> Sequence[Action]:
         """List them, as in the menu beside the main button."""
-        seen, own = self._has_turn, self._is_own
+        has_turn, own = self._has_turn, self._is_own
         return (
-            Action("set-sheet", tr("Save set sheet…"), self.ask_sheet, "sheet", "Ctrl+S", seen),
-            Action("copy-numbers", tr("Copy numbers"), self.copy_numbers, "duplicate", "", seen),
+            Action("set-sheet", tr("Save set sheet…"), self.ask_sheet, "sheet", "Ctrl+S", has_turn),
+            Action(
+                "copy-numbers", tr("Copy numbers"), self.copy_numbers, "duplicate", "", has_turn
+            ),
             Action("rename-style", tr("Rename style…"), self.ask_rename, "edit", "F2", own),
             Action("duplicate-style", tr("Duplicate style"), self.duplicate, "layers", "", own),
             Action("delete-style", tr("Delete style"), self.delete, "trash", "", own),
@@ -195,12 +201,12 @@ class StyleFiles:
             ),
         )
 
-    def _sheet_saved(self, saved: Path) -> None:
+    def _sheet_saved(self, path: Path) -> None:
         def show() -> None:
             if self._view is not None:
-                self._view.show_folder(saved.parent)
+                self._view.show_folder(path.parent)
 
-        words = tr("{file} saved in {folder}.", file=saved.name, folder=saved.parent.name)
+        words = tr("{file} saved in {folder}.", file=path.name, folder=path.parent.name)
         actions = [(tr("Show"), show)]
         self._services.notify.tell(words, kind="done", actions=actions, about=_SHEET_JOB)
 

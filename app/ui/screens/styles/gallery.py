@@ -21,7 +21,7 @@ from app.core.portrait.portraits import greyed
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.solve import StyleResult, proposal, quality_scale
 from app.core.solver.turn_choice import LIMITS
-from app.core.storage.library import Damaged
+from app.core.storage.library import DamagedItem
 from app.core.styles.styles import Style
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Model, Selection
@@ -31,39 +31,39 @@ Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")
 
 
-class Kept:
+class ValueCache:
     """One value of each kind, kept for as long as its key and its owner stay the same.
 
     Args:
         before: Its values are taken over; nothing is shared, so another thread may use it still.
     """
 
-    def __init__(self, before: Kept | None = None) -> None:
+    def __init__(self, before: ValueCache | None = None) -> None:
         self._values: dict[str, tuple[Hashable, object, Any]] = (
             dict(before._values) if before else {}
         )
 
     def has(self, what: str, key: Hashable, owner: object) -> bool:
         """Whether `once` would not make it again."""
-        known = self._values.get(what)
-        return known is not None and known[0] == key and known[1] is owner
+        entry = self._values.get(what)
+        return entry is not None and entry[0] == key and entry[1] is owner
 
     def is_value(self, what: str, value: object) -> bool:
         """Whether this is what is kept of a kind."""
-        known = self._values.get(what)
-        return known is not None and known[2] is value
+        entry = self._values.get(what)
+        return entry is not None and entry[2] is value
 
     def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
         """Return the value of a kind, made again when it is of another key or owner."""
-        known = self._values.get(what)
-        if known is None or known[0] != key or known[1] is not owner:
-            self._values[what] = known = (key, owner, make())
-        made: T = known[2]
-        return made
+        entry = self._values.get(what)
+        if entry is None or entry[0] != key or entry[1] is not owner:
+            self._values[what] = entry = (key, owner, make())
+        value: T = entry[2]
+        return value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Question:
+class GalleryQuestion:
     """Everything the gallery is made from.
 
     Attributes:
@@ -84,7 +84,7 @@ class Question:
     front_deg: float = 0.0
     results: tuple[StyleResult, ...] = ()
     own: tuple[UserStyle, ...] = ()
-    damaged: tuple[Damaged, ...] = ()
+    damaged: tuple[DamagedItem, ...] = ()
     objective: str = "picture"
     sun: tuple[float, float] | None = None
     size: Size = (127, 99)
@@ -104,8 +104,8 @@ class Question:
         if self.light is not None or model.light is not None:
             return self.light is model.light and self.selection == model.selection
         # Targets only.
-        selected = self.head is model.head and self.head.name == model.head_name
-        return selected and self.head.studios == model.studios
+        same_head = self.head is model.head and self.head.name == model.head_name
+        return same_head and self.head.studios == model.studios
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class Snapshot:
         exposed: What all pictures here are exposed by, once; empty: each by its own light.
     """
 
-    question: Question
+    question: GalleryQuestion
     styles: Mapping[str, Style]
     results: Mapping[str, StyleResult]
     asking: Mapping[str, Asking] = field(repr=False)
@@ -160,8 +160,8 @@ class Snapshot:
         head, light, result = self.head_for(name), self.question.light, self.results[name]
         assert light is not None
         nose = wrap(result.nose_deg + self.question.front_deg)
-        lit = [Facing(light, nose)]
-        return head.exposures(pictures_at(head.transport, light, [nose]), lit)
+        lights = [Facing(light, nose)]
+        return head.exposures(pictures_at(head.transport, light, [nose]), lights)
 
     @cached_property
     def mine(self) -> frozenset[str]:
@@ -198,13 +198,13 @@ class Snapshot:
 
     def by_head(self, names: Iterable[str]) -> dict[Head, list[str]]:
         """Styles by how the lens sees the head."""
-        found: dict[Head, list[str]] = {}
+        groups: dict[Head, list[str]] = {}
         for name in names:
-            found.setdefault(self.head_for(name), []).append(name)
-        return found
+            groups.setdefault(self.head_for(name), []).append(name)
+        return groups
 
 
-def question_of(model: Model, size: Size) -> Question | None:
+def question_of(model: Model, size: Size) -> GalleryQuestion | None:
     """Read off the model what the gallery is to be made from.
 
     Args:
@@ -218,7 +218,7 @@ def question_of(model: Model, size: Size) -> Question | None:
     if where is not None and where.sun_azimuth_deg is not None:
         sun = (where.sun_azimuth_deg, where.sun_elevation_deg or 0.0)
     capture = None if place is None else place.capture
-    return Question(
+    return GalleryQuestion(
         head=model.head,
         light=model.light,
         front_deg=model.front_deg,
@@ -238,7 +238,7 @@ def question_of(model: Model, size: Size) -> Question | None:
 
 
 def look(
-    question: Question, known: Snapshot | None, token: Token, *, quick: bool = False
+    question: GalleryQuestion, last: Snapshot | None, token: Token, *, quick: bool = False
 ) -> Snapshot:
     """Make all cards' pictures; what is known already is taken over.
 
@@ -246,7 +246,7 @@ def look(
         quick: Of the transport instead of at full size.
     """
     pack = question.head.pack
-    before = known if known is not None and known.question.head is question.head else None
+    before = last if last is not None and last.question.head is question.head else None
     asking = _prepared(question, before, token)
     styles = {style.name: style for style in pack.styles}
     styles.update((one.name, _style_of(one, styles, asking)) for one in question.own)
@@ -256,8 +256,8 @@ def look(
     for head, missing in draft.by_head(name for name in styles if name not in targets).items():
         linear = np.stack([draft.target(name) for name in missing])
         lamps = [draft.lit_style(name) for name in missing]
-        shown = head.portraits(linear, question.size, lamps, close=True, quick=quick)
-        targets.update(zip(missing, shown, strict=True))
+        portraits = head.portraits(linear, question.size, lamps, close=True, quick=quick)
+        targets.update(zip(missing, portraits, strict=True))
         token.check()
     here: dict[str, Bytes] = {}
     if question.light is not None and results:
@@ -268,26 +268,28 @@ def look(
             noses = [wrap(results[name].nose_deg + question.front_deg) for name in names]
             linear = pictures_at(head.transport, question.light, noses)
             token.check()
-            lit = [Facing(question.light, nose) for nose in noses]
-            exposed = draft.exposed * len(names) or head.exposures(linear, lit)
-            shown = head.portraits(
-                linear, question.size, lit, close=True, quick=quick, exposed=exposed
+            lights = [Facing(question.light, nose) for nose in noses]
+            exposed = draft.exposed * len(names) or head.exposures(linear, lights)
+            portraits = head.portraits(
+                linear, question.size, lights, close=True, quick=quick, gains=exposed
             )
-            here.update(zip(names, shown, strict=True))
+            here.update(zip(names, portraits, strict=True))
     pictures = {}
     for name in styles:
         pair, result = (targets[name], here.get(name)), results.get(name)
         clear = result is None or draft.within(result)
         pictures[name] = pair if clear else _greyed(*pair)
-    version = 1 if known is None else known.version + 1
+    version = 1 if last is None else last.version + 1
     return replace(draft, targets=targets, pictures=pictures, version=version, quick=quick)
 
 
-def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict[str, Asking]:
+def _prepared(
+    question: GalleryQuestion, before: Snapshot | None, token: Token
+) -> dict[str, Asking]:
     asking = {}
-    known = {style.name for style in question.head.pack.styles}
+    names = {style.name for style in question.head.pack.styles}
     for style in question.own:
-        if style.copy_of in known:
+        if style.copy_of in names:
             continue
         old = before.asking.get(style.name) if before is not None else None
         if old is None or old.style is not style:

@@ -23,7 +23,7 @@ from app.ui.screens.styles.state import CardState, LampsState, LensState, Styles
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.dialogs import KeysSheet, Term
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
@@ -76,13 +76,13 @@ class Layout:
         return picture_size(self.card.width())
 
 
-def layout_for(width: int, compact: bool, wanted: int = 0) -> Layout:
+def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
     """Choose columns and the size of cards.
 
     Args:
         width: Of the gallery, logical pixels.
         compact: Whether this is the layout for small windows.
-        wanted: Least width of a card at scale 1; 0 for the usual columns.
+        card_width: Least width of a card at scale 1; 0 for the usual columns.
 
     Returns:
         Four columns in a window of 1440 x 900; the pictures on a card have the shape of a head.
@@ -93,7 +93,7 @@ def layout_for(width: int, compact: bool, wanted: int = 0) -> Layout:
     most = max(room // (t.px(_WIDTHS[0]) + gap), 1)
     fewest = min(max(-(-room // (t.px(_WIDTHS[1]) + gap)), 1), most)
     usual = 3 if compact else 5 if width >= t.px(_FIVE_FROM) else 4
-    columns = min(max(room // (t.px(wanted) + gap) if wanted else usual, fewest), most)
+    columns = min(max(room // (t.px(card_width) + gap) if card_width else usual, fewest), most)
     return Layout(columns, card_size(room // columns - gap), margin, (fewest, most), room)
 
 
@@ -133,7 +133,7 @@ class LampsSheet(KeysSheet):
     def __init__(self, host: QWidget, under: QWidget) -> None:
         super().__init__(host, tr("Lamps"), 392, under=under)
         self._size = ListField(tr("Lamp size"))
-        ratios = Segmented(tuple(RATIO_CHOICES.items()), name=tr("Lighting ratio"))
+        ratios = SegmentedChoice(tuple(RATIO_CHOICES.items()), name=tr("Lighting ratio"))
         self._ratio, self._own = ratios, Toggle(tr("This style only"))
         self._size.chosen.connect(lambda key: self.chosen.emit(key, ratios.key))
         ratios.chosen.connect(lambda key: self.chosen.emit(self._size.key, key))
@@ -165,17 +165,17 @@ class LensSheet(KeysSheet):
         super().__init__(host, tr("Lens"), 480, under=under)
         self._face = ListField(tr("Face"), tuple(LENS_CHOICES.items()))
         self._face.chosen.connect(self.chosen)
-        self._wanted, self._state = Toggle(tr("Choose what is behind the sitter")), LensState()
+        self._toggle, self._state = Toggle(tr("Choose what is behind the sitter")), LensState()
         self._panorama = PanoramaView(tr("What is behind the sitter"))
         self._panorama.set_marker_words(tr("Middle of the background"))
         self._panorama.marker_released.connect(lambda at: self._ask(at, self._state.width))
         widths = tuple((f"{width:g}", f"± {width:g}°") for width in _BACKGROUNDS)
-        self._width = Segmented(widths, name=tr("How far off it may be"))
+        self._width = SegmentedChoice(widths, name=tr("How far off it may be"))
         self._width.chosen.connect(lambda key: self._ask(self._state.background, float(key)))
-        self._wanted.switched.connect(
+        self._toggle.switched.connect(
             lambda on: self._ask(behind() if on else None, self._state.width)
         )
-        parts = (self._face, self._wanted, self._panorama, row(self._width, ...))
+        parts = (self._face, self._toggle, self._panorama, row(self._width, ...))
         self.body.addLayout(column(*parts, gap=12))
 
     def _ask(self, middle: float | None, width: float) -> None:
@@ -183,11 +183,11 @@ class LensSheet(KeysSheet):
 
     def show_state(self, state: LensState) -> None:
         """Show what is chosen."""
-        self._state, wanted = state, state.background is not None
+        self._state, on = state, state.background is not None
         self._face.choose(state.key)
-        self._wanted.setChecked(wanted)
-        self._panorama.setVisible(wanted)
-        self._width.setVisible(wanted)
+        self._toggle.setChecked(on)
+        self._panorama.setVisible(on)
+        self._width.setVisible(on)
         self._panorama.set_picture(state.panorama)
         if state.background is not None:
             self._panorama.set_front(state.background)
@@ -263,7 +263,7 @@ class Gallery(QWidget):
         self.zoom = SizeSlider()
         self._scroll = _Cards(self._grid, self.zoom)
         self._roving = Roving(self)
-        self._roving.moved.connect(self._moved)
+        self._roving.moved.connect(self._on_move)
         self._empty = Text("", 14, role="dim", wrap=True)
         tools = self._made_tools()
         cards = column((self._scroll, 1), self._made_foot())
@@ -276,7 +276,7 @@ class Gallery(QWidget):
 
     def _made_tools(self) -> QHBoxLayout:
         t = theme()
-        self._filter = Segmented(_FILTERS, name=tr("Show"))
+        self._filter = SegmentedChoice(_FILTERS, name=tr("Show"))
         self._filter.chosen.connect(self.filtered)
         self._sort = ListField(tr("Sort by"), _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
@@ -324,14 +324,14 @@ class Gallery(QWidget):
         self._sort.choose(state.sort.value)
         self.alike.setChecked(state.same_exposure)
         lamps, lens = state.lamps, state.lens
-        for button, words, shown in (
+        for button, words, sheet_state in (
             (self.lamps, lamps.words, lamps),
             (self.lens, lens.short, lens),
         ):
             if isinstance(button, Button):
                 button.set_text(words)
-            describe(button, shown.words)
-            button.set_available(shown.works, tr("Needs the light of a place."))
+            describe(button, sheet_state.words)
+            button.set_available(sheet_state.works, tr("Needs the light of a place."))
         keys = [card.key for card in state.cards]
         same = before is not None and keys == [card.key for card in before.cards]
         for card in state.cards:
@@ -357,16 +357,16 @@ class Gallery(QWidget):
         self._follow_choice(before, state)
 
     def _card(self, state: CardState) -> StyleCard:
-        known = self._cards.get(state.key)
-        if known is None:
-            known = StyleCard(state)
-            known.setParent(self._grid)
-            known.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
-            known.opened.connect(lambda key=state.key: self.opened.emit(key))
-            known.marked.connect(lambda key=state.key: self.marked.emit(key))
-            self._cards[state.key] = known
-            QWidget.setTabOrder(known, self._paint)
-        return known
+        card = self._cards.get(state.key)
+        if card is None:
+            card = StyleCard(state)
+            card.setParent(self._grid)
+            card.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
+            card.opened.connect(lambda key=state.key: self.opened.emit(key))
+            card.marked.connect(lambda key=state.key: self.marked.emit(key))
+            self._cards[state.key] = card
+            QWidget.setTabOrder(card, self._paint)
+        return card
 
     def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
         front, earlier = (
@@ -391,8 +391,8 @@ class Gallery(QWidget):
         self.zoom.offer(*layout.offered, layout.columns)
         cells: list[QWidget] = []
         for card in state.cards:
-            shown = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
-            cells.append(shown)
+            widget = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
+            cells.append(widget)
         if state.empty:
             self._empty.set_text(state.empty)
             cells.append(self._empty)
@@ -422,6 +422,6 @@ class Gallery(QWidget):
         if stop is not None:
             stop.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def _moved(self, card: QWidget) -> None:
+    def _on_move(self, card: QWidget) -> None:
         if isinstance(card, StyleCard):
             self.chosen.emit(card.state.key)

@@ -43,11 +43,11 @@ RATIOS: Final = (
 """Keys and words of how much fill there may be."""
 
 _JOB: Final = "like-photo"
-_DRAWN: Final = "like-photo-head"
+_DRAW_JOB: Final = "like-photo-head"
 _FINE: Final = 2  # pixels of the pictures by logical ones
 _ROOM: Final = 1.7  # of what is shown around a face, by its height
 _HIGHEST_DEG: Final = 85.0
-_CHOSEN, _OTHER = (242, 188, 75), (245, 245, 245)
+_CHOICE_INK, _OTHER = (242, 188, 75), (245, 245, 245)
 _NO_FACE: Final = tr("There is no face in this picture that can be read.")
 _FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, switch on Mirrored."
@@ -125,10 +125,10 @@ class LikePhoto:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         show: Callable[[LikeState], None],
     ) -> None:
-        self._services, self._desk, self._show = services, desk, show
+        self._services, self._place_controller, self._show = services, place_controller, show
         self._photo: Photo | None = None
         self.state: LikeState | None = None
 
@@ -144,16 +144,18 @@ class LikePhoto:
             _JOB,
             lambda *_: None if is_panorama(path) else _read(path),
             title=tr("Reading the light of {name}", name=path.name),
-            done=lambda found: self._taken(path, found),
+            done=lambda reading: self._take_reading(path, reading),
             failed=self._services.notify.tell_error,
         )
         return True
 
-    def _taken(self, path: Path, found: tuple[Photo, tuple[Face, ...], _Look] | None) -> None:
-        if found is None:
-            self._desk.open_as_place([path])
+    def _take_reading(
+        self, path: Path, reading: tuple[Photo, tuple[Face, ...], _Look] | None
+    ) -> None:
+        if reading is None:
+            self._place_controller.open_as_place([path])
             return
-        self._photo, faces, look = found
+        self._photo, faces, look = reading
         hint = _FRONT_CAMERA if self._photo.front_camera else ""
         self._looked(LikeState(path.stem, faces=faces, hint=hint), look)
 
@@ -168,13 +170,13 @@ class LikePhoto:
             faces = find_faces(other.picture)
             return other, faces, _looked_at(other, faces, min(state.chosen, max(len(faces) - 1, 0)))
 
-        def done(found: tuple[Photo, tuple[Face, ...], _Look]) -> None:
+        def done(reading: tuple[Photo, tuple[Face, ...], _Look]) -> None:
             if self.state is None or self._photo is not photo:
                 return
-            self._photo, faces, look = found
-            chosen = min(state.chosen, max(len(faces) - 1, 0))
-            shown = replace(state, faces=faces, chosen=chosen, mirrored=mirrored, light=None)
-            self._looked(shown, look)
+            self._photo, faces, look = reading
+            number = min(state.chosen, max(len(faces) - 1, 0))
+            new_state = replace(state, faces=faces, chosen=number, mirrored=mirrored, light=None)
+            self._looked(new_state, look)
 
         self._services.runner.submit(_JOB, work, done=done, failed=self._services.notify.tell_error)
 
@@ -232,13 +234,13 @@ class LikePhoto:
             return
         light, read = state.light, state.light is state.read
 
-        def kept(style: UserStyle) -> None:
-            self._desk.own_styles.add(style)
-            self._desk.refresh_user_styles()
+        def on_saved(style: UserStyle) -> None:
+            self._place_controller.own_styles.add(style)
+            self._place_controller.refresh_user_styles()
             words = tr("{title} saved. It is among your styles.", title=style.title)
             self._services.notify.tell(words, kind="done")
 
-        self._desk.file_work.submit(
+        self._place_controller.file_work.submit(
             lambda *_: add(
                 folder,
                 photo_style(
@@ -250,7 +252,7 @@ class LikePhoto:
                     photo_note(photo_lamps(light), read=read),
                 ),
             ),
-            done=kept,
+            done=on_saved,
             failed=self._services.notify.tell_error,
         )
 
@@ -273,9 +275,11 @@ class LikePhoto:
         self.state = replace(state, light=light, note=note, trouble=trouble, read=read, shape=shape)
         self._show(self.state)
         if head is not None and light is not None:
-            self._services.runner.submit(_DRAWN, lambda *_: _lit(head, light), done=self._drawn)
+            self._services.runner.submit(
+                _DRAW_JOB, lambda *_: _draw_head(head, light), done=self._take_drawing
+            )
 
-    def _drawn(self, picture: Bytes) -> None:
+    def _take_drawing(self, picture: Bytes) -> None:
         if self.state is not None:
             self.state = replace(self.state, head=picture)
             self._show(self.state)
@@ -303,20 +307,20 @@ def _looked_at(photo: Photo, faces: tuple[Face, ...], number: int) -> _Look:
     return _Look(whole, _cropped(photo.picture, face), light)
 
 
-def _lit(head: Head, light: FaceLight) -> Bytes:
+def _draw_head(head: Head, light: FaceLight) -> Bytes:
     """The head under the lamps that were read."""
     style, studio = photo_studio(light)
-    lit = render(head.transport, studio_light(style, studio, head.transport.environment_shape))
-    shown = replace(style, lamps=photo_lamps(light))
-    picture = np.repeat(to_image(head.transport, lit)[..., None], 3, axis=2)
-    return head.portrait(picture, (_FINE * SIDE, _FINE * SIDE), shown)
+    glow = render(head.transport, studio_light(style, studio, head.transport.environment_shape))
+    like_style = replace(style, lamps=photo_lamps(light))
+    picture = np.repeat(to_image(head.transport, glow)[..., None], 3, axis=2)
+    return head.portrait(picture, (_FINE * SIDE, _FINE * SIDE), like_style)
 
 
 def _square(picture: Bytes) -> Bytes:
     return np.asarray(cv2.resize(picture, (_FINE * SIDE,) * 2, interpolation=cv2.INTER_AREA))
 
 
-def _framed(picture: Bytes, faces: Sequence[Face], chosen: int) -> Bytes:
+def _framed(picture: Bytes, faces: Sequence[Face], selected: int) -> Bytes:
     """The whole photograph in a square, its faces framed."""
     rows, columns = picture.shape[:2]
     longer = max(rows, columns)
@@ -328,7 +332,7 @@ def _framed(picture: Bytes, faces: Sequence[Face], chosen: int) -> Bytes:
         corners = np.add(np.reshape(face.box, (2, 2)), (beside, above)) * scale
         start, end = np.rint(corners).astype(int).tolist()
         cv2.rectangle(whole, start, end, (16, 16, 16), 3 * _FINE)
-        cv2.rectangle(whole, start, end, _CHOSEN if number == chosen else _OTHER, _FINE)
+        cv2.rectangle(whole, start, end, _CHOICE_INK if number == selected else _OTHER, _FINE)
     return whole
 
 

@@ -16,7 +16,7 @@ from app.ui.plots.sky_map import SkyMap
 from app.ui.screens.styles.like_photo import RATIOS, SIDE, LikePhoto, LikeState
 from app.ui.theme import px, theme
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.dialogs import KeysSheet
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import Toggle
@@ -40,7 +40,7 @@ class _Sky:
     half_height_deg: float = 90.0
 
 
-class _Lamps(SkyMap):
+class _LampMap(SkyMap):
     """The lamps around the face: the key, and the fill where there is one."""
 
     fill = False
@@ -100,11 +100,11 @@ class LikeSheet(KeysSheet):
         self._face.set_tag(tr("Photo"))
         self._head.set_tag(tr("Head in this light"))
         self._note, self._trouble = Text("", 14, wrap=True), Text("", 14, 600, wrap=True)
-        self._lamps = _Lamps()
+        self._lamps = _LampMap()
         self._size = LabelledSlider(
             tr("Softness of the key"), *_SIZES_DEG, 20.0, 1.0, _softness_words
         )
-        self._ratio = Segmented(RATIOS, name=tr("Lighting ratio"))
+        self._ratio = SegmentedChoice(RATIOS, name=tr("Lighting ratio"))
         self._save = Button(tr("Save as my style"), "save", kind="primary")
         self._controls = QWidget()
         label = Text(tr("Lighting ratio"), 12, 600)

@@ -10,7 +10,7 @@ from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.cards import front_of
-from app.ui.screens.styles.detail import Detail
+from app.ui.screens.styles.detail import DetailResolver
 from app.ui.screens.styles.gallery import Snapshot, look, question_of
 from app.ui.screens.styles.state import DetailState, Sizes
 
@@ -28,12 +28,12 @@ class StylesPictures:
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
         self._services = services
         self._changed = changed
-        self._detail = Detail()
+        self._detail = DetailResolver()
         self._large: tuple[Snapshot, Sizes, DetailState] | None = None
         self.snapshot: Snapshot | None = None
-        self.shown = DetailState()
+        self.detail_state = DetailState()
         self.sizes = Sizes()
-        self.asked = False
+        self.has_asked = False
 
     @property
     def busy(self) -> bool:
@@ -63,15 +63,15 @@ class StylesPictures:
     @property
     def needle_deg(self) -> float | None:
         """Turn that is looked at, counted as the numbers on the screen are."""
-        needle, moved = self._services.model.needle_deg, self.moved_deg
+        needle, shift_deg = self._services.model.needle_deg, self.moved_deg
         # The marker may have moved and the answers not come yet: same place in the panorama.
-        return needle if needle is None or moved == 0 else wrap(needle + moved)
+        return needle if needle is None or shift_deg == 0 else wrap(needle + shift_deg)
 
     def sized(self, sizes: Sizes) -> None:
         """Make pictures of other sizes."""
         cards = sizes.card != self.sizes.card
         self.sizes = sizes
-        if cards and (self.snapshot is not None or self.asked):
+        if cards and (self.snapshot is not None or self.has_asked):
             self.ask()
 
     # -- the gallery ---------------------------------------------------------------------------
@@ -81,27 +81,27 @@ class StylesPictures:
         question = question_of(self._services.model, self.sizes.card)
         if question is None:
             return
-        self.asked = True
-        model, known, sizes = self._services.model, self.snapshot, self.sizes
-        if known is not None and known.question.light is model.light and model.computing:
+        self.has_asked = True
+        model, before, sizes = self._services.model, self.snapshot, self.sizes
+        if before is not None and before.question.light is model.light and model.computing:
             # The new answers bring the new pictures.
             return
-        same = known is not None and known.question.head is question.head
-        same = same and known is not None and known.question.light is question.light
-        chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
+        same = before is not None and before.question.head is question.head
+        same = same and before is not None and before.question.light is question.light
+        style, needle, detail = model.chosen, model.needle_deg, DetailResolver(self._detail)
 
-        def work(token: Token, _report: Report) -> tuple[Snapshot, Detail]:
-            snapshot = look(question, known, token, quick=not larger and not same)
-            front = front_of(snapshot, chosen)
+        def work(token: Token, _report: Report) -> tuple[Snapshot, DetailResolver]:
+            snapshot = look(question, before, token, quick=not larger and not same)
+            front = front_of(snapshot, style)
             if front is not None:
                 # What will be asked for first is then there already.
                 detail.at(snapshot, front, needle, sizes, quick=snapshot.quick)
             return snapshot, detail
 
-        def done(made: tuple[Snapshot, Detail]) -> None:
+        def done(answer: tuple[Snapshot, DetailResolver]) -> None:
             # What was asked meanwhile is newer than larger pictures of before.
-            if not larger or self.snapshot is known:
-                self._looked(made)
+            if not larger or self.snapshot is before:
+                self._looked(answer)
 
         self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
 
@@ -112,8 +112,8 @@ class StylesPictures:
         if snapshot is not None and snapshot.question.pinned != pinned:
             self.ask(larger=not snapshot.quick)
 
-    def _looked(self, made: tuple[Snapshot, Detail]) -> None:
-        self.snapshot, self._detail = made
+    def _looked(self, answer: tuple[Snapshot, DetailResolver]) -> None:
+        self.snapshot, self._detail = answer
         if self.snapshot.quick and self.snapshot.question.head.may_be_full_at(self.sizes.card):
             self.ask(larger=True)
         self._changed(True)
@@ -124,30 +124,30 @@ class StylesPictures:
         """Work out the detail, with small pictures until there are larger ones."""
         snapshot, key = self.snapshot, self.front
         if snapshot is None or key is None:
-            self.shown = DetailState(main_works=False)
+            self.detail_state = DetailState(main_works=False)
             return
         needle, sizes, detail = self.needle_deg, self.sizes, self._detail
         # A hand that turns the needle sees the last large picture until the next one is there.
         last = None
         if self._large is not None and self._large[0] is snapshot and self._large[1] == sizes:
             last = self._large[2] if self._large[2].key == key else None
-        self.shown = detail.at(snapshot, key, needle, sizes, quick=True, last=last)
+        self.detail_state = detail.at(snapshot, key, needle, sizes, quick=True, last=last)
         larger = snapshot.question.head.may_be_full_at(sizes.portrait)
         running = self._services.runner.running(_DETAIL_JOB)
-        if larger and detail.is_quick(self.shown) and not running:
+        if larger and detail.is_quick(self.detail_state) and not running:
             # While the needle moves, drafts: the first picture and the last have all pixels.
-            moves = last is not None and last.needle != self.shown.needle
+            moves = last is not None and last.needle != self.detail_state.needle
             self._ask_detail(snapshot, key, needle, draft=moves)
 
     def _ask_detail(
         self, snapshot: Snapshot, key: str, needle: float | None, *, draft: bool
     ) -> None:
         """Make the detail's pictures at full size, while the needle goes on with small ones."""
-        detail, sizes = Detail(self._detail), self.sizes
+        detail, sizes = DetailResolver(self._detail), self.sizes
 
-        def done(made: DetailState) -> None:
+        def done(detail_state: DetailState) -> None:
             if self.snapshot is snapshot:
-                self._detail, self._large = detail, (snapshot, sizes, made)
+                self._detail, self._large = detail, (snapshot, sizes, detail_state)
             self.resolve()
             self._changed(False)
 
@@ -162,6 +162,6 @@ class StylesPictures:
             return
 
         def work(*_: object) -> tuple[DetailState, ...]:
-            return tuple(Detail().at(snapshot, key, None, sizes) for key in keys)
+            return tuple(DetailResolver().at(snapshot, key, None, sizes) for key in keys)
 
         self._services.runner.submit("styles-compared", work, done=show)

@@ -47,7 +47,7 @@ T = TypeVar("T", CardState, DetailState)
 
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
 _SELECTED: Final = frozenset({"front_deg", "settings", "place", "head_name"})
-_SHOWN: Final = frozenset({"chosen", "needle_deg"})
+_FIELDS: Final = frozenset({"chosen", "needle_deg"})
 _SAME_DEG: Final = 1e-6
 _MOST: Final = 4  # styles beside each other
 _EMPTY: Final = {
@@ -81,11 +81,11 @@ class StylesPresenter(Presenter[StylesView]):
 
     drop_words = LIKE_WORDS
 
-    def __init__(self, services: Services, desk: PlaceController) -> None:
+    def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
-        self._desk = desk
-        self.files = StyleFiles(services, desk, self._front)
-        self.like = LikePhoto(services, desk, self._show_like)
+        self._place_controller = place_controller
+        self.files = StyleFiles(services, place_controller, self._front)
+        self.like = LikePhoto(services, place_controller, self._show_like)
         self._pictures = StylesPictures(services, self._refresh)
         self._cards: tuple[CardState, ...] = ()
         self._cards_key: tuple[object, ...] = ()
@@ -103,7 +103,7 @@ class StylesPresenter(Presenter[StylesView]):
         """Show everything in `view` from now on."""
         self._view = view
         self.files.attach(view)
-        if self._snapshot is None and not self._pictures.asked:
+        if self._snapshot is None and not self._pictures.has_asked:
             self._pictures.ask()
         self._refresh()
 
@@ -112,17 +112,17 @@ class StylesPresenter(Presenter[StylesView]):
         super().detach()
         self.files.attach(None)
 
-    def entered(self) -> None:
+    def enter(self) -> None:
         """Show what has changed meanwhile."""
         if not self._in_front:
             self._in_front = True
             self._refresh()
-        self._desk.photo_taker = self.like.take
+        self._place_controller.photo_taker = self.like.take
 
-    def left(self) -> None:
+    def leave(self) -> None:
         """The screen is hidden: the needle may move without pictures being made."""
         self._in_front = False
-        self._desk.photo_taker = None
+        self._place_controller.photo_taker = None
 
     def _show_like(self, state: LikeState) -> None:
         if self._view is not None:
@@ -198,8 +198,8 @@ class StylesPresenter(Presenter[StylesView]):
 
         A fifth takes the place of the first: more do not fit beside each other.
         """
-        kept = tuple(one for one in self._marked if key not in (one, ""))
-        self._marked = kept if key in (*self._marked, "") else (*kept[1 - _MOST :], key)
+        marks = tuple(one for one in self._marked if key not in (one, ""))
+        self._marked = marks if key in (*self._marked, "") else (*marks[1 - _MOST :], key)
         self._refresh(detail=False)
 
     def compare(self) -> None:
@@ -221,14 +221,14 @@ class StylesPresenter(Presenter[StylesView]):
         """Make cards at least so wide, logical pixels at scale 1; 0 leaves it to the window."""
         self._services.model.set("card_width", width)
 
-    def set_filter(self, wanted: str) -> None:
+    def set_filter(self, key: str) -> None:
         """Show other cards; see `Filter`."""
-        self._filter = Filter(wanted)
+        self._filter = Filter(key)
         self._refresh(detail=False)
 
-    def set_sort(self, wanted: str) -> None:
+    def set_sort(self, key: str) -> None:
         """Show them in another order; see `Sort`."""
-        self._sort = Sort(wanted)
+        self._sort = Sort(key)
         self._refresh(detail=False)
 
     def look_at(self, turn_deg: float) -> None:
@@ -298,11 +298,11 @@ class StylesPresenter(Presenter[StylesView]):
         now = self.lamps()
         pairs = [(now.size, ratio) for ratio in RATIO_CHOICES]
         pairs += [(size, now.ratio) for size in SIZE_CHOICES]
-        self._desk.prepare_lamps([_studio(*pair) for pair in pairs], self._lamps_of())
+        self._place_controller.prepare_lamps([_studio(*pair) for pair in pairs], self._lamps_of())
 
     def choose_lamps(self, size: str, ratio: str) -> None:
         """Light the targets by other lamps; keys as in `LampsState`."""
-        self._desk.choose_lamps(_studio(size, ratio), self._lamps_of())
+        self._place_controller.choose_lamps(_studio(size, ratio), self._lamps_of())
 
     def _lamps_of(self) -> str:
         """The style that has lamps of its own and is in front, "" for all others."""
@@ -319,7 +319,7 @@ class StylesPresenter(Presenter[StylesView]):
         model, style = self._services.model, self._pack_style
         if style:
             now = model.studios.get("", AS_PUBLISHED)
-            self._desk.choose_lamps(now if only else None, style)
+            self._place_controller.choose_lamps(now if only else None, style)
 
     def ask_lens(self) -> None:
         """Let the place of the lens be chosen."""
@@ -334,7 +334,7 @@ class StylesPresenter(Presenter[StylesView]):
     def choose_lens(self, key: str) -> None:
         """Say how the face is turned to the lens; keys of `LENS_CHOICES`."""
         yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
-        self._desk.choose_lens(replace(self._services.model.lens, yaw=yaw))
+        self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
 
     def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
         """Ask for what is behind the sitter, by its azimuth in the panorama; None for anything.
@@ -343,11 +343,11 @@ class StylesPresenter(Presenter[StylesView]):
         """
         lens = self._services.model.lens
         if middle_deg is None:
-            self._desk.choose_lens(replace(lens, background=None))
+            self._place_controller.choose_lens(replace(lens, background=None))
             return
         ends = wrap(middle_deg - width_deg), wrap(middle_deg + width_deg)
         yaw: YawAsked = "auto" if lens == STRAIGHT else lens.yaw
-        self._desk.choose_lens(LensWish(yaw, ends))
+        self._place_controller.choose_lens(LensWish(yaw, ends))
 
     def background_now(self) -> float:
         """Azimuth in the panorama of what is behind the sitter for the style in front, deg."""
@@ -373,7 +373,7 @@ class StylesPresenter(Presenter[StylesView]):
                 detail=DetailState(main_works=False),
             )
         stale = self._pictures.stale
-        cards, detail = self._shown_cards(), self._pictures.shown
+        cards, detail = self._shown_cards(), self._pictures.detail_state
         if stale:
             cards = tuple(map(stale_card, cards))
             detail = replace(detail, stale=True, main_works=False, numbers=COMPUTING)
@@ -494,8 +494,10 @@ class StylesPresenter(Presenter[StylesView]):
     def _front(self) -> tuple[Snapshot | None, DetailState]:
         if self._view is None or not self._in_front:
             self._pictures.resolve()
-        shown = self._pictures.shown
-        return self._snapshot, replace(shown, stale=True) if self._pictures.stale else shown
+        detail_state = self._pictures.detail_state
+        return self._snapshot, replace(
+            detail_state, stale=True
+        ) if self._pictures.stale else detail_state
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _GALLERY:
@@ -504,7 +506,7 @@ class StylesPresenter(Presenter[StylesView]):
             self._refresh(detail=False)
         if names & {"chosen", "settings"}:
             self._pictures.expose()
-        if names & _SHOWN:
+        if names & _FIELDS:
             self._refresh()
 
     def _refresh(self, detail: bool = True) -> None:
@@ -515,8 +517,8 @@ class StylesPresenter(Presenter[StylesView]):
         self._view.show_state(self._state())
 
 
-def _exchanged(shown: T, **more: Any) -> T:
-    return replace(shown, target=shown.here, here=shown.target, **more)
+def _exchanged(state: T, **more: Any) -> T:
+    return replace(state, target=state.here, here=state.target, **more)
 
 
 def _studio(size: str, ratio: str) -> Studio:

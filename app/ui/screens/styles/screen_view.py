@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.cards_view import CompareSheet, HeldKey, compared_size
-from app.ui.screens.styles.detail_view import Detail, picture_sizes
+from app.ui.screens.styles.detail_view import StyleDetail, picture_sizes
 from app.ui.screens.styles.gallery_view import (
     Gallery,
     LampsSheet,
@@ -69,7 +69,7 @@ class StylesScreen(SheetHost):
         self._ready_for: LampsState | None = None
         self.setAccessibleName(tr("Styles"))
         self.gallery = Gallery(compact)
-        self.detail = Detail(compact, presenter.files.actions)
+        self.detail = StyleDetail(compact, presenter.files.actions)
         row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self)
@@ -83,8 +83,8 @@ class StylesScreen(SheetHost):
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)
-        wanted = self._presenter.resolve().card_width
-        card = layout_for(t.px(width) - detail, self._compact, wanted)
+        card_width = self._presenter.resolve().card_width
+        card = layout_for(t.px(width) - detail, self._compact, card_width)
         self._logical["card"] = card.picture
         self._logical["portrait"], self._logical["background"] = picture_sizes(
             detail, self._compact

@@ -91,7 +91,7 @@ class CardState:
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class CurveMark:
     """A turn that is marked on the curve, with its picture.
 
     Attributes:
@@ -146,7 +146,7 @@ class DetailState:
     close: str = ""
     target: Bytes | None = field(default=None, repr=False)
     here: Bytes | None = field(default=None, repr=False)
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[CurveMark, ...] = ()
     target_tag: str = tr("Target")
     lamps_note: str = ""
     here_tag: str = ""

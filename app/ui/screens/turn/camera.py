@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from app.core.guidance.guide import Source
+from app.core.guidance.guide import HeadingSource
 from app.devices.passwords import Credentials
 from app.devices.webcam import (
     GUESS_FOV_DEG,
@@ -43,7 +43,7 @@ class LiveCamera:
         self._changed = changed
         self._make = make
         self._webcam: Webcam | None = None
-        self._wanted = False
+        self._is_on = False
         self.looked = False
         self._again_s = 0.0
         self._signed: dict[str, Credentials] = {}  # by host, until the program ends
@@ -61,17 +61,17 @@ class LiveCamera:
 
     def start(self) -> None:
         """Look for webcams and open the source; does nothing while it runs."""
-        if self._wanted:
+        if self._is_on:
             return
-        self._wanted, self.looked = True, False
+        self._is_on, self.looked = True, False
         self._take_demo(self._services.model.demo_open and not self._demo)
         if self.chosen.kind != "webcam":
             self._open(self.chosen)
         self._list()
 
-    def _take_demo(self, wanted: bool) -> None:
+    def _take_demo(self, on: bool) -> None:
         """Look through the demo place's own webcam while that place is open."""
-        if wanted:
+        if on:
             self.chosen = LiveSource("demo", str(self._services.folders.demo))
         elif self.chosen.kind == "demo":
             settings = self._services.model.settings
@@ -79,7 +79,7 @@ class LiveCamera:
 
     def stop(self) -> None:
         """Give the source back, without waiting for it."""
-        self._wanted = False
+        self._is_on = False
         self._services.runner.cancel(_LIST)
         self._release()
         self._keep_views()
@@ -94,24 +94,24 @@ class LiveCamera:
         same = source == self.chosen and self._webcam is not None
         self._keep_source(source)
         self.chosen = source
-        if self._wanted and not same:
+        if self._is_on and not same:
             self._open(source)
         self._changed()
 
     def again(self) -> None:
         """Open the source again, at once; nothing happens while the screen is not in front."""
-        if self._wanted:
+        if self._is_on:
             self._open(self.chosen)
             self._changed()
 
     def list_again(self) -> None:
         """Look for webcams now."""
-        if self._wanted and not self._services.runner.running(_LIST):
+        if self._is_on and not self._services.runner.running(_LIST):
             self._list()
 
     def tick(self) -> bool:
         """Take the newest picture; look for a webcam from time to time where there is none."""
-        if not self._wanted:
+        if not self._is_on:
             return False
         if self._webcam is None:
             if self.looked and self._services.clock.now() >= self._again_s:
@@ -135,15 +135,17 @@ class LiveCamera:
             failed=lambda error: self._listed(()),
         )
 
-    def _listed(self, found: Sequence[tuple[int, str]]) -> None:
-        self.listed, self.looked = tuple(found), True
+    def _listed(self, webcams: Sequence[tuple[int, str]]) -> None:
+        self.listed, self.looked = tuple(webcams), True
         self._again_s = self._services.clock.now() + _LOOK_AGAIN_S
-        if not self._wanted:
+        if not self._is_on:
             return
         indices = [index for index, _ in self.listed]
         if indices and self._webcam is None:
-            chosen = self._services.model.settings.webcam
-            self.chosen = LiveSource.webcam(chosen if chosen in indices else indices[0])
+            remembered_index = self._services.model.settings.webcam
+            self.chosen = LiveSource.webcam(
+                remembered_index if remembered_index in indices else indices[0]
+            )
             self._open(self.chosen)
         self._changed()
 
@@ -218,11 +220,11 @@ class LiveCamera:
 
     def _keys(self, host: str) -> Credentials | None:
         """Look up how to sign in; in the source's own thread."""
-        known = self._signed.get(host)
-        if known is not None:
-            return known
-        kept = self._services.devices.passwords().get(host)
-        user, colon, password = (kept or "").partition(":")
+        credentials = self._signed.get(host)
+        if credentials is not None:
+            return credentials
+        saved = self._services.devices.passwords().get(host)
+        user, colon, password = (saved or "").partition(":")
         return Credentials(user, password) if colon else None
 
     def _keep_password(self) -> None:
@@ -251,7 +253,7 @@ class LiveCamera:
 
     def _keep_views(self) -> None:
         model = self._services.model
-        text = self._views.kept(self.chosen).text
+        text = self._views.view_of(self.chosen).text
         if text != model.settings.live_views:
             model.set("live_views", text)
 
@@ -267,16 +269,16 @@ class LiveCamera:
         return getattr(self._services.devices, "simulated", None)
 
     @property
-    def source(self) -> Source:
+    def source(self) -> HeadingSource:
         """How the source is, as the guidance wants to know it."""
-        if not self._wanted or self._webcam is None:
-            return Source.NONE if self.looked or not self._wanted else Source.STARTING
+        if not self._is_on or self._webcam is None:
+            return HeadingSource.NONE if self.looked or not self._is_on else HeadingSource.STARTING
         state = self._webcam.state
         if self.frame is not None:
-            return Source.LIVE if state is WebcamState.LIVE else Source.AWAY
+            return HeadingSource.LIVE if state is WebcamState.LIVE else HeadingSource.AWAY
         if state in (WebcamState.RETRYING, WebcamState.LOST):
-            return Source.NONE
-        return Source.STARTING
+            return HeadingSource.NONE
+        return HeadingSource.STARTING
 
     @property
     def error(self) -> WebcamError | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
+from app.core.guidance.guide import FRESH, Goal, Guide, HeadingSource, Phase, Reading, guide
 from app.core.guidance.mode import Mode
 from app.core.guidance.tones import Cue, Sound, cue, samples
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
@@ -43,7 +43,7 @@ class _SourceWords(NamedTuple):
 
     noun: str
     starting: str
-    gone: str
+    gone_words: str
     remedy: str
     missing: str
 
@@ -101,7 +101,7 @@ class GuidanceController:
         self.hindrance: Hindrance = "none"
         self.asked_deg: float | None = None
         self.from_deg = 0.0
-        self._told: tuple[Phase | None, str, float] = (None, "", -_PAUSE_S)
+        self._last_words: tuple[Phase | None, str, float] = (None, "", -_PAUSE_S)
 
     @property
     def mode(self) -> Mode:
@@ -119,7 +119,7 @@ class GuidanceController:
 
         In a selfie the photographer is the sitter, and either answer would be the same.
         """
-        live = self._camera.source is Source.LIVE
+        live = self._camera.source is HeadingSource.LIVE
         return live and self.mode is Mode.WALK and self._camera.looks == "ask"
 
     @property
@@ -144,19 +144,19 @@ class GuidanceController:
         """
         self.hindrance, reading = self._reading()
         reading = replace(reading, yaw_deg=yaw_deg)
-        if reading.source is not Source.LIVE:
+        if reading.source is not HeadingSource.LIVE:
             self.asked_deg = None
         elif reading.turn_deg is not None:
             # Whatever is shown: a camera that was left behind is still asked to turn.
-            asked, _ = guide(goal, replace(reading, left_behind=False))
-            self.asked_deg = None if asked.until_light is None else float(asked.until_light)
+            guidance, _ = guide(goal, replace(reading, left_behind=False))
+            self.asked_deg = None if guidance.until_light is None else float(guidance.until_light)
         self.guide, self._memory = guide(goal, reading, self._memory)
         return self.guide
 
-    def axis_turn(self, shown: Guide) -> float | None:
+    def axis_turn(self, guidance: Guide) -> float | None:
         """Where the camera's axis points, as a turn beside the one that is shown, deg."""
         track, turn = self.track, self._turn()
-        if track is None or track.heading_deg is None or turn is None or shown.now is None:
+        if track is None or track.heading_deg is None or turn is None or guidance.now is None:
             return None
         axis = turn_of_heading(
             track.heading_deg,
@@ -164,18 +164,18 @@ class GuidanceController:
             mode=self.mode,
             front_deg=self._services.model.front_deg,
         )
-        return wrap(shown.now + difference(axis, turn))
+        return wrap(guidance.now + difference(axis, turn))
 
     def _reading(self) -> tuple[Hindrance, Reading]:
         now, source = self._services.clock.now(), self._camera.source
-        if source is Source.LIVE and self.asking:
-            return "asking", Reading(None, now, Source.NONE, from_deg=self.from_deg)
-        if source is Source.LIVE and self._tracker.error is not None:
-            return "blank", Reading(None, now, Source.NONE, from_deg=self.from_deg)
+        if source is HeadingSource.LIVE and self.asking:
+            return "asking", Reading(None, now, HeadingSource.NONE, from_deg=self.from_deg)
+        if source is HeadingSource.LIVE and self._tracker.error is not None:
+            return "blank", Reading(None, now, HeadingSource.NONE, from_deg=self.from_deg)
         track = self.track
-        if source is Source.LIVE and (self._tracker.learning or track is None):
+        if source is HeadingSource.LIVE and (self._tracker.learning or track is None):
             why: Hindrance = "learning" if self._tracker.learning else "looking"
-            return why, Reading(None, now, Source.STARTING, from_deg=self.from_deg)
+            return why, Reading(None, now, HeadingSource.STARTING, from_deg=self.from_deg)
         left_behind = track is not None and track.left_behind
         return "none", Reading(self._turn(), now, source, left_behind, self.from_deg)
 
@@ -185,97 +185,99 @@ class GuidanceController:
             return None
         return track.turn_deg(self.looks, self.mode, self._services.model.front_deg)
 
-    def column(self, shown: Guide) -> Guidance:
+    def column(self, guidance: Guide) -> Guidance:
         """Write the right column, and what a reader is told: a sentence in some seconds."""
-        words = self._column(shown)
+        words = self._column(guidance)
         plan = self._services.model.lamp_plan
-        if shown.hold and plan is not None:
+        if guidance.hold and plan is not None:
             words = replace(words, advice=plan.where)
         elif words.sentence and self._camera.error is None and self.hindrance == "none":
-            words = replace(words, advice=self._advice(shown))
+            words = replace(words, advice=self._advice(guidance))
         now_s = self._services.clock.now()
-        phase, told, since = self._told
-        if words.phase is not phase or (words.spoken != told and now_s - since >= _PAUSE_S):
-            self._told = (words.phase, words.spoken, now_s)
-        return replace(words, announced=self._told[1])
+        phase, last_words, since = self._last_words
+        if words.phase is not phase or (words.spoken != last_words and now_s - since >= _PAUSE_S):
+            self._last_words = (words.phase, words.spoken, now_s)
+        return replace(words, announced=self._last_words[1])
 
-    def _column(self, shown: Guide) -> Guidance:
-        if shown.phase in (Phase.NO_WEBCAM, Phase.STARTING):
-            return self._whole_turn(shown)
-        if shown.number is None:
-            return self._sentence(shown)
-        words = guide_words(shown, self.mode)
-        if shown.hold and shown.lamp:
+    def _column(self, guidance: Guide) -> Guidance:
+        if guidance.phase in (Phase.NO_WEBCAM, Phase.STARTING):
+            return self._whole_turn(guidance)
+        if guidance.number is None:
+            return self._sentence(guidance)
+        words = guide_words(guidance, self.mode)
+        if guidance.hold and guidance.lamp:
             # The lamp is what counts now, in words that can be read from afar.
             return Guidance(
-                phase=shown.phase,
+                phase=guidance.phase,
                 inside=True,
                 sentence=f"{words.headline}.",
                 sentence_icon="bulb",
                 spoken=words.spoken,
             )
         base = Guidance(
-            phase=shown.phase,
-            sign=_sign(shown),
-            number=shown.number,
+            phase=guidance.phase,
+            sign=_sign(guidance),
+            number=guidance.number,
             number_words=words.number_words,
-            direction=words.headline if shown.phase is Phase.NOSE else DIRECTIONS[shown.direction],
+            direction=words.headline
+            if guidance.phase is Phase.NOSE
+            else DIRECTIONS[guidance.direction],
             walk=words.walk,
             company=words.company,
             pill=words.light,
-            pill_icon="warning" if shown.beyond else "bulb",
+            pill_icon="warning" if guidance.beyond else "bulb",
             spoken=words.spoken,
         )
-        if not shown.inside:
+        if not guidance.inside:
             return base
         # "4° to the best": the number itself is drawn large.
         base = replace(base, number_words=tr("to the best"), pill_icon="check", inside=True)
-        if shown.lamp:
+        if guidance.lamp:
             return base
-        walk = tr("Hold it") if shown.hold else ""
-        rest = "" if shown.hold else _REST[self.mode][shown.direction == "clockwise"]
+        walk = tr("Hold it") if guidance.hold else ""
+        rest = "" if guidance.hold else _REST[self.mode][guidance.direction == "clockwise"]
         company = "\n".join(part for part in (rest, words.sitter) if part)
         return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
 
-    def _sentence(self, shown: Guide) -> Guidance:
+    def _sentence(self, guidance: Guide) -> Guidance:
         """Say one sentence, without a number: what is wrong with the picture counts first."""
         error = self._camera.error
-        if error is not None and shown.phase is Phase.LOST:
-            said, icon = str(error), "warning"
+        if error is not None and guidance.phase is Phase.LOST:
+            message, icon = str(error), "warning"
         else:
-            gone = shown.phase is Phase.AWAY
-            said = _gone(self._source_words) if gone else guide_words(shown).headline
-            icon = _ICONS.get(shown.phase, "webcam")
-        return Guidance(shown.phase, sentence=said, sentence_icon=icon, spoken=said)
+            is_away = guidance.phase is Phase.AWAY
+            message = _gone_words(self._source_words) if is_away else guide_words(guidance).headline
+            icon = _ICONS.get(guidance.phase, "webcam")
+        return Guidance(guidance.phase, sentence=message, sentence_icon=icon, spoken=message)
 
-    def _whole_turn(self, shown: Guide) -> Guidance:
+    def _whole_turn(self, guidance: Guide) -> Guidance:
         """Without a heading the whole turn is shown, to be made by eye."""
         source = self._source_words
-        starting = shown.phase is Phase.STARTING
+        starting = guidance.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
         why, icon = _PILLS.get(self.hindrance, missing)
-        words, here = guide_words(shown, self.mode, why), why
+        words, here = guide_words(guidance, self.mode, why), why
         if self.from_deg and not starting:
             here, icon = tr("From where the photo was taken"), "camera"
         return Guidance(
-            phase=shown.phase,
-            sign=_sign(shown),
-            number=shown.number or 0,
-            direction=DIRECTIONS[shown.direction] or tr("No turn needed"),
+            phase=guidance.phase,
+            sign=_sign(guidance),
+            number=guidance.number or 0,
+            direction=DIRECTIONS[guidance.direction] or tr("No turn needed"),
             walk=words.walk,
-            company=tr("Then {lamp}.", lamp=shown.lamp) if shown.lamp else words.company,
+            company=tr("Then {lamp}.", lamp=guidance.lamp) if guidance.lamp else words.company,
             pill=here,
             pill_icon=icon,
             spoken=words.spoken,
         )
 
-    def _advice(self, shown: Guide) -> str:
+    def _advice(self, guidance: Guide) -> str:
         """Say what can be done while the heading is not known: go by the pictures."""
-        if shown.phase is Phase.LEFT:
+        if guidance.phase is Phase.LEFT:
             return tr("This camera isn't moving with you, so the turn can't be measured.")
-        if shown.phase is not Phase.LOST:
+        if guidance.phase is not Phase.LOST:
             return ""
-        turn = turn_words(float(shown.goal))
+        turn = turn_words(float(guidance.goal))
         by_eye = tr("Or go by eye until Live looks like Goal: {turn} from the start.", turn=turn)
         sitter = None if self.track is None else self.track.sitter
         if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
@@ -289,42 +291,44 @@ class GuidanceController:
         """Say what the two wells show; in a selfie both are mirrored."""
         source, error = self._camera.source, self._camera.error
         words, selfie = self._source_words, self.mode is Mode.SELFIE
-        seen = tr("what the camera should see")
+        view_words = tr("what the camera should see")
         if selfie:
-            seen = tr("what the camera should see, mirrored")
-        if source is Source.LIVE:
+            view_words = tr("what the camera should see, mirrored")
+        if source is HeadingSource.LIVE:
             message, brief = ("", "") if error is None else (str(error), error.message)
             live = tr("{source}, mirrored", source=words.noun) if selfie else words.noun
-            return LiveWords(live, seen, message=message, brief=brief)
-        if source is Source.AWAY:
-            gone = _gone(words)
-            return LiveWords(tr("last picture"), seen, message=gone, brief=words.gone, dim=True)
-        if source is Source.STARTING:
-            return LiveWords(words.starting, seen)
+            return LiveWords(live, view_words, message=message, brief=brief)
+        if source is HeadingSource.AWAY:
+            gone_words = _gone_words(words)
+            return LiveWords(
+                tr("last picture"), view_words, message=gone_words, brief=words.gone_words, dim=True
+            )
+        if source is HeadingSource.STARTING:
+            return LiveWords(words.starting, view_words)
         message = tr("{trouble}. Turn by the number.", trouble=words.missing)
         brief = words.missing
         if error is not None and error.code != "no-webcam":
             message, brief = str(error), error.message
         live = tr("{trouble}: the goal", trouble=words.missing)
-        return LiveWords(live, seen, message=message, brief=brief)
+        return LiveWords(live, view_words, message=message, brief=brief)
 
-    def quality(self, shown: Guide) -> tuple[str, str]:
+    def quality(self, guidance: Guide) -> tuple[str, str]:
         """Say how well the heading is known, in words and with an icon."""
         source, tracker, track = self._camera.source, self._tracker, self.track
         words = self._source_words
-        if source is Source.AWAY:
-            return words.gone, "warning"
-        if source is Source.NONE:
+        if source is HeadingSource.AWAY:
+            return words.gone_words, "warning"
+        if source is HeadingSource.NONE:
             return words.missing, "webcam"
-        if source is Source.STARTING:
+        if source is HeadingSource.STARTING:
             return words.starting, "webcam"
         if tracker.error is not None:
             return str(tracker.error), "warning"
         if tracker.learning:
             return tr("Learning the background of this place…"), "refresh"
-        if shown.phase in (Phase.LOST, Phase.LEFT):
+        if guidance.phase in (Phase.LOST, Phase.LEFT):
             wrong = self._camera.error
-            return trouble_line(shown.phase) if wrong is None else wrong.message, "target"
+            return trouble_line(guidance.phase) if wrong is None else wrong.message, "target"
         if track is None or track.heading_deg is None:
             return tr("Looking for the background"), "target"
         sureness = confidence_words(track.confidence)
@@ -337,13 +341,13 @@ class GuidanceController:
         return _SOURCES.get(self._camera.chosen.kind, _SOURCES["webcam"])
 
 
-def _gone(words: _SourceWords) -> str:
+def _gone_words(words: _SourceWords) -> str:
     """Say that a source stopped, and what to do about it."""
-    return f"{words.gone}. {words.remedy}" if words.remedy else f"{words.gone}."
+    return f"{words.gone_words}. {words.remedy}" if words.remedy else f"{words.gone_words}."
 
 
-def _sign(shown: Guide) -> Sign:
-    return "check" if shown.inside else shown.direction
+def _sign(guidance: Guide) -> Sign:
+    return "check" if guidance.inside else guidance.direction
 
 
 def confidence_words(confidence: float) -> str:
@@ -364,29 +368,29 @@ class Beeper:
         self._playing: Sound = "none"
         self._next_s = 0.0
 
-    def tick(self, shown: Guide | None) -> None:
+    def tick(self, guidance: Guide | None) -> None:
         """Play the next sound if it is time for it.
 
-        `shown`: what the screen says; None for nothing to be heard.
+        `guidance`: what the screen says; None for nothing to be heard.
         """
         settings = self._services.model.settings
-        wanted = Cue("none") if shown is None or not settings.sounds else cue(shown)
-        if wanted.sound == "none":
+        target_cue = Cue("none") if guidance is None or not settings.sounds else cue(guidance)
+        if target_cue.sound == "none":
             self.stop()
             return
         now = self._services.clock.now()
-        every = wanted.every_s or _LOOPS - _EARLY_S
-        if wanted.sound == self._playing:
+        every = target_cue.every_s or _LOOPS - _EARLY_S
+        if target_cue.sound == self._playing:
             # Nearer than before, the next beep comes sooner than it was meant to.
             self._next_s = min(self._next_s, now + every)
             if now < self._next_s:
                 return
         elif self._playing == "steady":
             self._services.sounds.stop()
-        self._playing, self._next_s = wanted.sound, now + every
+        self._playing, self._next_s = target_cue.sound, now + every
         volume = settings.volume / 100.0
-        sound = samples(wanted.sound, wanted.step)
-        if wanted.sound == "steady":
+        sound = samples(target_cue.sound, target_cue.step)
+        if target_cue.sound == "steady":
             sound = np.tile(sound, _LOOPS)
         self._services.sounds.play(sound, volume)
 

@@ -12,11 +12,11 @@ from app.core.text import tr
 from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.choices import Segmented
+from app.ui.widgets.choices import SegmentedChoice
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import column, row, stacked
-from app.ui.widgets.paint import MIDDLE, Painted, box, put_text, text_width
+from app.ui.widgets.paint import MIDDLE, PaintedWidget, box, put_text, text_width
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,7 +36,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
     return t.font(size, weight)
 
 
-class LargeWords(Painted):
+class LargeWords(PaintedWidget):
     """One line in the middle, as large as designed or as fits."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
@@ -73,7 +73,7 @@ class LargeWords(Painted):
         put_text(painter, self.rect(), self.words, font, ink, MIDDLE)
 
 
-class Pill(Painted):
+class Pill(PaintedWidget):
     """When the light begins, or that it has."""
 
     def __init__(self, factor: float) -> None:
@@ -132,9 +132,9 @@ class GuideColumn(QWidget):
     def __init__(self, factor: float, set_mode: Callable[[str], None]) -> None:
         super().__init__()
         self._factor = factor
-        self._shown: Guidance | None = None
+        self._last: Guidance | None = None
         modes = list(zip(_KEYS, _MODES[0], strict=True))
-        self._mode = Segmented(modes, tr("Who turns"), do=set_mode)
+        self._mode = SegmentedChoice(modes, tr("Who turns"), do=set_mode)
         self._pages = stacked(self._turn_page(), self._sentence_page())
         self._pages.setAccessibleName(tr("What to do"))
         upper = ((self._mode, 0, _MIDDLE), self._gap(16, 8), self._pages, ...)
@@ -216,33 +216,33 @@ class GuideColumn(QWidget):
         """Say who moves."""
         self._mode.choose(mode)
 
-    def show_guidance(self, shown: Guidance) -> None:
+    def show_guidance(self, guidance: Guidance) -> None:
         """Say what to do."""
-        before, self._shown = self._shown, shown
-        self._pages.setCurrentIndex(1 if shown.sentence else 0)
-        self._sentence.set_text(shown.sentence)
-        self._sentence_icon.set(shown.sentence_icon)
-        self._advice.set_text(shown.advice)
-        if shown.sign != self._arrow.sign:
-            self._arrow.set_sign(shown.sign)
-        number = (shown.number, shown.number_words)
+        before, self._last = self._last, guidance
+        self._pages.setCurrentIndex(1 if guidance.sentence else 0)
+        self._sentence.set_text(guidance.sentence)
+        self._sentence_icon.set(guidance.sentence_icon)
+        self._advice.set_text(guidance.advice)
+        if guidance.sign != self._arrow.sign:
+            self._arrow.set_sign(guidance.sign)
+        number = (guidance.number, guidance.number_words)
         if before is None or number != (before.number, before.number_words):
             self._degrees.set_value(*number)
-        long = len(shown.direction) > _LONG_DIRECTION
+        long = len(guidance.direction) > _LONG_DIRECTION
         # On the green of the light amber would not be read.
-        ink: Role = "text" if shown.inside else "amber"
-        self._direction.set_words(shown.direction, ink, self._size(44 if long else 56))
-        self._walk.set_words(shown.walk)
-        self._company.set_text(shown.company)
-        self._pill.set(shown.pill, shown.pill_icon, shown.inside)
-        self._speak(shown, before)
+        ink: Role = "text" if guidance.inside else "amber"
+        self._direction.set_words(guidance.direction, ink, self._size(44 if long else 56))
+        self._walk.set_words(guidance.walk)
+        self._company.set_text(guidance.company)
+        self._pill.set(guidance.pill, guidance.pill_icon, guidance.inside)
+        self._speak(guidance, before)
 
-    def _speak(self, shown: Guidance, before: Guidance | None) -> None:
+    def _speak(self, guidance: Guidance, before: Guidance | None) -> None:
         """Give the whole in one sentence; a reader is told of a new one when it has time."""
-        self._pages.setAccessibleDescription(shown.spoken)
-        told = "" if before is None else before.announced
-        if shown.announced and shown.announced != told and QAccessible.isActive():
-            event = QAccessibleAnnouncementEvent(self._pages, shown.announced)
+        self._pages.setAccessibleDescription(guidance.spoken)
+        last_words = "" if before is None else before.announced
+        if guidance.announced and guidance.announced != last_words and QAccessible.isActive():
+            event = QAccessibleAnnouncementEvent(self._pages, guidance.announced)
             event.setPoliteness(QAccessible.AnnouncementPoliteness.Polite)
             QAccessible.updateAccessibility(event)
 

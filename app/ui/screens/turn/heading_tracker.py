@@ -1,8 +1,8 @@
 """Where the live camera points, and how its picture lies on the goal: work for other threads.
 
 One picture is looked at at a time; those that come meanwhile are passed over, and the newest one is
-next. What is known from one picture to the next is a `Track`, and an `Overlay`: plain values that
-go into the work and come out of it, so that nothing is shared between threads.
+next. What is known from one picture to the next is a `Track`, and an `SteadyOverlay`: plain values
+that go into the work and come out of it, so that nothing is shared between threads.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
-from app.core.localization.align import BARE, Overlay, align, laid
+from app.core.localization.align import BARE, SteadyOverlay, align, steady_overlay
 from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
 from app.core.localization.heading import UNSURE, find_heading
 from app.core.localization.homography import Alignment
@@ -60,8 +60,8 @@ class HeadingTracker:
         self._changed = changed
         self._light: PlaceLight | None = None
         self._folder: Path | None = None
-        self._kept: OrderedDict[bytes, HeadingIndex] = OrderedDict()
-        self._seen: Bytes | None = None
+        self._indexes: OrderedDict[bytes, HeadingIndex] = OrderedDict()
+        self._frame: Bytes | None = None
         self._on = False
         self._round = 0
         self.track: Track | None = None
@@ -86,9 +86,9 @@ class HeadingTracker:
         self._light, self.error = light, None
         self.forget()
         key = _key(light)
-        self.index = self._kept.get(key)
+        self.index = self._indexes.get(key)
         if self.index is not None:
-            self._kept.move_to_end(key)
+            self._indexes.move_to_end(key)
             self._services.runner.cancel(_INDEX)
             self._keep()
             self._changed()
@@ -117,7 +117,7 @@ class HeadingTracker:
 
     def forget(self) -> None:
         """Know nothing of where the camera points."""
-        self.track, self._seen = None, None
+        self.track, self._frame = None, None
         self._round += 1  # what is being worked out is of no use any more
 
     def look(
@@ -139,7 +139,7 @@ class HeadingTracker:
             return
         if self._services.runner.running(_HEADING):
             return
-        self._seen, state, this = picture, self.track or LOST, self._round
+        self._frame, state, this = picture, self.track or LOST, self._round
         now_s = self._services.clock.now()
         self._services.runner.submit(
             _HEADING,
@@ -153,24 +153,24 @@ class HeadingTracker:
                 asked_deg=asked_deg,
                 seeing=Seeing(find_heading, find_sitter),
             ),
-            done=lambda found: self._located(this, found),
+            done=lambda result: self._located(this, result),
             # One picture that cannot be worked on is no more than one without a heading.
             failed=lambda error: self._located(this, replace(missed(state, now_s), raw=UNSURE)),
         )
 
     def _new(self, picture: Bytes) -> bool:
         """Whether there is something to learn from a picture: from the very same one seldom."""
-        return picture is not self._seen or (self.track is not None and self.track.pending)
+        return picture is not self._frame or (self.track is not None and self.track.pending)
 
-    def _located(self, this: int, found: Track) -> None:
+    def _located(self, this: int, track: Track) -> None:
         if self._on and this == self._round:
-            self.track = found
+            self.track = track
             self._changed()
 
     def _learnt(self, light: PlaceLight, key: bytes, index: HeadingIndex) -> None:
-        self._kept[key] = index
-        while len(self._kept) > _PLACES:
-            self._kept.popitem(last=False)
+        self._indexes[key] = index
+        while len(self._indexes) > _PLACES:
+            self._indexes.popitem(last=False)
         if light is self._light:
             self.index = index
             self._keep()
@@ -223,12 +223,12 @@ class Aligner:
     changed: Callable[[], None]
     on: bool = False
     alignment: Alignment | None = None
-    _seen: tuple[Bytes, Bytes] | None = field(default=None, repr=False)
-    _state: tuple[Overlay, Sitter | None] = field(default=(BARE, None), repr=False)
+    _pictures: tuple[Bytes, Bytes] | None = field(default=None, repr=False)
+    _state: tuple[SteadyOverlay, Sitter | None] = field(default=(BARE, None), repr=False)
 
     def switch(self, on: bool) -> None:
         """Begin or end."""
-        self.on, self.alignment, self._seen = on, None, None
+        self.on, self.alignment, self._pictures = on, None, None
         self._state = (BARE, None)
         if not on:
             self.services.runner.cancel(_ALIGN)
@@ -241,24 +241,24 @@ class Aligner:
                 should see.
             fovs_deg: Of the target in the panorama, and of the camera; deg.
         """
-        before, seen = self._state, self._seen
-        same = seen is not None and seen[0] is picture and seen[1] is target
+        before, pictures = self._state, self._pictures
+        same = pictures is not None and pictures[0] is picture and pictures[1] is target
         same = same and before[0].rival is None
         if not self.on or same or self.services.runner.running(_ALIGN):
             return
-        if seen is not None and seen[1] is not target:
+        if pictures is not None and pictures[1] is not target:
             before = (BARE, before[1])  # another goal: nothing lies on it yet
-        self._seen, now_s = (picture, target), self.services.clock.now()
+        self._pictures, now_s = (picture, target), self.services.clock.now()
         self.services.runner.submit(
             _ALIGN,
             lambda token, report: _lay(picture, target, fovs_deg, before, now_s),
-            done=self._laid,
-            failed=lambda error: self._laid((BARE, None)),
+            done=self._take_overlay,
+            failed=lambda error: self._take_overlay((BARE, None)),
         )
 
-    def _laid(self, state: tuple[Overlay, Sitter | None]) -> None:
+    def _take_overlay(self, state: tuple[SteadyOverlay, Sitter | None]) -> None:
         if self.on:
-            self._state, self.alignment = state, state[0].shown
+            self._state, self.alignment = state, state[0].alignment
             self.changed()
 
 
@@ -266,16 +266,16 @@ def _lay(
     picture: Bytes,
     target: Bytes,
     fovs_deg: tuple[float, float],
-    before: tuple[Overlay, Sitter | None],
+    before: tuple[SteadyOverlay, Sitter | None],
     now_s: float,
-) -> tuple[Overlay, Sitter | None]:
+) -> tuple[SteadyOverlay, Sitter | None]:
     """Lay a picture on the goal by what is behind the sitter."""
     overlay, near = before
     try:
         sitter = find_sitter(picture, fovs_deg[1], near)
     except CoreError:
         sitter = None
-    found = align(
+    alignment = align(
         target,
         picture,
         fov_deg=fovs_deg[0],
@@ -284,7 +284,7 @@ def _lay(
         mask=None if sitter is None else background_mask(sitter, picture.shape[:2]),
     )
     sizes = ((picture.shape[1], picture.shape[0]), (target.shape[1], target.shape[0]))
-    return laid(overlay, found, sizes, now_s), sitter
+    return steady_overlay(overlay, alignment, sizes, now_s), sitter
 
 
 @dataclass(slots=True, eq=False)
@@ -320,7 +320,7 @@ class FaceReader:
         runner.submit(
             _FACE,
             lambda token, report: _read_face(picture, face, wish, turn_deg, before),
-            done=lambda found: self._read(*found),
+            done=lambda reading: self._read(*reading),
             # The next picture comes in a moment.
             failed=lambda error: self._read(None, None),
         )
@@ -330,8 +330,8 @@ class FaceReader:
         self.services.runner.cancel(_FACE)
         self.check = None
 
-    def _read(self, check: Check | None, promised: Promise | None) -> None:
-        self._promise, before, self.check = promised, self.check, check
+    def _read(self, check: Check | None, promise: Promise | None) -> None:
+        self._promise, before, self.check = promise, self.check, check
         if check is not before:
             self.changed()
 
@@ -348,14 +348,14 @@ class FaceWish:
 
 
 def _read_face(
-    picture: Bytes, near: Face, wish: FaceWish, turn_deg: float, promised: Promise | None
+    picture: Bytes, near: Face, wish: FaceWish, turn_deg: float, promise: Promise | None
 ) -> tuple[Check | None, Promise]:
-    if promised is None:
+    if promise is None:
         pack = graded_by(wish.head.name, wish.head.pack, wish.name)
-        promised = promise_of_place(
+        promise = promise_of_place(
             wish.light, wish.goal_deg, wish.arc_deg, pack, wish.name, wish.head.transport
         )
     faces = find_faces(picture, near, small=False)
     if not faces:
-        return None, promised
-    return check_face(picture, faces[0], promised, lens_deg=turn_deg, key=False), promised
+        return None, promise
+    return check_face(picture, faces[0], promise, lens_deg=turn_deg, key=False), promise

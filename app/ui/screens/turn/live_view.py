@@ -11,13 +11,13 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.plots.plan import PlanView
-from app.ui.screens.turn.parts_view import LEAST_HEIGHT, Question, ShotsLine, Well
+from app.ui.screens.turn.parts_view import LEAST_HEIGHT, ShotsLine, StandQuestion, Well
 from app.ui.screens.turn.source import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT, LiveWords, Pictures, Scale, Tools
 from app.ui.screens.turn.strip_view import BackgroundStrip
 from app.ui.theme import px
 from app.ui.widgets.buttons import Button, IconButton, Size
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Menu
@@ -72,7 +72,7 @@ class LeftColumn(QWidget):
         pictures = (self._wells_row(), above, self._walk_row())
         tools = (below, self._tools_row(), last, self.shots, ...)
         self._column = column(*pictures, *tools, into=self, margins=(24, 16, 24, 16))
-        self.question: Question | None = None
+        self.question: StandQuestion | None = None
 
     def _wells_row(self) -> QHBoxLayout:
         parts = []
@@ -106,7 +106,9 @@ class LeftColumn(QWidget):
         self._align = Button(tr("Start alignment"), "layers", size=size, do=align)
         self._align.set_tip(tr("Lay the live picture over the goal"), "Space")
         self._align.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self._modes = Segmented(_MODES, tr("How to compare"), do=self._presenter.set_align_mode)
+        self._modes = SegmentedChoice(
+            _MODES, tr("How to compare"), do=self._presenter.set_align_mode
+        )
         self._overlay = LabelledSlider(
             tr("Live"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
         )
@@ -144,8 +146,8 @@ class LeftColumn(QWidget):
         if self._room.isEmpty():
             return
         width, height = self._room.width(), self._room.height()
-        well, strip, needed = self._shared_out(width)
-        if needed > height:
+        well, strip, need = self._shared_out(width)
+        if need > height:
             # What does not fit is scrolled to, with a bar at the side.
             well, strip, _ = self._shared_out(width - self._bar)
         for words in (self._live_words, self._goal_words):
@@ -245,7 +247,7 @@ class LeftColumn(QWidget):
             self._aspect = words.aspect
             self._fit()
         if words.asking and self.question is None:
-            self.question = Question(self, self._presenter.answer)
+            self.question = StandQuestion(self, self._presenter.answer)
             self._place_question()
             self.question.show()
             before: QWidget = self._more
@@ -286,7 +288,7 @@ class LeftColumn(QWidget):
     def _show_aligning(self, tools: Tools) -> None:
         """Give the whole room to the comparison, and back."""
         slides = tools.aligning and tools.align_mode != "blink"
-        shown = {
+        visible = {
             self._modes: tools.aligning,
             self._overlay: slides,
             self._swap: tools.aligning and tools.swaps,
@@ -294,10 +296,10 @@ class LeftColumn(QWidget):
             self.goal: not tools.aligning,
             self._walk: not tools.aligning,
         }
-        if all(one.isHidden() != on for one, on in shown.items()):
+        if all(one.isHidden() != on for one, on in visible.items()):
             return
         self._aligning = tools.aligning
-        for one, on in shown.items():
+        for one, on in visible.items():
             one.setVisible(on)
         self._fit()
 

@@ -33,7 +33,7 @@ from app.ui.widgets.layouts import add, clear, column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.paint import (
     MIDDLE,
-    Painted,
+    PaintedWidget,
     box,
     draw_tag,
     faint,
@@ -79,8 +79,8 @@ class ShotsLine(QWidget):
         self.again.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.again.set_tip(tr("Back to the guidance, with the same goal"))
         words = (self._words, 1, Qt.AlignmentFlag.AlignVCenter)
-        told = (self._picture, self._icon, words, self.again, self.lister)
-        row(self.opener, *told, into=self, gap=12)
+        parts = (self._picture, self._icon, words, self.again, self.lister)
+        row(self.opener, *parts, into=self, gap=12)
         self.setFixedHeight(px(_SMALL[1]))
         self._fill()
 
@@ -110,8 +110,8 @@ class ShotsLine(QWidget):
         roomy = self.width() >= px(_ROOM)
         self._picture.setVisible(last is not None and last.pictured and roomy)
         again = _ASK_AGAIN if state.rows else _ASK
-        asked = _ASK if last is None else _ASK_MORE
-        self.opener.set_text(asked if roomy else again)
+        label = _ASK if last is None else _ASK_MORE
+        self.opener.set_text(label if roomy else again)
         self.opener.setAccessibleName(_ASK)
         self._icon.setVisible(last is not None)
         self.again.setVisible(last is not None and last.again)
@@ -120,8 +120,8 @@ class ShotsLine(QWidget):
             self._picture.setAccessibleName(last.name)
         self._words.set_text(self._sentence(last))
         self._words.set_role("text" if last is not None else "dim")
-        told = () if last is None else (last.sentence, last.face, last.detail)
-        self._words.setToolTip("".join(f"{words}. " for words in told if words).strip())
+        lines = () if last is None else (last.sentence, last.face, last.detail)
+        self._words.setToolTip("".join(f"{words}. " for words in lines if words).strip())
         count = len(state.rows)
         self.lister.setVisible(count > 0)
         self.lister.set_text(
@@ -202,15 +202,15 @@ class ShotsSheet(Sheet):
 
 def _compared(state: ShotsState) -> list[QLayout]:
     """The last two photos of a style, side by side."""
-    shown = []
+    pictures = []
     for tag, shot in ((tr("Before"), state.before), (tr("After"), state.after)):
         if shot is not None:
             picture = Picture(tag)
             picture.setFixedHeight(px(_COMPARED))
             picture.set_picture(shot.thumbnail)
             picture.set_tag(tag)
-            shown.append((picture, 1))
-    return [row(*shown, gap=8)] if shown else []
+            pictures.append((picture, 1))
+    return [row(*pictures, gap=8)] if pictures else []
 
 
 _TOP: Final = Qt.AlignmentFlag.AlignTop
@@ -221,7 +221,7 @@ _INSET: Final = 12
 _DIM: Final = 0.42
 
 
-class Well(Painted):
+class Well(PaintedWidget):
     """Shows an array that has its own size in device pixels already."""
 
     least = (96, 54)
@@ -288,7 +288,7 @@ class Well(Painted):
         flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft)
         message = self.message
         # Where the picture is small, smaller letters, and then fewer words.
-        for size, edge, said in (
+        for size, edge, text in (
             (14, _INSET, message),
             (12, 4, message),
             (12, 4, self._brief),
@@ -296,8 +296,8 @@ class Well(Painted):
             inset, padding = px(edge), px(min(edge, 10))
             font = t.font(size, 500)
             room = QRect(0, 0, self.width() - 2 * inset - 2 * padding, self.height())
-            words = QFontMetrics(font).boundingRect(room, flags, said)
-            message = visible(said)
+            words = QFontMetrics(font).boundingRect(room, flags, text)
+            message = visible(text)
             if words.height() + 2 * (padding + inset) <= self.height():
                 break
         high = min(words.height() + 2 * padding, self.height() - 2 * inset)
@@ -402,7 +402,7 @@ def _paint_camera(
     painter.drawRoundedRect(body, 2.0 * unit, 2.0 * unit)
 
 
-class Question(Painted):
+class StandQuestion(PaintedWidget):
     """The question with its two answers."""
 
     def __init__(self, parent: QWidget, take: Callable[[str], None]) -> None:

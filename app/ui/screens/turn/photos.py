@@ -21,7 +21,7 @@ from app.core.localization.features import HeadingIndex, build_index, read_index
 from app.core.localization.photo_check import (
     PHOTO_ENDINGS,
     Photo,
-    Taken,
+    PhotoLocation,
     is_panorama,
     judge,
     lens_azimuth,
@@ -80,7 +80,7 @@ _READ: Final = 0.6  # of the way: what follows is copying
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
+class _ShotContext:
     """What a photograph is judged by: all as it was when it was opened."""
 
     folder: Path
@@ -134,7 +134,7 @@ class Shots:
             return read_shots(folder)
 
         self._work.submit(
-            work, done=lambda found: self._read(folder, found[0], sentences(found[1]))
+            work, done=lambda answer: self._read(folder, answer[0], sentences(answer[1]))
         )
 
     def _read(self, folder: Path, shots: tuple[Shot, ...], warnings: tuple[str, ...]) -> None:
@@ -153,17 +153,17 @@ class Shots:
             return
 
         def work(token: Token, _report: PhraseReport) -> dict[str, Bytes]:
-            made = {}
+            pictures = {}
             for one in missing:
                 token.check()
                 picture = thumbnail_of(folder, one)
                 if picture is not None:
-                    made[one.key] = picture
-            return made
+                    pictures[one.key] = picture
+            return pictures
 
-        def done(made: dict[str, Bytes]) -> None:
+        def done(pictures: dict[str, Bytes]) -> None:
             if folder == self._folder:
-                self._pictures |= made
+                self._pictures |= pictures
                 self._changed()
 
         self._services.runner.submit("turn-shot-pictures", work, done=done)
@@ -178,37 +178,37 @@ class Shots:
         """
         if len(paths) == 1 and paths[0].suffix.lower() in VIDEO_ENDINGS:
             return self._hold_film(paths[0])
-        named = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
-        if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:
+        is_photo = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
+        if not paths or not is_photo or len(paths) > _MOST_AT_ONCE or self._context() is None:
             return False
-        given = tuple(paths)
-        self._run(lambda token, report: _panorama_among(given), partial(self._sorted, given))
+        files = tuple(paths)
+        self._run(lambda token, report: _panorama_among(files), partial(self._sorted, files))
         return True
 
     def _hold_film(self, video: Path) -> bool:
         """Hold a film of the turn against the place, and keep its frames as photographs."""
-        asked = self._asked()
-        if asked is None:
+        context = self._context()
+        if context is None:
             return False
 
         def work(token: Token, report: PhraseReport) -> tuple[tuple[str, ...], tuple[Shot, ...]]:
-            index = asked.index or build_index(asked.light.display, token)
+            index = context.index or build_index(context.light.display, token)
             fits = looks_mirrored(film_frames(video, GLANCES, WIDTH), index)
-            mirrored = asked.mirrored if fits is None else fits
+            mirrored = context.mirrored if fits is None else fits
 
             def frames(most: int) -> Iterator[tuple[float, float, Bytes]]:
                 plain = film_frames(video, most, WIDTH)
                 return flipped(plain) if mirrored else plain
 
             film = read_film(frames(MOST_FRAMES), token, report)
-            results = film.results(asked.head.pack)
-            found = beside(film, results, frames(GLANCES), asked.light, asked.head.pack, index)
-            keep_film_frames(asked.folder, film, results, asked.now, found.offset_deg)
-            words = mirror_words(asked.mirrored, fits), beside_words(found)
-            return tuple(filter(None, words)), read_shots(asked.folder)[0]
+            results = film.results(context.head.pack)
+            result = beside(film, results, frames(GLANCES), context.light, context.head.pack, index)
+            keep_film_frames(context.folder, film, results, context.now, result.offset_deg)
+            words = mirror_words(context.mirrored, fits), beside_words(result)
+            return tuple(filter(None, words)), read_shots(context.folder)[0]
 
-        def done(found: tuple[tuple[str, ...], tuple[Shot, ...]]) -> None:
-            self._read(asked.folder, found[1], found[0])
+        def done(answer: tuple[tuple[str, ...], tuple[Shot, ...]]) -> None:
+            self._read(context.folder, answer[1], answer[0])
             self._ended()
 
         self._run(work, done, tr("Looking at the film {name}", name=video.name))
@@ -223,13 +223,13 @@ class Shots:
             self._measure(path)
 
     def _measure(self, path: Path) -> None:
-        asked = self._asked()
-        if asked is None:
+        context = self._context()
+        if context is None:
             return
         title = tr("Looking where the photo was taken: {name}", name=path.name)
-        self._run(partial(_taken, path, asked), partial(self._kept, asked), title)
+        self._run(partial(_make_shot, path, context), partial(self._store, context), title)
 
-    def _asked(self) -> _Asked | None:
+    def _context(self) -> _ShotContext | None:
         model = self._services.model
         goal, result, plan = goal_of(model), model.goal_result, model.lamp_plan
         if model.place_folder is None or model.light is None or model.head is None:
@@ -238,7 +238,7 @@ class Shots:
             return None
         own = own_style(model)
         title = own.title if own is not None else result.title
-        return _Asked(
+        return _ShotContext(
             model.place_folder,
             model.light,
             self._index(),
@@ -259,8 +259,8 @@ class Shots:
         """Look at what was given, and say so meanwhile."""
         self._busy += 1
         self._changed()
-        failed, gone = self._failed, self._ended
-        self._work.submit(work, title=title, done=done, failed=failed, cancelled=gone)
+        failed, on_cancel = self._failed, self._ended
+        self._work.submit(work, title=title, done=done, failed=failed, cancelled=on_cancel)
 
     def _ended(self) -> None:
         self._busy -= 1
@@ -270,8 +270,8 @@ class Shots:
         self._services.notify.tell_error(error)
         self._ended()
 
-    def _kept(self, asked: _Asked, shot: Shot) -> None:
-        if asked.folder == self._folder:
+    def _store(self, context: _ShotContext, shot: Shot) -> None:
+        if context.folder == self._folder:
             self._shots = (*(one for one in self._shots if one.key != shot.key), shot)
             self._pictures.pop(shot.key, None)
             self._latest = shot.key
@@ -280,8 +280,8 @@ class Shots:
 
     def prove(self, style: str | None, goal_facing_deg: float) -> bool:
         """Whether one of them was taken in the light of a style, at a goal."""
-        known = (one for one in self._shots if one.style == style and one.facing_deg is not None)
-        goals = (one.goal_facing_deg for one in known if one.outside_deg == 0)
+        shots = (one for one in self._shots if one.style == style and one.facing_deg is not None)
+        goals = (one.goal_facing_deg for one in shots if one.outside_deg == 0)
         return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
 
     def filmed(self, style: str | None) -> ShotRow | None:
@@ -302,16 +302,16 @@ class Shots:
     def watch(self, folder: Path) -> None:
         """Take photographs that come into a folder from now on, as from a tethering program."""
         clock = self._services.clock
-        watched: list[WatchedFolder] = []
+        folders: list[WatchedFolder] = []
 
         def work(token: Token, report: PhraseReport) -> list[Path]:
             report(0.0, tr("Waiting for photos in {name}", name=folder.name))
-            watched[:] = watched or [WatchedFolder(folder, clock)]
-            while not (arrived := watched[0].poll()):
+            folders[:] = folders or [WatchedFolder(folder, clock)]
+            while not (arrivals := folders[0].poll()):
                 wait(clock, _POLL_S, token)
-            return [one.path for one in arrived]
+            return [one.path for one in arrivals]
 
-        def arrived(paths: list[Path]) -> None:
+        def on_arrival(paths: list[Path]) -> None:
             if not self.take(paths[-_MOST_AT_ONCE:]):
                 words = tr("{name} came, but there is no goal here to check it against.")
                 self._services.notify.tell(words.format(name=paths[-1].name))
@@ -320,7 +320,7 @@ class Shots:
         def begin() -> None:
             title = tr("Watching {name}", name=folder.name)
             failed = self._services.notify.tell_error
-            self._services.runner.submit(_WATCH, work, title=title, done=arrived, failed=failed)
+            self._services.runner.submit(_WATCH, work, title=title, done=on_arrival, failed=failed)
 
         begin()
 
@@ -370,17 +370,17 @@ class Shots:
         return ShotsState(rows, busy, first, last, self._services.model.settings.mirrored)
 
     def _row(self, shot: Shot) -> ShotRow:
-        found = shot.found and shot.facing_deg is not None and shot.match is not None
+        has_facing = shot.found and shot.facing_deg is not None and shot.match is not None
         return ShotRow(
             key=shot.key,
             name=shot.name,
             sentence=self._sentence(shot),
             detail=self._detail(shot),
             face=_face_words(shot),
-            icon=("check" if shot.outside_deg == 0 else "target") if found else "help",
-            inside=found and shot.outside_deg == 0,
+            icon=("check" if shot.outside_deg == 0 else "target") if has_facing else "help",
+            inside=has_facing and shot.outside_deg == 0,
             new=shot.key == self._latest,
-            again=found and shot.outside_deg != 0,
+            again=has_facing and shot.outside_deg != 0,
             pictured=shot.key in self._pictures,
             thumbnail=self._pictures.get(shot.key),
         )
@@ -434,17 +434,19 @@ def _panorama_among(paths: tuple[Path, ...]) -> bool:
     return any(shapes)
 
 
-def _taken(path: Path, asked: _Asked, token: Token, report: PhraseReport) -> Shot:
+def _make_shot(path: Path, context: _ShotContext, token: Token, report: PhraseReport) -> Shot:
     """Read, locate, judge and keep a photograph: work for another thread."""
     report(0.0, tr("Reading the photo"))
     photo = read_photo(path, token)
-    taken = _located(photo, asked, token, lambda done, words: report(_READ * done, words))
+    location = _located(photo, context, token, lambda done, words: report(_READ * done, words))
     token.check()
-    mirrored = taken.mirrored if taken.status == "found" else asked.mirrored
+    mirrored = location.mirrored if location.status == "found" else context.mirrored
     photo = photo.flipped if mirrored else photo
-    shot = _judged(_shot_of(path, photo, taken, asked), _checked(photo, taken, asked), asked)
+    shot = _judged(
+        _shot_of(path, photo, location, context), _checked(photo, location, context), context
+    )
     return add_shot(
-        asked.folder,
+        context.folder,
         path,
         shot,
         photo.picture,
@@ -453,53 +455,59 @@ def _taken(path: Path, asked: _Asked, token: Token, report: PhraseReport) -> Sho
     )
 
 
-def _checked(photo: Photo, taken: Taken, asked: _Asked) -> tuple[Check, Promise] | None:
+def _checked(
+    photo: Photo, location: PhotoLocation, context: _ShotContext
+) -> tuple[Check, Promise] | None:
     """Hold the largest face against what the style promised here."""
     faces = find_faces(photo.picture)
-    if not faces or asked.lamp:
+    if not faces or context.lamp:
         return None
-    name, (goal, arc) = asked.pack_style, asked.goal.facing(asked.front_deg)
-    pack = graded_by(asked.head.name, asked.head.pack, name)
-    promised = promise_of_place(asked.light, goal, arc, pack, name, asked.head.transport)
-    lens = lens_azimuth(taken, faces[0], photo.picture.shape[1])
-    return check_face(photo.picture, faces[0], promised, photo.focal_px, lens), promised
+    name, (goal, arc) = context.pack_style, context.goal.facing(context.front_deg)
+    pack = graded_by(context.head.name, context.head.pack, name)
+    promise = promise_of_place(context.light, goal, arc, pack, name, context.head.transport)
+    lens = lens_azimuth(location, faces[0], photo.picture.shape[1])
+    return check_face(photo.picture, faces[0], promise, photo.focal_px, lens), promise
 
 
-def _located(photo: Photo, asked: _Asked, token: Token, report: PhraseReport) -> Taken:
-    index = asked.index
+def _located(
+    photo: Photo, context: _ShotContext, token: Token, report: PhraseReport
+) -> PhotoLocation:
+    index = context.index
     try:
-        display = asked.light.display
-        index = index or read_index(asked.folder, display) or build_index(display, token)
+        display = context.light.display
+        index = index or read_index(context.folder, display) or build_index(display, token)
     except CoreError:
         # A blank room all around: nothing is found in it.
-        return Taken("unsure")
+        return PhotoLocation("unsure")
     return locate_photo(photo, index, token, report)
 
 
-def _shot_of(path: Path, photo: Photo, taken: Taken, asked: _Asked) -> Shot:
+def _shot_of(path: Path, photo: Photo, location: PhotoLocation, context: _ShotContext) -> Shot:
     return Shot(
         name=path.name,
-        added_at=asked.now.isoformat(),
-        found=taken.status == "found",
-        style=asked.result.name,
-        title=asked.title,
-        goal_facing_deg=wrap(asked.goal.turn_deg + asked.front_deg),
+        added_at=context.now.isoformat(),
+        found=location.status == "found",
+        style=context.result.name,
+        title=context.title,
+        goal_facing_deg=wrap(context.goal.turn_deg + context.front_deg),
         taken_at=None if photo.taken_at is None else photo.taken_at.isoformat(),
-        heading_deg=taken.heading_deg,
-        facing_deg=taken.facing_deg,
-        sitter_deg=taken.sitter_deg,
-        fov_deg=taken.fov_deg,
+        heading_deg=location.heading_deg,
+        facing_deg=location.facing_deg,
+        sitter_deg=location.sitter_deg,
+        fov_deg=location.fov_deg,
         focal_mm=photo.focal_mm,
-        confidence=taken.confidence,
-        mirrored=taken.mirrored if taken.status == "found" else asked.mirrored,
+        confidence=location.confidence,
+        mirrored=location.mirrored if location.status == "found" else context.mirrored,
     )
 
 
-def _judged(shot: Shot, checked: tuple[Check, Promise] | None, asked: _Asked) -> Shot:
+def _judged(
+    shot: Shot, check_and_promise: tuple[Check, Promise] | None, context: _ShotContext
+) -> Shot:
     """Add how far off the light it was, and what the face shows."""
     inside = False
-    if checked is not None:
-        check, promised = checked
+    if check_and_promise is not None:
+        check, promise = check_and_promise
         by_face = not shot.found and check.facing_deg is not None
         inside = by_face and check.standing == "inside"
         shot = replace(
@@ -508,16 +516,16 @@ def _judged(shot: Shot, checked: tuple[Check, Promise] | None, asked: _Asked) ->
             # Of the lens that would see this face as it is to be seen.
             facing_deg=shot.facing_deg
             if check.facing_deg is None
-            else wrap(check.facing_deg + asked.goal.yaw_deg),
+            else wrap(check.facing_deg + context.goal.yaw_deg),
             by_face=by_face,
             grade=check.grade,
             key_deg=check.light.azimuth_deg,
-            key_promised_deg=promised.shown.azimuth_deg,
+            key_promised_deg=promise.light.azimuth_deg,
             ratio_stops=check.light.ratio_stops,
-            ratio_promised_stops=promised.ratio_stops,
+            ratio_promised_stops=promise.ratio_stops,
         )
     if shot.facing_deg is None:
         return shot
-    verdict = judge(wrap(shot.facing_deg - asked.front_deg), asked.goal, asked.result)
+    verdict = judge(wrap(shot.facing_deg - context.front_deg), context.goal, context.result)
     outside = 0 if inside else verdict.outside_deg
     return replace(shot, outside_deg=outside, match=verdict.match, best=verdict.best)

@@ -38,7 +38,7 @@ class TurnImages:
         self.pictures = Pictures()
         self.views: Views | None = None
 
-    def want_views(self, light: PlaceLight, scene: Scene) -> None:
+    def want_views(self, light: PlaceLight, scene: TurnScene) -> None:
         """Ask for goal and strip."""
         self._want("turn-views", (light, scene), lambda: views_of(light, scene), self._viewed)
 
@@ -73,14 +73,16 @@ class TurnImages:
                 lambda picture: self._put(now=picture),
             )
 
-    def want_live(self, picture: Bytes, size: Size, mode: Mode, overlay: Overlay | None) -> None:
+    def want_live(
+        self, picture: Bytes, size: Size, mode: Mode, overlay: LiveOverlay | None
+    ) -> None:
         """Ask for the live picture, alone or over the goal."""
         if not self._services.runner.running(_LIVE):
             self._want(
                 _LIVE,
                 (picture, size, mode, *(overlay or (None, None, 0.0, False))),
                 lambda: live_picture(picture, size, mode, overlay),
-                lambda made: self._put_live(picture, made),
+                lambda picture_over: self._put_live(picture, picture_over),
                 # The next picture comes in a moment; a message for each would not help.
                 lambda error: None,
             )
@@ -107,13 +109,13 @@ class TurnImages:
 
     def _viewed(self, views: Views) -> None:
         self.views = views
-        self._put(goal=views.shown, strip=views.strip)
+        self._put(goal=views.goal_view, strip=views.strip)
 
-    def _put_live(self, picture: Bytes, made: Bytes) -> None:
+    def _put_live(self, picture: Bytes, result: Bytes) -> None:
         # Left meanwhile, or another webcam was taken.
         wish = self._wishes.get(_LIVE)
         if wish is not None and wish[0] is picture:
-            self._put(live=made)
+            self._put(live=result)
 
     def _put(self, **pictures: Bytes) -> None:
         self.pictures = replace(self.pictures, **pictures)
@@ -136,7 +138,7 @@ TARGET_WIDTH = 720
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class TurnScene:
     """All that goal and strip depend on, besides the panorama.
 
     Attributes:
@@ -168,19 +170,19 @@ class Views:
 
     Attributes:
         goal: (h, w, 3) uint8. What the camera should see, of the well's size; not mirrored.
-        shown: (h, w, 3) uint8. The same as it is shown: mirrored in selfie mode.
+        goal_view: (h, w, 3) uint8. The same as it is shown: mirrored in selfie mode.
         target: (h, w, 3) uint8. The same again, for alignment.
-        strip: (h, w, 3) uint8. 150° of background, the goal in the middle; mirrored as `shown`.
+        strip: (h, w, 3) uint8. 150° of background, the goal in the middle; mirrored as `goal_view`.
     """
 
-    scene: Scene
+    scene: TurnScene
     goal: Bytes = field(repr=False)
-    shown: Bytes = field(repr=False)
+    goal_view: Bytes = field(repr=False)
     target: Bytes = field(repr=False)
     strip: Bytes = field(repr=False)
 
 
-def views_of(light: PlaceLight, scene: Scene) -> Views:
+def views_of(light: PlaceLight, scene: TurnScene) -> Views:
     """Make goal and strip."""
     rows, columns = scene.well
     goal = _goal(light, scene, (columns, rows))
@@ -193,7 +195,7 @@ def views_of(light: PlaceLight, scene: Scene) -> Views:
     return Views(scene, goal, mirrored(goal, scene.mode), target, strip)
 
 
-def _goal(light: PlaceLight, scene: Scene, size: tuple[int, int]) -> Bytes:
+def _goal(light: PlaceLight, scene: TurnScene, size: tuple[int, int]) -> Bytes:
     return goal_view(
         light.display,
         scene.goal_deg,
@@ -210,7 +212,7 @@ def mirrored(picture: Bytes, mode: Mode) -> Bytes:
     return np.asarray(cv2.flip(picture, 1), np.uint8) if mode is Mode.SELFIE else picture
 
 
-class Overlay(NamedTuple):
+class LiveOverlay(NamedTuple):
     """What the live picture is laid over.
 
     Attributes:
@@ -228,7 +230,7 @@ class Overlay(NamedTuple):
 
 
 def live_picture(
-    picture: Bytes, size: tuple[int, int], mode: Mode, overlay: Overlay | None = None
+    picture: Bytes, size: tuple[int, int], mode: Mode, overlay: LiveOverlay | None = None
 ) -> Bytes:
     """Make the live picture for its well: its whole width, cut at top and bottom if it is higher.
 
@@ -248,14 +250,14 @@ def live_picture(
         return mirrored(_fitted(small, rows), mode)
     if not overlay.split:
         return mirrored(_over(small, overlay, scale), mode)
-    shown = mirrored(_over(small, overlay._replace(opacity=1.0), scale), mode).copy()
-    cut = round(overlay.opacity * shown.shape[1])
-    shown[:, cut:] = mirrored(overlay.goal, mode)[:, cut:]
-    shown[:, max(cut - 1, 0) : cut + 1] = 255
-    return shown
+    result = mirrored(_over(small, overlay._replace(opacity=1.0), scale), mode).copy()
+    cut = round(overlay.opacity * result.shape[1])
+    result[:, cut:] = mirrored(overlay.goal, mode)[:, cut:]
+    result[:, max(cut - 1, 0) : cut + 1] = 255
+    return result
 
 
-def _over(small: Bytes, overlay: Overlay, scale: float) -> Bytes:
+def _over(small: Bytes, overlay: LiveOverlay, scale: float) -> Bytes:
     columns = overlay.goal.shape[1]
     if overlay.homography is None:
         return laid_over(overlay.goal, _fitted(small, overlay.goal.shape[0]), None, overlay.opacity)

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import whole, wrap
-from app.core.guidance.guide import Goal, Guide, Phase, Source
+from app.core.guidance.guide import Goal, Guide, HeadingSource, Phase
 from app.core.guidance.mode import Mode
-from app.core.guidance.plan import Mark, Plan, plan_of
+from app.core.guidance.plan import PlanDrawing, PlanMark, plan_of
 from app.core.solver.place_light import main_light
 from app.core.text import tr
 from app.ui.presenters.actions import Action
@@ -22,7 +22,7 @@ from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance import Beeper, GuidanceController
 from app.ui.screens.turn.heading_tracker import Aligner, FaceReader, FaceWish, HeadingTracker
 from app.ui.screens.turn.photos import DROP_WORDS, Shots
-from app.ui.screens.turn.pictures import Overlay, Scene, TurnImages
+from app.ui.screens.turn.pictures import LiveOverlay, TurnImages, TurnScene
 from app.ui.screens.turn.source import SourcesPresenter
 from app.ui.screens.turn.state import (
     ASPECT,
@@ -44,7 +44,7 @@ from app.words.plan import PlanWords, plan_words
 if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame
 
-_SHOWN: Final = frozenset(
+_FIELDS: Final = frozenset(
     {
         "place_folder",
         "light",
@@ -94,7 +94,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._shots = Shots(services, place_controller, lambda: self._tracker.index, self._refresh)
         services.model.changed.connect(self._model_changed)
 
-    def entered(self) -> None:
+    def enter(self) -> None:
         """Start the webcam and get to know the panorama."""
         self._on = True
         self._place_controller.photo_taker = self._shots.take
@@ -102,7 +102,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._begin()
         self._refresh()
 
-    def left(self) -> None:
+    def leave(self) -> None:
         """Give the webcam back and be quiet."""
         self._on = False
         self._place_controller.photo_taker = None
@@ -155,7 +155,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._camera.tick()
         self.sources.tick()
         frame = self._camera.frame
-        if frame is not None and self._camera.source is Source.LIVE:
+        if frame is not None and self._camera.source is HeadingSource.LIVE:
             rows, columns = frame.picture.shape[:2]
             self._aspect = max(columns / rows, ASPECT)
             self._tracker.look(
@@ -199,9 +199,9 @@ class TurnPresenter(Presenter[TurnView]):
 
     def toggle_sounds(self) -> None:
         """Be heard, or be quiet."""
-        heard = not self._services.model.settings.sounds
-        self._services.model.set("sounds", heard)
-        words, _ = sound_words(heard, self._services.sounds)
+        on = not self._services.model.settings.sounds
+        self._services.model.set("sounds", on)
+        words, _ = sound_words(on, self._services.sounds)
         self._services.notify.tell(f"{words}.")
 
     def answer(self, looks: str) -> None:
@@ -322,32 +322,32 @@ class TurnPresenter(Presenter[TurnView]):
             self._guidance.guide = None
             return TurnState(empty, action, self._guidance.mode.value)
         check = self._face.check
-        shown = self._guidance.advance(goal, None if check is None else check.light.pose.yaw_deg)
-        scene = self._scene(shown)
+        guidance = self._guidance.advance(goal, None if check is None else check.light.pose.yaw_deg)
+        scene = self._scene(guidance)
         self._images.want_views(model.light, scene)
         if not model.goal_computing:
-            self._want_portraits(shown, goal)
-        source, axis = self._camera.source, self._guidance.axis_turn(shown)
-        style, pictures = style_words(model, shown), self._pictures(source)
+            self._want_portraits(guidance, goal)
+        source, axis = self._camera.source, self._guidance.axis_turn(guidance)
+        style, pictures = style_words(model, guidance), self._pictures(source)
         # A film shows the sitter's own face there.
-        frame = self._shots.filmed(model.chosen) if shown.now is None else None
+        frame = self._shots.filmed(model.chosen) if guidance.now is None else None
         if frame is not None and frame.thumbnail is not None:
             style = replace(style, now_tag=frame.name)
             pictures = replace(pictures, now=frame.thumbnail)
         style = replace(style, face=face_words(check, goal.yaw_deg))
         if model.goal_computing:
             style = replace(style, match=COMPUTING, match_at_goal="", face="")
-        plan, words = self._plan(shown, goal)
+        plan, words = self._plan(guidance, goal)
         return TurnState(
             stale=model.goal_computing,
             mode=self._guidance.mode.value,
-            guidance=self._guidance.column(shown),
+            guidance=self._guidance.column(guidance),
             style=style,
-            live=self._live_words(shown),
-            scale=scale_of(shown, goal, scene.panorama_fov_deg, axis, scene.mode),
+            live=self._live_words(guidance),
+            scale=scale_of(guidance, goal, scene.panorama_fov_deg, axis, scene.mode),
             plan=plan,
             plan_words=words,
-            tools=self._tools(shown),
+            tools=self._tools(guidance),
             shots=self._shots.resolve(),
             pictures=pictures,
         )
@@ -355,7 +355,7 @@ class TurnPresenter(Presenter[TurnView]):
     @property
     def can_align(self) -> bool:
         """Whether there is a live picture to lay over the goal."""
-        return self._camera.source is Source.LIVE and not self._guidance.asking
+        return self._camera.source is HeadingSource.LIVE and not self._guidance.asking
 
     def _source_taken(self) -> None:
         """Forget what another camera showed."""
@@ -373,7 +373,7 @@ class TurnPresenter(Presenter[TurnView]):
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & {"place_folder", "front_deg"}:
             self._guidance.from_deg = 0.0
-        if not names & _SHOWN:
+        if not names & _FIELDS:
             return
         self._begin()
         self._refresh()
@@ -388,9 +388,9 @@ class TurnPresenter(Presenter[TurnView]):
             return tr("No style chosen yet."), tr("Choose a style")
         return "", ""
 
-    def _scene(self, shown: Guide) -> Scene:
-        return Scene(
-            goal_deg=float(shown.goal),
+    def _scene(self, guidance: Guide) -> TurnScene:
+        return TurnScene(
+            goal_deg=float(guidance.goal),
             front_deg=self._services.model.front_deg,
             looks=self._guidance.looks,
             mode=self._guidance.mode,
@@ -400,23 +400,23 @@ class TurnPresenter(Presenter[TurnView]):
             strip=self._sizes.strip,
         )
 
-    def _plan(self, shown: Guide, goal: Goal) -> tuple[Plan, PlanWords]:
+    def _plan(self, guidance: Guide, goal: Goal) -> tuple[PlanDrawing, PlanWords]:
         """Draw up the walk, with what lights the sitter: the lamp to hold, or the place."""
         model, lamp = self._services.model, self._services.model.lamp_plan
         main = None if model.light is None else main_light(model.light, model.front_deg)
-        lights: list[Mark] = []
+        lights: list[PlanMark] = []
         if main is not None:
             # A face counts toward its left, a turn clockwise.
-            lights.append(Mark("light", wrap(-main)))
+            lights.append(PlanMark("light", wrap(-main)))
         if lamp is not None:
-            nose = shown.goal - goal.yaw_deg
-            lights.append(Mark("lamp", wrap(nose - lamp.azimuth_deg), lamp.lamp))
-        mode, words = self._guidance.mode, guide_words(shown, self._guidance.mode)
-        step = words.light if shown.inside else words.walk
-        plan = plan_of(shown, goal, mode, self._guidance.from_deg, lights)
+            nose = guidance.goal - goal.yaw_deg
+            lights.append(PlanMark("lamp", wrap(nose - lamp.azimuth_deg), lamp.lamp))
+        mode, words = self._guidance.mode, guide_words(guidance, self._guidance.mode)
+        step = words.light if guidance.inside else words.walk
+        plan = plan_of(guidance, goal, mode, self._guidance.from_deg, lights)
         return plan, plan_words(plan, step)
 
-    def _want_portraits(self, shown: Guide, goal: Goal) -> None:
+    def _want_portraits(self, guidance: Guide, goal: Goal) -> None:
         model, size = self._services.model, self._sizes.portrait
         if model.head is None or model.light is None or model.chosen is None:
             return
@@ -424,17 +424,17 @@ class TurnPresenter(Presenter[TurnView]):
         own, name = own_style(model), model.pack_style or model.chosen
         painted = None if own is None or own.copy_of else own
         self._images.want_target(head, yaw, painted, name, size)
-        turn = float(shown.goal if shown.now is None else shown.now)
+        turn = float(guidance.goal if guidance.now is None else guidance.now)
         # Light falls on a face by where its nose points.
         facing = model.azimuth_of(turn - yaw)
         self._images.want_now(head, yaw, model.light, facing, size, model.lamp_plan)
 
-    def _live_words(self, shown: Guide) -> LiveWords:
+    def _live_words(self, guidance: Guide) -> LiveWords:
         tag = ""
         if self._aligner.on and self.can_align:
-            found = self._aligner.alignment
-            agreed = found is not None and found.status == "found"
-            tag = tr("Aligned") if agreed else tr("Not yet aligned")
+            alignment = self._aligner.alignment
+            agrees = alignment is not None and alignment.status == "found"
+            tag = tr("Aligned") if agrees else tr("Not yet aligned")
             tag = _BESIDE if self._unsure else f"{self._compared()}. {tag}"
         words = self._guidance.live_words()
         return replace(
@@ -445,13 +445,13 @@ class TurnPresenter(Presenter[TurnView]):
             aspect=self._aspect,
         )
 
-    def _pictures(self, source: Source) -> Pictures:
+    def _pictures(self, source: HeadingSource) -> Pictures:
         pictures = self._images.pictures
         # Without a webcam the goal stands in both places.
-        return replace(pictures, live=pictures.goal) if source is Source.NONE else pictures
+        return replace(pictures, live=pictures.goal) if source is HeadingSource.NONE else pictures
 
-    def _tools(self, shown: Guide) -> Tools:
-        quality, icon = self._guidance.quality(shown)
+    def _tools(self, guidance: Guide) -> Tools:
+        quality, icon = self._guidance.quality(guidance)
         settings = self._services.model.settings
         return Tools(
             aligning=self._aligner.on and self.can_align,
@@ -475,17 +475,19 @@ class TurnPresenter(Presenter[TurnView]):
 
     def _look_at_face(self, frame: WebcamFrame) -> None:
         """Hold what the sitter's face shows against the style, as far as both are known."""
-        model, track, shown = self._services.model, self._guidance.track, self._guidance.guide
+        model, track, guidance = self._services.model, self._guidance.track, self._guidance.guide
         goal, result, head, light = goal_of(model), model.goal_result, model.head, model.light
-        known = shown is not None and shown.now is not None and self._guidance.sees_sitter
+        is_reliable = (
+            guidance is not None and guidance.now is not None and self._guidance.sees_sitter
+        )
         doll = self._camera.simulated is not None  # the demo's sitter has no real face
-        if not known or doll or track is None or model.lamp_plan is not None:
+        if not is_reliable or doll or track is None or model.lamp_plan is not None:
             self._face.forget()
-        elif goal and result and head and light and shown and shown.now is not None:
+        elif goal and result and head and light and guidance and guidance.now is not None:
             name = model.pack_style or result.name
             wish = FaceWish(light, head, name, *goal.facing(model.front_deg))
             face = None if track.sitter is None else track.sitter.face
-            self._face.look(frame.picture, face, wish, model.azimuth_of(float(shown.now)))
+            self._face.look(frame.picture, face, wish, model.azimuth_of(float(guidance.now)))
 
     def _look_aligned(self) -> None:
         views, frame = self._images.views, self._camera.frame
@@ -496,19 +498,21 @@ class TurnPresenter(Presenter[TurnView]):
     @property
     def _unsure(self) -> bool:
         """Whether live cannot be laid on the goal: then they are shown side by side."""
-        found, shown = self._aligner.alignment, self._guidance.guide
-        laid = found is not None and found.status == "found"
-        return not laid and shown is not None and shown.phase in (Phase.LOST, Phase.LEFT)
+        alignment, guidance = self._aligner.alignment, self._guidance.guide
+        is_aligned = alignment is not None and alignment.status == "found"
+        return (
+            not is_aligned and guidance is not None and guidance.phase in (Phase.LOST, Phase.LEFT)
+        )
 
-    def _overlay(self) -> Overlay | None:
-        views, found = self._images.views, self._aligner.alignment
+    def _overlay(self) -> LiveOverlay | None:
+        views, alignment = self._images.views, self._aligner.alignment
         if not self._aligner.on or views is None or not self.can_align or self._unsure:
             return None
-        homography = found.homography if found is not None else None
+        homography = alignment.homography if alignment is not None else None
         opacity = self._opacity
         if self._align_mode == "blink":
             opacity = 1.0 if self._live_in_turn() else 0.0
-        return Overlay(views.goal, homography, opacity, self._align_mode == "split")
+        return LiveOverlay(views.goal, homography, opacity, self._align_mode == "split")
 
     def _live_in_turn(self) -> bool:
         """Whether it is live's turn while the two blink, or are swapped by hand."""

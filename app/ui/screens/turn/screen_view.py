@@ -141,10 +141,10 @@ class TurnScreen(SheetHost):
         t, room = theme(), self.size()
         width = self._column_width()
         self._right.setFixedWidth(width)
-        wanted = min(width / px(DESIGNED.width()), room.height() / px(DESIGNED.height()))
-        wanted = min(max(int(wanted * _STEPS + 1e-6) / _STEPS, _FACTORS[0]), _FACTORS[1])
-        if wanted != self._factor:
-            self._make_column(wanted)
+        scale = min(width / px(DESIGNED.width()), room.height() / px(DESIGNED.height()))
+        scale = min(max(int(scale * _STEPS + 1e-6) / _STEPS, _FACTORS[0]), _FACTORS[1])
+        if scale != self._factor:
+            self._make_column(scale)
         self.column.fit(width - t.line_width)
         bar = self._left_scroll.verticalScrollBar().sizeHint().width()
         self.left.fit(QSize(room.width() - width, room.height()), bar)

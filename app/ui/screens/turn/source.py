@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
-from app.core.guidance.guide import Source
+from app.core.guidance.guide import HeadingSource
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.text import tr
 from app.devices.webcam import LiveSource, WebcamError
@@ -79,14 +79,14 @@ class SourcesPresenter:
     """Lets the user choose the live camera."""
 
     def __init__(
-        self, services: Services, camera: LiveCamera, taken: Callable[[], None] = lambda: None
+        self, services: Services, camera: LiveCamera, on_take: Callable[[], None] = lambda: None
     ) -> None:
         self._services = services
         self._camera = camera
-        self._taken = taken
+        self._on_take = on_take
         self._view: SourcesView | None = None
         self._key = ""  # another kind that is looked at, before it is used
-        self._typed = ""
+        self._address_text = ""
         self._address_error = ""
         self._file_error = ""
         self._password_error = ""
@@ -126,11 +126,11 @@ class SourcesPresenter:
 
     def type_address(self, text: str) -> None:
         """Take in what is being typed; it is looked at when it is connected to."""
-        self._typed, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
+        self._address_text, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
 
     def connect(self, text: str) -> None:
         """Use a network camera."""
-        self._typed = text[: 2 * LONGEST_ADDRESS]
+        self._address_text = text[: 2 * LONGEST_ADDRESS]
         try:
             source = LiveSource.network(text)
         except WebcamError as error:
@@ -152,7 +152,7 @@ class SourcesPresenter:
             self._password_error = _UNSOUND
         else:
             self._camera.sign_in(user, password)
-            self._taken()
+            self._on_take()
         self._show()
 
     def choose_video(self, path: Path | str) -> None:
@@ -170,14 +170,14 @@ class SourcesPresenter:
             fov_deg = min(max(fov_deg, FOV_RANGE_DEG[0]), FOV_RANGE_DEG[1])
         if fov_deg != self._camera.view.fov_deg:
             self._camera.set_fov(fov_deg)
-            self._taken()
+            self._on_take()
         self._show()
 
     def set_width(self, key: str) -> None:
         """Ask the source in use for pictures of so many columns; "0" for what is usual."""
         if key.isdecimal() and int(key) in (0, *WIDTHS):
             self._camera.set_width(int(key))
-            self._taken()
+            self._on_take()
         self._show()
 
     # -- what is shown -------------------------------------------------------------------------
@@ -185,35 +185,35 @@ class SourcesPresenter:
     def resolve(self) -> SourcesState:
         """Work out what the picker shows now."""
         camera = self._camera
-        chosen = camera.chosen
-        current = chosen.text if chosen.kind == "webcam" else chosen.kind
+        source = camera.chosen
+        current = source.text if source.kind == "webcam" else source.kind
         key = self._key or current
-        used = key == current
+        in_use = key == current
         view = camera.view
-        known = camera.own_fov_deg if used and view.fov_deg is None else None
-        asks = used and self._asks_password()
-        status, icon = self._status() if used else ("", "")
+        own_fov_deg = camera.own_fov_deg if in_use and view.fov_deg is None else None
+        asks = in_use and self._asks_password()
+        status, icon = self._status() if in_use else ("", "")
         if asks and self._password_trouble():
             status = ""  # it stands at the password
         return SourcesState(
             items=self._items(current),
             key=key,
             webcams=bool(camera.listed),
-            address=self._typed or (chosen.where if chosen.kind == "network" else ""),
+            address=self._address_text or (source.where if source.kind == "network" else ""),
             address_error=self._address_error,
             asks_password=asks,
             password_error=self._password_trouble() if asks else "",
             password_hint=self._password_hint() if asks else "",
-            file=chosen.title if used and chosen.kind not in ("webcam", "network") else "",
+            file=source.title if in_use and source.kind not in ("webcam", "network") else "",
             file_error=self._file_error,
-            adjustable=used and not asks,
+            adjustable=in_use and not asks,
             known_fov=""
-            if known is None
-            else tr("{degrees:.0f}°, as it says itself", degrees=known),
+            if own_fov_deg is None
+            else tr("{degrees:.0f}°, as it says itself", degrees=own_fov_deg),
             estimate=view.fov_deg is None,
             fov_deg=camera.fov_guess_deg,
             fov_words=_learnt(view.learnt_deg),
-            widths=_widths(chosen.kind),
+            widths=_widths(source.kind),
             width=str(view.width),
             status=status,
             status_icon=icon,
@@ -221,8 +221,8 @@ class SourcesPresenter:
 
     def _items(self, current: str) -> tuple[Item, ...]:
         webcams = [(f"webcam:{index}", name, "", "webcam") for index, name in self._camera.listed]
-        known = {key for key, *_ in (*webcams, *_ITEMS)}
-        if current not in known:
+        keys = {key for key, *_ in (*webcams, *_ITEMS)}
+        if current not in keys:
             webcams.append((current, *self._missing(), "webcam"))
         return (*webcams, *_ITEMS)
 
@@ -241,7 +241,7 @@ class SourcesPresenter:
         camera = self._camera
         if camera.error is not None:
             return str(camera.error), "error"
-        if camera.source is Source.LIVE and camera.frame is not None:
+        if camera.source is HeadingSource.LIVE and camera.frame is not None:
             rows, columns = camera.frame.picture.shape[:2]
             return tr(
                 "Live, {columns} × {rows}, {fps:.0f} pictures a second",
@@ -249,23 +249,25 @@ class SourcesPresenter:
                 rows=rows,
                 fps=camera.fps,
             ), "check"
-        return (tr("Connecting…") if camera.source is Source.STARTING else ""), ""
+        return (tr("Connecting…") if camera.source is HeadingSource.STARTING else ""), ""
 
     def _asks_password(self) -> bool:
         error = self._camera.error
-        wanted = error is not None and error.code in ("password", "password-refused")
-        return self._camera.chosen.kind == "network" and (wanted or bool(self._password_error))
+        needs_password = error is not None and error.code in ("password", "password-refused")
+        return self._camera.chosen.kind == "network" and (
+            needs_password or bool(self._password_error)
+        )
 
     def _password_trouble(self) -> str:
         error = self._camera.error
-        refused = error is not None and error.code == "password-refused"
-        return self._password_error or (str(error) if refused else "")
+        is_refused = error is not None and error.code == "password-refused"
+        return self._password_error or (str(error) if is_refused else "")
 
     def _password_hint(self) -> str:
         address = self._camera.chosen.address
         plain = address is not None and address.scheme != "https"
-        kept = tr("Kept in this computer’s keyring only.")
-        return f"{kept} {_OVERHEARD}" if plain else kept
+        hint = tr("Kept in this computer’s keyring only.")
+        return f"{hint} {_OVERHEARD}" if plain else hint
 
     # -- work ----------------------------------------------------------------------------------
 
@@ -287,8 +289,10 @@ class SourcesPresenter:
         self._show()
 
     def _unfit(self, error: Exception) -> None:
-        known = isinstance(error, WebcamError)
-        self._file_error = str(error) if known else tr("This cannot be used. Choose another.")
+        is_webcam_error = isinstance(error, WebcamError)
+        self._file_error = (
+            str(error) if is_webcam_error else tr("This cannot be used. Choose another.")
+        )
         self._show()
 
     def _use(self, source: LiveSource) -> None:
@@ -296,10 +300,10 @@ class SourcesPresenter:
             self._camera.again()
         else:
             self._camera.use(source)
-        self._taken()
+        self._on_take()
 
     def _forget(self) -> None:
-        self._key = self._typed = ""
+        self._key = self._address_text = ""
         self._address_error = self._file_error = self._password_error = ""
 
     def _show(self) -> None:

@@ -13,7 +13,7 @@ from app.ui.screens.turn.source import VIDEO_FILES, SourcesPresenter, SourcesSta
 from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
 from app.ui.widgets.dialogs import Sheet, ask_file
 from app.ui.widgets.fields import IconLine, ListField, TextField
 from app.ui.widgets.labels import Text
@@ -33,13 +33,15 @@ class SourceSheet(Sheet):
         self._presenter = presenter
         self._state: SourcesState | None = None
         self.source = ListField(tr("Camera"))
-        self.source.chosen.connect(self._chosen)
+        self.source.chosen.connect(self._on_choice)
         self.network = _NetworkPart(presenter)
         self.files = _FilePart()
         self.files.choose.clicked.connect(self.ask_file)
         self.lens = _LensPart(presenter)
         self._status = IconLine()
-        inside = _Part(*(self.source, self.network, self.files, self.lens, self._status), gap=16)
+        inside = _SheetColumn(
+            *(self.source, self.network, self.files, self.lens, self._status), gap=16
+        )
         # What is scrolled has room for the focus ring, and still stands in line with the title.
         ring = px(_RING)
         inside.column.setContentsMargins(ring, ring, ring, ring)
@@ -71,11 +73,11 @@ class SourceSheet(Sheet):
 
     def focusNextPrevChild(self, forward: bool) -> bool:
         """Scroll to what Tab comes to, where not all of it fits."""
-        moved = super().focusNextPrevChild(forward)
+        handled = super().focusNextPrevChild(forward)
         there: QWidget | None = self.window().focusWidget()
         if there is not None and self._scroll.isAncestorOf(there):
             self._scroll.keep_visible(there)
-        return moved
+        return handled
 
     @property
     def status(self) -> str:
@@ -88,13 +90,13 @@ class SourceSheet(Sheet):
         if video is not None:
             self._presenter.choose_video(str(video))
 
-    def _chosen(self, key: str) -> None:
+    def _on_choice(self, key: str) -> None:
         self._presenter.show_kind(key)
         if key == "network":
             self.network.address.setFocus(Qt.FocusReason.OtherFocusReason)
 
 
-class _Part(QWidget):
+class _SheetColumn(QWidget):
     """A column of the sheet."""
 
     def __init__(self, *items: Item, gap: float = 8) -> None:
@@ -129,7 +131,7 @@ class _Tall(Scroll):
         return super().eventFilter(watched, event)
 
 
-class _NetworkPart(_Part):
+class _NetworkPart(_SheetColumn):
     """The address of a network camera, and its password where it wants one."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
@@ -145,7 +147,7 @@ class _NetworkPart(_Part):
         # In line with the field, whose label stands above it.
         beside = column(20, self.connect_to, ...)
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
-        self._secret = _Part(self.user, self.password, self.hint, give)
+        self._secret = _SheetColumn(self.user, self.password, self.hint, give)
         add(self.column, row((self.address, 1), beside, gap=8), self._secret)
         OwnKeys(self.address.edit, self.user.edit, self.password.edit)
         self.address.changed.connect(presenter.type_address)
@@ -166,7 +168,7 @@ class _NetworkPart(_Part):
         self._presenter.sign_in(self.user.text(), self.password.text())
 
 
-class _FilePart(_Part):
+class _FilePart(_SheetColumn):
     """The video in use, and the button that chooses another."""
 
     def __init__(self) -> None:
@@ -182,27 +184,27 @@ class _FilePart(_Part):
         self.trouble.say(state.file_error, "error")
 
 
-class _LensPart(_Part):
+class _LensPart(_SheetColumn):
     """How wide the camera sees, and how large its pictures are."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()
         self._title = Text(tr("Field of view"), 12, 600, "dim")
-        self.known = Text("", 14)
+        self.width_text = Text("", 14)
         items = (("estimate", tr("Estimate automatically")), ("set", tr("Set")))
-        self.how = Segmented(items, tr("Field of view"))
+        self.how = SegmentedChoice(items, tr("Field of view"))
         self.words = Text("", 14, role="dim", elide=True)
         edges = tr("From the left to the right edge")
         self.angle = LabelledSlider(edges, *_FIELD_OF_VIEW_DEG, lambda v: f"{v:.0f}°")
         self.resolution = ListField(tr("Resolution"))
-        self._row = _Part(row(self.how, (self.words, 1), gap=8))
-        add(self.column, self._title, self.known, self._row, self.angle, self.resolution)
+        self._row = _SheetColumn(row(self.how, (self.words, 1), gap=8))
+        add(self.column, self._title, self.width_text, self._row, self.angle, self.resolution)
         self.how.chosen.connect(lambda key: presenter.estimate(key == "estimate"))
         self.angle.settled.connect(presenter.set_fov)
         self.resolution.chosen.connect(presenter.set_width)
 
     def show_state(self, state: SourcesState) -> None:
-        self.known.say(state.known_fov)
+        self.width_text.say(state.known_fov)
         self._row.setVisible(not state.known_fov)
         self.how.choose("estimate" if state.estimate else "set")
         self.words.set_text(state.fov_words if state.estimate else "")

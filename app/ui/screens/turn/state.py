@@ -10,7 +10,7 @@ from app.core.base.angles import difference, whole
 from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.mode import Mode
-from app.core.guidance.plan import Plan
+from app.core.guidance.plan import PlanDrawing
 from app.core.portrait.portraits import value_at
 from app.core.text import tr
 from app.ui.presenters.model import Model
@@ -240,7 +240,7 @@ class TurnState:
     style: StyleWords = field(default_factory=StyleWords)
     live: LiveWords = field(default_factory=LiveWords)
     scale: Scale = field(default_factory=Scale)
-    plan: Plan = field(default_factory=Plan)
+    plan: PlanDrawing = field(default_factory=PlanDrawing)
     plan_words: PlanWords = field(default_factory=PlanWords)
     tools: Tools = field(default_factory=Tools)
     shots: ShotsState = field(default_factory=ShotsState)
@@ -284,7 +284,7 @@ def goal_of(model: Model) -> Goal | None:
 
 
 def scale_of(
-    shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None, mode: Mode
+    guidance: Guide, goal: Goal, fov_deg: float, camera_deg: float | None, mode: Mode
 ) -> Scale:
     """Say where goal, camera and arc are on the strip.
 
@@ -297,24 +297,24 @@ def scale_of(
     if arc is not None and arc[1] - arc[0] < 360.0:
         arc = (float(whole(arc[0])), float(whole(arc[1])))
     mirrored = mode is Mode.SELFIE
-    now, goal_text, now_text = shown.now, tr("goal"), tr("now")
+    now, goal_text, now_text = guidance.now, tr("goal"), tr("now")
     where = tr("where the camera points is not known")
-    if now == shown.goal:
+    if now == guidance.goal:
         # Two labels at one place would push each other away from it.
         goal_text = where = tr("now at the goal")
         now_text = ""
     elif now is not None:
-        right = (difference(now, shown.goal) > 0.0) != mirrored
+        right = (difference(now, guidance.goal) > 0.0) != mirrored
         where = tr("now to the right of the goal") if right else tr("now to the left of the goal")
     return Scale(
-        goal_deg=float(shown.goal),
+        goal_deg=float(guidance.goal),
         now_deg=None if now is None else float(now),
         camera_deg=None if now is None else camera_deg,
         fov_deg=fov_deg,
         arc_deg=arc,
         goal_words=goal_text,
         now_words=now_text,
-        arc_words=tr("green: {arc}", arc=arc_words(shown)) if shown.has_arc else "",
+        arc_words=tr("green: {arc}", arc=arc_words(guidance)) if guidance.has_arc else "",
         description=tr("The goal is in the middle, {where}", where=where),
         mirrored=mirrored,
     )
@@ -351,7 +351,7 @@ def own_style(model: Model) -> UserStyle | None:
     return next((one for one in model.user_styles if one.name == model.chosen), None)
 
 
-def style_words(model: Model, shown: Guide) -> StyleWords:
+def style_words(model: Model, guidance: Guide) -> StyleWords:
     """Write what stands beside target and picture."""
     result, own, plan = model.goal_result, own_style(model), model.lamp_plan
     if result is None:
@@ -361,8 +361,8 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     title = own.title if own is not None else result.title
     shape = style or (own.style if own is not None else None)
     side = "" if shape is None else SIDE_LINES.get(shape.side, side_words(shape))
-    match, at_goal = match_words(result, model.goal_deg, shown.now)
-    tag = tr("Now") if shown.now is not None else tr("At the goal")
+    match, at_goal = match_words(result, model.goal_deg, guidance.now)
+    tag = tr("Now") if guidance.now is not None else tr("At the goal")
     side = side or tr("painted")
     if plan is not None:
         side, tag = tr("with {lamp}", lamp=plan.lamp), tr("With the lamp")

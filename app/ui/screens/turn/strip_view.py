@@ -105,7 +105,7 @@ class BackgroundStrip(Plot):
         area = self.picture_rect
         size = QSize(self.width(), round(area.height()))
         painter.drawPixmap(
-            0, 0, self.kept("picture", self._version, size, ratio, self._draw_picture)
+            0, 0, self.cached_picture("picture", self._version, size, ratio, self._draw_picture)
         )
         if state is None:
             return
@@ -127,9 +127,9 @@ class BackgroundStrip(Plot):
         if self._picture is None:
             return
         pixels = painter.device()
-        shown = _filled(self._picture, pixels.width(), pixels.height())
+        picture = _filled(self._picture, pixels.width(), pixels.height())
         kind = QImage.Format.Format_RGB888
-        image = QImage(shown.data, pixels.width(), pixels.height(), shown.strides[0], kind)
+        image = QImage(picture.data, pixels.width(), pixels.height(), picture.strides[0], kind)
         painter.setClipPath(shape)
         painter.drawImage(area, image)
 
@@ -276,11 +276,11 @@ class BackgroundStrip(Plot):
         ratio: float,
         t: Theme,
         markers: tuple[float, ...],
-        taken: Sequence[tuple[float, float]],
+        spans: Sequence[tuple[float, float]],
     ) -> None:
         """Draw the scale; a number makes way for words, and for the one before it."""
         apart = float(px(8))
-        held = [(left - apart, right + apart) for left, right in taken]
+        wide = [(left - apart, right + apart) for left, right in spans]
         bottom = self.picture_rect.bottom()
         for tick in self.scale.ticks(_TICKS_DEG, markers, _ROOM_DEG):
             x = snap(tick.x, ratio, t.line_width)
@@ -288,9 +288,9 @@ class BackgroundStrip(Plot):
             top = bottom + px(26)
             painter.drawLine(QPointF(x, top), QPointF(x, top + px(9)))
             half = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label) / 2.0
-            free = all(x + half <= left or right <= x - half for left, right in held)
+            free = all(x + half <= left or right <= x - half for left, right in wide)
             if tick.label and free and half <= x <= self.width() - half:
-                held.append((x - half - apart, x + half + apart))
+                wide.append((x - half - apart, x + half + apart))
                 draw_text(painter, (x, bottom + px(50)), tick.label, t.font(14), t.c.dim)
 
     def _draw_marker(
@@ -316,8 +316,8 @@ class BackgroundStrip(Plot):
         """Find left and right edge of the words of every marker."""
         metrics = QFontMetricsF(t.font(14, 700))
         widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
-        wanted = [self.scale.x_of(turn) for turn, _, _ in markers]
-        middles = spread(wanted, widths, float(px(12)), 0.0, float(self.width()))
+        places = [self.scale.x_of(turn) for turn, _, _ in markers]
+        middles = spread(places, widths, float(px(12)), 0.0, float(self.width()))
         return [
             (middle - width / 2.0, middle + width / 2.0)
             for middle, width in zip(middles, widths, strict=True)

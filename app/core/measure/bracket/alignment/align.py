@@ -34,7 +34,7 @@ _STRANGE_DEG: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Alignment:
+class FrameAlignment:
     """The rotation of a frame to the reference frame.
 
     `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
@@ -49,7 +49,7 @@ class Alignment:
     trusted: bool
 
 
-_ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
+_ALONE: Final = FrameAlignment(None, 0.0, math.inf, 0, trusted=False)
 
 
 def reference_of(frames: Sequence[Bytes]) -> int:
@@ -61,7 +61,7 @@ def reference_of(frames: Sequence[Bytes]) -> int:
     return middle_frame([usable_share(pyramid(frame)) for frame in frames])
 
 
-def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
+def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlignment, ...]:
     """Return the rotations of a bracket's panoramas to the reference frame.
 
     `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
@@ -84,7 +84,7 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
     return tuple(_alignment(fits[index], index == middle) for index in range(count))
 
 
-def remarks(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[Remark, ...]:
+def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple[Remark, ...]:
     """Report what was done about frames that do not lie on each other.
 
     Nothing where every frame that can be compared lies where it should: frames too dark to be
@@ -98,25 +98,25 @@ def remarks(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[Rema
         if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
     ]
     dark = [k for k in blind if k not in strange] if moved else []
-    found: list[Remark] = []
+    result: list[Remark] = []
     if moved:
         angles = tuple(alignments[k].angle_deg for k in moved)
-        found.append(FramesRotated(tuple(names[k] for k in moved), angles))
+        result.append(FramesRotated(tuple(names[k] for k in moved), angles))
     if strange:
-        found.append(FramesUnlike(tuple(names[k] for k in strange)))
+        result.append(FramesUnlike(tuple(names[k] for k in strange)))
     if dark:
-        found.append(FramesApart(tuple(names[k] for k in dark)))
-    return tuple(found)
+        result.append(FramesApart(tuple(names[k] for k in dark)))
+    return tuple(result)
 
 
-def _alignment(fit: Fit, reference: bool) -> Alignment:
+def _alignment(fit: Fit, reference: bool) -> FrameAlignment:
     """Decide whether a rotation is applied."""
     if reference:
-        return Alignment(None, 0.0, 0.0, fit.points, trusted=True)
+        return FrameAlignment(None, 0.0, 0.0, fit.points, trusted=True)
     angle = angle_of(fit.rotation)
     idle = not fit.trusted or angle < max(_LEAST_DEG, 3.0 * fit.error_deg)
     rotation = None if idle else np.ascontiguousarray(fit.rotation.T)
-    return Alignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
+    return FrameAlignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
 
 
 def _through(
@@ -148,4 +148,4 @@ def _between(
     """Fit the rotation from one frame to another, looking from the brighter one."""
     if stops[first] >= stops[second]:
         return register(pyramids[first], pyramids[second])
-    return register(pyramids[second], pyramids[first]).turned
+    return register(pyramids[second], pyramids[first]).inverse

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 from app.core.base.remarks import Remark
+from app.core.localization.homography import apply_homography as moved_by
 from app.core.localization.homography import by_elements, scaled
-from app.core.localization.homography import moved as moved_by
 from app.core.measure.bracket.alignment.registration import middle_frame
 from app.core.measure.bracket.remarks import FramesShifted
 
@@ -65,11 +65,11 @@ class Lay:
     needed: bool = False
 
 
-def laid(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
+def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
     """Warp a frame by `Lay.homography`; areas outside repeat its edge."""
     height, width = pixels.shape[:2]
     coded = pixels.dtype != np.float32
-    moved = cv2.warpPerspective(
+    warped = cv2.warpPerspective(
         pixels,
         homography,
         (width, height),
@@ -77,10 +77,10 @@ def laid(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
         flags=(cv2.INTER_CUBIC if coded else cv2.INTER_LINEAR) | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    return np.asarray(moved)
+    return np.asarray(warped)
 
 
-def shown(
+def visibility(
     proxies: Sequence[Bytes], moves: Sequence[Float64 | None], full: tuple[int, int]
 ) -> list[Float32 | None]:
     """Return the visible area of each moved frame: 1 or 0, at the proxies' size."""
@@ -91,7 +91,7 @@ def shown(
         if move is not None:
             scale = np.diag([small[1] / full[1], small[0] / full[0], 1.0])
             way = scale @ move @ np.linalg.inv(scale)
-            mask = laid(mask, way) * _inside(move, full, small)
+            mask = warp(mask, way) * _inside(move, full, small)
         masks.append(None if mask.min() >= 1.0 else (mask > 0.999).astype(np.float32))
     some = [mask for mask in masks if mask is not None]
     if len(some) == len(masks):  # what no frame shows may stay as it is
@@ -234,24 +234,24 @@ def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
     """Whether the pictures differ less once moved, by the mean of what is not odd, at edges."""
     target = one.astype(np.float32)
     slope = _slope(target)
-    left = []
+    results = []
     for way in (np.eye(3), matrix):
-        moved, seen = _moved(alike, other, way)
-        left.append((np.abs(target - moved), _open(one) & (seen > _WHOLE)))
-    picked = _telling(slope, left[0][1] & left[1][1])
+        warped, visible = _warp(alike, other, way)
+        results.append((np.abs(target - warped), _open(one) & (visible > _WHOLE)))
+    picked = _telling(slope, results[0][1] & results[1][1])
     if picked.size < _FEWEST:
         return False
-    before, after = (np.minimum(off.ravel()[picked], _ODD).mean() for off, _ in left)
+    before, after = (np.minimum(off.ravel()[picked], _ODD).mean() for off, _ in results)
     return bool(after < _BETTER * before)
 
 
 def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:
     """Table that gives a picture the distribution of another one's codes, (256,)."""
     own = np.bincount(codes.ravel(), minlength=256).astype(np.float64)
-    wanted = np.cumsum(np.bincount(as_in.ravel(), minlength=256)).astype(np.float64)
+    rank_target = np.cumsum(np.bincount(as_in.ravel(), minlength=256)).astype(np.float64)
     middle = np.cumsum(own) - 0.5 * own
-    rising = np.concatenate([[True], np.diff(wanted) > 0.0])
-    table = np.interp(middle, wanted[rising], np.arange(256.0)[rising])
+    rising = np.concatenate([[True], np.diff(rank_target) > 0.0])
+    table = np.interp(middle, rank_target[rising], np.arange(256.0)[rising])
     return np.asarray(np.clip(np.rint(table), 0, 255), np.uint8)
 
 
@@ -268,14 +268,14 @@ def _fit(
     still = _slope(target)
     matrix, spread = start, np.eye(8)
     for _ in range(_ROUNDS):
-        moved, seen = _moved(alike, other, matrix)
-        inside = _open(one) & (seen > _WHOLE)
-        slope = np.float32(0.5) * (still + _slope(moved))
+        warped, visible = _warp(alike, other, matrix)
+        inside = _open(one) & (visible > _WHOLE)
+        slope = np.float32(0.5) * (still + _slope(warped))
         picked = _telling(slope, inside)
         if picked.size < _FEWEST:
             return start, math.inf
         so_far = (scaled(unit @ matrix @ np.linalg.inv(unit)) - np.eye(3)).ravel()[:8]
-        step, spread = _step(target - moved, slope, picked, unit, (prior, so_far))
+        step, spread = _step(target - warped, slope, picked, unit, (prior, so_far))
         # The step moves the reference's places; the frame's follow.
         change = np.append(step, 0.0).reshape(3, 3) + np.eye(3)
         change = np.linalg.inv(unit) @ change @ unit
@@ -296,10 +296,10 @@ def _open(codes: Bytes) -> Bools:
     return np.asarray((codes > _OPEN[0]) & (codes < _OPEN[1]))
 
 
-def _moved(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32]:
+def _warp(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32]:
     """Return a frame as bright as the reference and in its place, and how far it is open."""
     height, width = other.shape
-    there, seen = (
+    there, visible = (
         cv2.warpPerspective(
             plane.astype(np.float32),
             matrix,
@@ -308,7 +308,7 @@ def _moved(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float3
         )
         for plane in (alike, _open(other))
     )
-    return np.asarray(there, np.float32), np.asarray(seen, np.float32)
+    return np.asarray(there, np.float32), np.asarray(visible, np.float32)
 
 
 def _telling(slope: Float32, inside: Bools) -> Indices:

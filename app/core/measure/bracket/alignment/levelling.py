@@ -31,7 +31,7 @@ from app.core.base.arrays import Bytes, Float64
 from app.core.base.sphere import angle_of, angles_of, rotation
 from app.core.measure.bracket.alignment.registration import edges
 from app.core.measure.bracket.remarks import Levelled
-from app.core.measure.read.frame import Bracket, Frame, Pose
+from app.core.measure.read.frame import Bracket, Frame, XmpPose
 
 _LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
 _DIFFERENT_DEG: Final = 0.5
@@ -97,7 +97,7 @@ def first_shot(bracket: Bracket) -> int:
     return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))
 
 
-def tilt_rotation(pose: Pose, *, gravity: bool = True) -> Float64:
+def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
     """Return the rotation, (3, 3), that levels a tilted panorama, front lens at azimuth 0.
 
     It takes directions in the tilted panorama to directions in the level one. `gravity` says
@@ -117,7 +117,7 @@ def tilt_rotation(pose: Pose, *, gravity: bool = True) -> Float64:
     return rotation(0.0, pitch, pose.roll_deg)
 
 
-def _readings(pose: Pose, camera: str) -> list[Float64]:
+def _readings(pose: XmpPose, camera: str) -> list[Float64]:
     """List what the angles can mean, the likeliest first."""
     standard, gravity = tilt_rotation(pose, gravity=False), tilt_rotation(pose)
     swapped = _ahead(rotation(0.0, 0.0, pose.roll_deg) @ rotation(0.0, pose.pitch_deg))

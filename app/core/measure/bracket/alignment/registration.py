@@ -104,7 +104,7 @@ class Fit:
         )
 
     @property
-    def turned(self) -> Fit:
+    def inverse(self) -> Fit:
         """The same with the frames exchanged."""
         return replace(self, rotation=np.ascontiguousarray(self.rotation.T))
 
@@ -119,12 +119,12 @@ def register(bright: list[Level], dark: list[Level]) -> Fit:
     fit = _refine(bright, dark, start)
     if fit.trusted or fit.points < _LEAST_POINTS:
         return fit
-    found = [
+    starts = [
         _search(coarse, dark[0], from_vector(_STARTS_RAD * np.array(axis)), _CLOSE_RAD[0])
         for axis in itertools.product((-1.0, 0.0, 1.0), repeat=3)
         if any(axis)
     ]
-    start, _ = min(found, key=lambda item: item[1])
+    start, _ = min(starts, key=lambda item: item[1])
     again = _refine(bright, dark, start)
     return again if again.trusted else fit
 
@@ -175,9 +175,11 @@ def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
     use = np.nonzero(good.ravel() > 0)[0]
     if use.size < _LEAST_SEEN:
         return None
-    seen = cv2.remap(level.codes, columns, rows, cv2.INTER_LINEAR, borderMode=wrap).ravel()[use]
-    expected, gain = _transfer(places.codes[use], seen)
-    error = seen - expected
+    other_codes = cv2.remap(level.codes, columns, rows, cv2.INTER_LINEAR, borderMode=wrap).ravel()[
+        use
+    ]
+    prediction, gain = _transfer(places.codes[use], other_codes)
+    error = other_codes - prediction
     return _Match(use, error, gain, 1.4826 * float(np.median(np.abs(error))))
 
 
@@ -187,17 +189,17 @@ def _weights(match: _Match) -> Float32:
     return np.asarray(np.clip(1.0 - (match.error / scale) ** 2, 0.0, 1.0) ** 2, np.float32)
 
 
-def _transfer(codes: Float32, seen: Numbers) -> tuple[Float32, Float32]:
+def _transfer(codes: Float32, other_codes: Numbers) -> tuple[Float32, Float32]:
     """Measure how code values of one frame appear in another: value and slope for each place."""
     bins = (codes * (_BINS / 256.0)).astype(np.int64)
-    order = np.argsort(bins * 256.0 + seen)
+    order = np.argsort(bins * 256.0 + other_codes)
     counts = np.bincount(bins, minlength=_BINS)
     starts = np.cumsum(counts) - counts
-    filled = np.nonzero(counts >= 8)[0]
-    if filled.size < 2:
-        return np.full_like(codes, np.median(seen)), np.ones_like(codes)
-    centre = np.bincount(bins, codes, _BINS)[filled] / counts[filled]
-    middle = seen[order[starts[filled] + counts[filled] // 2]].astype(np.float64)
+    full_bins = np.nonzero(counts >= 8)[0]
+    if full_bins.size < 2:
+        return np.full_like(codes, np.median(other_codes)), np.ones_like(codes)
+    centre = np.bincount(bins, codes, _BINS)[full_bins] / counts[full_bins]
+    middle = other_codes[order[starts[full_bins] + counts[full_bins] // 2]].astype(np.float64)
     middle = np.maximum.accumulate(middle)
     value = np.interp(codes, centre, middle)
     steps = np.diff(middle) / np.diff(centre)
@@ -222,14 +224,14 @@ def _error_deg(places: _Places, match: _Match) -> float:
     own = [part == k for k in range(3 * _PARTS)]
     normals = np.stack([weighted[k].T @ slopes[k] for k in own]).astype(np.float64)
     rights = np.stack([weighted[k].T @ match.error[k] for k in own]).astype(np.float64)
-    filled = np.nonzero(np.trace(normals, axis1=1, axis2=2) > 0)[0]
-    if filled.size < 4:
+    full_bins = np.nonzero(np.trace(normals, axis1=1, axis2=2) > 0)[0]
+    if full_bins.size < 4:
         return math.inf
     without = np.stack(
-        [_solve(normals.sum(0) - normals[k], rights.sum(0) - rights[k]) for k in filled]
+        [_solve(normals.sum(0) - normals[k], rights.sum(0) - rights[k]) for k in full_bins]
     )
     spread = without - without.mean(axis=0)
-    variance = (filled.size - 1) / filled.size * float((spread**2).sum())
+    variance = (full_bins.size - 1) / full_bins.size * float((spread**2).sum())
     return math.degrees(math.sqrt(variance))
 
 
@@ -241,9 +243,9 @@ def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -
     )
     worse = math.inf
     for axis, sign in itertools.product(range(3), (-1.0, 1.0)):
-        moved = _match(few, level, rotation @ from_vector(sign * _NUDGE_RAD * np.eye(3)[axis]))
-        if moved is not None:
-            worse = min(worse, moved.misfit / max(misfit, 1e-3))
+        trial = _match(few, level, rotation @ from_vector(sign * _NUDGE_RAD * np.eye(3)[axis]))
+        if trial is not None:
+            worse = min(worse, trial.misfit / max(misfit, 1e-3))
     return worse
 
 

@@ -169,13 +169,13 @@ def _white(histogram: Int64) -> int:
     """First code from which on the darker frame shows anything, 256 where there is none."""
     places = histogram.sum(axis=1)
     low, high = _quantiles(histogram, (0.16, 0.84))
-    told = (places >= _OPEN_PLACES) & (_CODES >= _LOWEST) & (_CODES <= _HIGHEST)
-    usual = told & (_CODES < _DARKEST_WHITE)
+    usable = (places >= _OPEN_PLACES) & (_CODES >= _LOWEST) & (_CODES <= _HIGHEST)
+    usual = usable & (_CODES < _DARKEST_WHITE)
     if not usual.any():
         return _NO_WHITE
     most = _OPEN_ENDED * float(np.median((high - low)[usual])) + _OPEN_CODES
-    wide = told & (_CODES >= _DARKEST_WHITE) & (high - low > most)
-    brighter = np.cumsum((places * told)[::-1])[::-1]
+    wide = usable & (_CODES >= _DARKEST_WHITE) & (high - low > most)
+    brighter = np.cumsum((places * usable)[::-1])[::-1]
     open_ended = np.cumsum((places * wide)[::-1])[::-1]
     wide &= open_ended > np.maximum(_NEARLY_ALL * brighter, _OPEN_SHARE * places.sum())
     first = int(np.argmax(wide))
@@ -441,5 +441,5 @@ def _by_level(level: Int64, values: Float64, weights: Float64, places: Float64) 
     count = np.bincount(level, places, minlength=3 * _LEVELS)
     total = np.maximum(np.bincount(level, weights, minlength=3 * _LEVELS), 1e-300)
     means = np.bincount(level, weights * values, minlength=3 * _LEVELS) / total
-    found: list[float] = means[count >= _FEWEST_PLACES].tolist()
-    return found
+    levels: list[float] = means[count >= _FEWEST_PLACES].tolist()
+    return levels

@@ -30,7 +30,7 @@ from app.core.measure.bracket.curve.brightness_transfer import (
     reach,
 )
 from app.core.measure.bracket.curve.response_recovery import (
-    Recovered,
+    RecoveredCurve,
     recover_curve,
     recover_own_curves,
     srgb_table,
@@ -115,18 +115,18 @@ def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto")
     """
     if mode not in ("srgb", "recover", "auto"):
         raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')
-    stated = tuple(float(value) for value in stops)
-    matches = match_codes(samples, stated, reach(stated))
-    check = check_matches(matches, stated, srgb_table())
+    plain_stops = tuple(float(value) for value in stops)
+    matches = match_codes(samples, plain_stops, reach(plain_stops))
+    check = check_matches(matches, plain_stops, srgb_table())
     plain = ResponseChoice(
-        replace(srgb_response(), residual_stops=check.residual_stops), stated, check
+        replace(srgb_response(), residual_stops=check.residual_stops), plain_stops, check
     )
     if not check.possible:
         return _unchecked(plain, mode)
     if mode != "recover":
-        found = _with_srgb(plain, matches)
-        if found is not None:
-            return found
+        choice = _with_srgb(plain, matches)
+        if choice is not None:
+            return choice
         if mode == "srgb":
             return replace(plain, remarks=(_disagreement(check),))
     return _recovered(plain, matches, mode)
@@ -143,10 +143,10 @@ def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | 
     """Keep sRGB where the steps agree, or agree once wrong tags are put right."""
     if plain.check.agrees:
         return plain
-    found = explain_by_tags(matches, plain.check, plain.stops, srgb_table())
-    if found is None:
+    explanation = explain_by_tags(matches, plain.check, plain.stops, srgb_table())
+    if explanation is None:
         return None
-    stops, errors, check = found
+    stops, errors, check = explanation
     response = replace(plain.response, residual_stops=check.residual_stops)
     return replace(plain, response=response, stops=stops, tag_errors=errors)
 
@@ -199,7 +199,7 @@ def _each_its_own(
 
 
 def _by_channel(
-    matches: CodeMatches, stops: Sequence[float], shared: Recovered, check: StepCheck
+    matches: CodeMatches, stops: Sequence[float], shared: RecoveredCurve, check: StepCheck
 ) -> tuple[Float64, StepCheck]:
     """Give each channel its own curve where one for all does not do; (3, 256).
 
@@ -267,24 +267,24 @@ def explain_by_tags(
         frame, stops_off, better = alike[-1]
         suspects = tuple(trial[0] for trial in alike)
         errors = (TagError(frame, stops_off, suspects),) if _telling(stops_off) else ()
-        return _moved(stops, {frame: stops_off}), errors, better
+        return _shift_stops(stops, {frame: stops_off}), errors, better
     if _longer_steps(check):
         return None
     return _several_wrong(matches, check, stops, table)
 
 
 def recover_with_tag(
-    matches: CodeMatches, stops: Stops, curve: Recovered, check: StepCheck
-) -> tuple[Recovered, Stops, tuple[TagError, ...], StepCheck] | None:
+    matches: CodeMatches, stops: Stops, curve: RecoveredCurve, check: StepCheck
+) -> tuple[RecoveredCurve, Stops, tuple[TagError, ...], StepCheck] | None:
     """Recover a curve and one wrong exposure, from three frames or more.
 
     Returns curve, exposures to believe, error, and the check with them; None when no single tag
     makes the frames fit much better.
     """
-    trials: list[tuple[int, Recovered, StepCheck]] = []
+    trials: list[tuple[int, RecoveredCurve, StepCheck]] = []
     for frame in _likeliest(matches, check, stops, curve):
         trial = recover_curve(matches, stops, free_frame=frame)
-        better = check_matches(matches, _moved(stops, {frame: trial.tag_stops}), trial.table)
+        better = check_matches(matches, _shift_stops(stops, {frame: trial.tag_stops}), trial.table)
         fits = better.disagreement < 0.5 * check.disagreement and trial.cost < 0.7 * curve.cost
         if fits and _telling(trial.tag_stops):
             trials.append((frame, trial, better))
@@ -294,10 +294,10 @@ def recover_with_tag(
     alike = [trial for trial in trials if trial[1].cost <= _ALIKE * least]
     frame, best, better = min(alike, key=lambda trial: _unlikely(trial[1]))
     error = TagError(frame, best.tag_stops, tuple(trial[0] for trial in alike))
-    return best, _moved(stops, {frame: best.tag_stops}), (error,), better
+    return best, _shift_stops(stops, {frame: best.tag_stops}), (error,), better
 
 
-def _unlikely(curve: Recovered) -> float:
+def _unlikely(curve: RecoveredCurve) -> float:
     """How odd a curve and the tag error that comes with it are; a judgement, not a measurement.
 
     Curves whose contrast is on the whole sRGB's are the usual ones: measured over the brighter
@@ -320,21 +320,23 @@ def _paired(check: StepCheck) -> list[int]:
     return sorted({step.bright for step in check.steps} | {step.dark for step in check.steps})
 
 
-def _likeliest(matches: CodeMatches, check: StepCheck, stops: Stops, curve: Recovered) -> list[int]:
+def _likeliest(
+    matches: CodeMatches, check: StepCheck, stops: Stops, curve: RecoveredCurve
+) -> list[int]:
     """Few frames of a long bracket that may be wrong, so that not all need a recovery."""
     frames = _paired(check)
     if len(frames) <= _TRIED:
         return frames
-    found = [_one_wrong(frame, matches, check, stops, curve.table) for frame in frames]
-    found.sort(key=lambda trial: trial[2].disagreement)
-    return [trial[0] for trial in found[:_TRIED]]
+    trials = [_one_wrong(frame, matches, check, stops, curve.table) for frame in frames]
+    trials.sort(key=lambda trial: trial[2].disagreement)
+    return [trial[0] for trial in trials[:_TRIED]]
 
 
 def _telling(stops: float) -> bool:
     return abs(stops) >= _WORTH_A_WORD
 
 
-def _moved(stops: Stops, by: dict[int, float]) -> Stops:
+def _shift_stops(stops: Stops, by: dict[int, float]) -> Stops:
     """Exposures with some of them corrected."""
     return tuple(value + by.get(frame, 0.0) for frame, value in enumerate(stops))
 
@@ -346,7 +348,7 @@ def _one_wrong(
     signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
     off = [sign * step.off for sign, step in zip(signs, check.steps, strict=True) if sign]
     error = float(np.median(off))
-    return frame, error, check_matches(matches, _moved(stops, {frame: error}), table)
+    return frame, error, check_matches(matches, _shift_stops(stops, {frame: error}), table)
 
 
 def _longer_steps(check: StepCheck) -> bool:
@@ -373,10 +375,10 @@ def _several_wrong(
     errors = np.linalg.lstsq(design, np.array([step.off for step in check.steps]), rcond=None)[0]
     errors -= np.median(errors)
     by = {frame: float(error) for frame, error in enumerate(errors)}
-    better = check_matches(matches, _moved(stops, by), table)
+    better = check_matches(matches, _shift_stops(stops, by), table)
     if not better.agrees:
         return None
     wrong = tuple(
         TagError(frame, error, (frame,)) for frame, error in by.items() if _telling(error)
     )
-    return _moved(stops, by), wrong, better
+    return _shift_stops(stops, by), wrong, better

@@ -55,7 +55,7 @@ _LOG_CODES: Final = np.log2(np.arange(1, 256))
 
 
 @dataclass(frozen=True, slots=True)
-class Recovered:
+class RecoveredCurve:
     """A recovered curve.
 
     `table`, (256,) float64, is the linear exposure of each code, strictly rising, 0 -> 0, 255
@@ -82,11 +82,11 @@ def recover_curve(
     free_frame: int | None = None,
     start: Float64 | None = None,
     hold: float = 0.0,
-) -> Recovered:
+) -> RecoveredCurve:
     """Recover the response curve from matching codes, at falling exposures.
 
     The exposure of `free_frame` is not believed but found along with the curve. `start`, (16,)
-    float64, are `Recovered.unknowns` to start from. ValueError when there are no matches.
+    float64, are `RecoveredCurve.unknowns` to start from. ValueError when there are no matches.
     """
     if len(matches) == 0:
         raise ValueError("frames that do not overlap tell nothing about the response")
@@ -131,15 +131,15 @@ class _Problem:
         target = curve[self.code - 1] - self.steps
         if self.sign is not None:
             target = target - self.sign * unknowns[_NODES]
-        expected = 2.0 ** np.interp(target, curve, _LOG_CODES)
-        whole = np.clip(expected.astype(np.int64), 1, 254)
-        part = (expected - whole)[:, np.newaxis]
+        prediction = 2.0 ** np.interp(target, curve, _LOG_CODES)
+        whole = np.clip(prediction.astype(np.int64), 1, 254)
+        part = (prediction - whole)[:, np.newaxis]
         per_code = (curve[whole] - curve[whole - 1])[:, np.newaxis]
         there = slope[whole - 1] * (1.0 - part) + slope[whole] * part
         change = slope[self.code - 1] - there
         if self.sign is not None:
             change = np.column_stack([change, -self.sign])
-        return self.dark_code - expected, change / per_code
+        return self.dark_code - prediction, change / per_code
 
     def penalty(self, hold: float) -> tuple[Float64, Float64]:
         """Quadratic forms: of the unknowns, and of their distance from the start."""
@@ -154,7 +154,7 @@ class _Problem:
         near[:_NODES, :_NODES] = hold * 1e3 * np.eye(_NODES)
         return smooth, near
 
-    def solve(self, start: Float64, hold: float) -> Recovered:
+    def solve(self, start: Float64, hold: float) -> RecoveredCurve:
         """Iterate until nothing moves."""
         smooth, near = self.penalty(hold)
         home = np.zeros(len(smooth))
@@ -175,7 +175,7 @@ class _Problem:
         cost = float(np.sum(_CAUCHY * np.log1p(residual**2 / self.variance / _CAUCHY)))
         gamma = unknowns[:_NODES]
         table = np.concatenate([[0.0], 2.0 ** self.curve(gamma)[0]])
-        return Recovered(
+        return RecoveredCurve(
             _strictly_rising(table),
             cost + float(unknowns @ smooth @ unknowns),
             float(unknowns[_NODES]) if self.sign is not None else 0.0,
@@ -218,15 +218,15 @@ def recover_own_curves(
     frames = len(stops)
     white = np.minimum(matches.whites or [255] * frames, 255)
     base = np.log2(srgb_table()[1:])
-    design, wanted, variance = _equations(
+    design, targets, variance = _equations(
         matches.where(matches.code < white[matches.bright]), stops
     )
     prior, home = _prior(white, base)
     unknowns = np.zeros(frames * _OWN_NODES)
     for _ in range(_OWN_ROUNDS):
-        off = wanted - design @ unknowns
+        off = targets - design @ unknowns
         weighted = design.T / (variance * _ALIKE * (1.0 + off**2 / variance / _OWN_CAUCHY**2))
-        pull = weighted @ wanted + home
+        pull = weighted @ targets + home
         unknowns = np.asarray(np.linalg.solve(weighted @ design + prior, pull), np.float64)
     departs = unknowns.reshape(frames, _OWN_NODES) @ _hats().T
     logs = _rising(base + departs, base) - np.asarray(stops)[:, None]
@@ -249,10 +249,10 @@ def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, F
     index = np.arange(len(matches))
     rows[index, matches.bright] += hats[bright]
     rows[index, matches.dark] -= hat_dark
-    wanted = matches.steps(stops) - (base[bright] - base_dark)
+    targets = matches.steps(stops) - (base[bright] - base_dark)
     slope = base[below + 1] - base[below]
     codes = np.maximum(matches.scatter, 0.5) ** 2 / matches.places + _OWN_FLOOR_CODES**2
-    return rows.reshape(len(matches), -1), wanted, slope**2 * codes + _FLOOR_STOPS**2
+    return rows.reshape(len(matches), -1), targets, slope**2 * codes + _FLOOR_STOPS**2
 
 
 def _hats() -> Float64:
