@@ -47,7 +47,7 @@ def _say(words: str) -> None:
 
 def build(work: Path, out: Path, minutes: float, rounds: int) -> None:
     """Render rounds until they are done or the time is up; write what there is after each."""
-    from app.core.baking.lanes import select_variant
+    from app.core.baking.kernel_lanes import select_variant
 
     select_variant("llvm")
     if rounds == 0:

@@ -20,14 +20,14 @@ from pathlib import Path
 
 import numpy as np
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.baking.scene import load_head
 from app.core.base.archive import write_arrays
 from app.core.base.colour import to_bytes
 from app.core.base.paths import resources
 from app.core.faces.finder import face_mesh, find_faces
+from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import portrait_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
 from scenes.portraits.scene import portrait_frame
 

@@ -16,10 +16,16 @@ from typing import Any
 import numpy as np
 
 from app.core.baking.exposure import Points, place_points
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
+from app.core.baking.random_walk import (
+    PROFILE_BINS,
+    SceneTables,
+    fit_profile,
+    scene_tables,
+    trace_profile,
+)
 from app.core.baking.scene import HeadMesh, build_scene, load_head
 from app.core.baking.skin import find_skin
-from app.core.baking.walk import PROFILE_BINS, SceneTables, fit_profile, scene_tables, trace_profile
 from app.core.base.paths import resources
 from app.core.portrait.portrait_file import HAIRS
 from app.core.portrait.portrait_head import Hair, PortraitHead, PortraitSkin, SeenNodes, SkinNodes

@@ -18,14 +18,14 @@ from build_portraits import HEADS, SEED, SHADE_STEP
 from scipy.spatial import cKDTree
 
 from app.core.baking.exposure import Points, place_points
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.baking.scene import build_scene, load_head
 from app.core.baking.skin import find_skin
 from app.core.base.paths import resources
-from app.core.portrait.aside import PLACE_STEP
 from app.core.portrait.head_views import YAWS
 from app.core.portrait.portrait_file import HAIRS, load_portrait
 from app.core.portrait.portrait_head import PortraitHead
+from app.core.portrait.turned_portrait import PLACE_STEP
 from scenes.portraits.aside import (
     Aside,
     View,

@@ -21,7 +21,7 @@ _ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(_ROOT))
 
 from app.core.baking.bake import QUALITIES, BakedView, bake_views, packed_views  # noqa: E402
-from app.core.baking.lanes import select_variant  # noqa: E402
+from app.core.baking.kernel_lanes import select_variant  # noqa: E402
 from app.core.baking.scene import load_head  # noqa: E402
 from app.core.baking.skin import find_skin  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402

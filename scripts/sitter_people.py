@@ -31,7 +31,7 @@ from build_heads import find_source, read_base
 from mesh_tools import compact, loop_subdivide
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.environment.environment import read_environment
 from scenes.demo_location.noise import linear
 from scenes.demo_location.sitter import body

@@ -73,7 +73,7 @@ def application(qapp: object) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what needs LLVM where Mitsuba finds none; to look for it loads it, 80 MB."""
     if item.get_closest_marker("llvm"):
-        from app.core.baking.lanes import find_llvm
+        from app.core.baking.kernel_lanes import find_llvm
 
         if find_llvm() is None:
             pytest.skip("needs LLVM 16 or newer")

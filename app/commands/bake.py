@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     _check_targets(args)
 
     from app.core.baking.bake import QUALITIES
-    from app.core.baking.lanes import select_variant
+    from app.core.baking.kernel_lanes import select_variant
     from app.core.baking.scene import export_scene, frame_head
     from app.core.baking.skin import find_skin
 

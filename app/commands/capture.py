@@ -14,12 +14,12 @@ from app.commands.shared.arguments import add_json, argument, check_outputs
 from app.commands.shared.console import stopping
 from app.commands.shared.printing import ProgressPrinter, answer, fields, say
 from app.commands.shared.probe_words import PARTS, probe_facts, probe_table, wrote
+from app.core.base.atomic_files import check_target
 from app.core.base.errors import CoreError
-from app.core.base.files import check_target
 from app.core.base.imaging.images import write_exr
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.bracket.incoming_frames import ArrivingFrames
 from app.core.measure.read.metadata import ENDINGS
 from app.core.measure.single.preview import answers_of
 from app.core.places.journal import JOURNAL

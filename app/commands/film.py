@@ -31,8 +31,8 @@ from app.core.text import tr
 from app.words.measure.ways import beside_words, mirror_words
 from app.words.phrases.directions import SHORT_SIDES
 from app.words.phrases.turns import turn_words
-from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
+from app.words.shortfall import grade_words, reason_sentence
 
 _EVERY_S: Final = 5.0  # of the film
 

@@ -25,7 +25,7 @@ from app.core.second_light.library import (
     restate_lamp,
     update_lamp,
 )
-from app.core.second_light.scale import compare, with_lux
+from app.core.second_light.place_brightness import compare, with_lux
 from app.core.text import tr
 from app.words.lamps import GUIDE, comparison_words, damage_words, mask_notes, mask_warnings
 from app.words.remarks import sentences

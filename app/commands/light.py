@@ -39,8 +39,7 @@ from app.core.base.errors import CoreError
 from app.core.environment.environment import read_environment, reduce
 from app.core.measure.fisheye.circles import check_stitched
 from app.core.portrait.head_views import load_views_of
-from app.core.second_light.added import AddedLight, from_captured, from_numbers
-from app.core.second_light.aside import seen_aside
+from app.core.second_light.added_light import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, grey_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import (
@@ -51,8 +50,7 @@ from app.core.second_light.lamp_presets import (
     powers_of,
 )
 from app.core.second_light.library import lamps_folder, list_lamps, read_lamp, read_lamp_file
-from app.core.second_light.placements import above_floor, direction, within_arm
-from app.core.second_light.scale import (
+from app.core.second_light.place_brightness import (
     ASSUMED_LUX,
     Comparison,
     check_lux,
@@ -61,7 +59,9 @@ from app.core.second_light.scale import (
     stated_white,
     with_lux,
 )
+from app.core.second_light.placements import above_floor, direction, within_arm
 from app.core.second_light.search import LampPlacement, place_all
+from app.core.second_light.turned_head import seen_aside
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lens_search import STRAIGHT
 from app.core.solver.search import luminance_of
@@ -72,8 +72,8 @@ from app.core.text import tr
 from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
 from app.words.phrases.directions import aside_words, placement_words
 from app.words.phrases.quantities import metres
-from app.words.reach import reason_sentence
 from app.words.remarks import sentences
+from app.words.shortfall import reason_sentence
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 from app.commands.shared.arguments import add_json, argument
 from app.commands.shared.printing import ProgressPrinter
 from app.core.localization.features import build_index
-from app.core.localization.photo_check import PhotoSearch, read_photo, search_photo
+from app.core.localization.photo_location import PhotoSearch, read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.text import tr
 from app.words.photos import photo_warnings

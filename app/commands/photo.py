@@ -13,14 +13,14 @@ from app.commands.shared.printing import answer, say, short
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
 from app.core.faces.light_reading import FaceLight, read_light
-from app.core.faces.style_check import (
+from app.core.faces.shot_check import (
     Check,
     Promise,
     check_face,
     promise_of_place,
 )
 from app.core.localization.features import build_index
-from app.core.localization.photo_check import (
+from app.core.localization.photo_location import (
     Photo,
     PhotoLocation,
     lens_azimuth,
@@ -36,7 +36,7 @@ from app.words.phrases.directions import SHORT_SIDES, face_direction_words, key_
 from app.words.phrases.quantities import stops_words
 from app.words.phrases.turns import turn_words
 from app.words.portrait.face_reading import UNREAD
-from app.words.reach import grade_words
+from app.words.shortfall import grade_words
 
 FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, add --mirrored."

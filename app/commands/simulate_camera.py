@@ -19,9 +19,9 @@ from typing import Final
 
 from app.commands.shared.arguments import add_json, argument
 from app.commands.shared.printing import answer, say
+from app.core.base.atomic_files import os_errors_as
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
-from app.core.base.files import os_errors_as
 from app.core.base.paths import resources
 from app.core.environment.environment import Environment, energy, read_environment
 from app.core.text import tr

@@ -45,10 +45,10 @@ from app.core.measure.ways import measure
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle
 from app.core.places.solve import solve_styles
+from app.core.portrait.gallery_portraits import LightSource
 from app.core.portrait.head import Head
 from app.core.portrait.head_views import has_views
 from app.core.portrait.portrait_file import HAIRS
-from app.core.portrait.portraits import LightSource
 from app.core.solver.lens_search import STRAIGHT, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
@@ -59,8 +59,8 @@ from app.core.text import tr
 from app.words.measure.doubts import doubt_words
 from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.words.phrases.turns import direction_words, size_words
-from app.words.reach import grade_words, reason_sentence
 from app.words.remarks import sentences
+from app.words.shortfall import grade_words, reason_sentence
 from app.words.styles import caution_words
 
 

@@ -39,7 +39,7 @@ from app.core.base.angles import arc_width, at_turn
 from app.core.base.errors import CoreError
 from app.core.base.native import plain_numbers
 from app.core.base.paths import resources
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.core.text import tr
 
 Point: TypeAlias = tuple[float, float]

@@ -22,7 +22,7 @@ from app.core.measure.finish.display import (
 from app.core.measure.finish.lights import Light
 from app.core.measure.finish.tripod_detection import Clutter
 from app.core.measure.read.frame import MergedLight
-from app.core.portrait.pictures import WELL
+from app.core.portrait.display_pictures import WELL
 from app.core.text import tr
 from app.export.canvas import SCALE, Box, Page, Point, circle_points, shorten, text_width
 from app.export.theme import Dark, draw_scale

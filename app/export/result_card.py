@@ -14,7 +14,7 @@ import numpy as np
 from app.core.base.angles import at_turn, direction_of
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
-from app.core.portrait import pictures
+from app.core.portrait import display_pictures as pictures
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.export.canvas import (
@@ -31,7 +31,7 @@ from app.export.theme import Dark, draw_meter
 from app.words.phrases.directions import place_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import arc_words, direction_words, size_words
-from app.words.reach import reason_sentence
+from app.words.shortfall import reason_sentence
 
 WIDTH: Final = 256.0
 _PAD: Final = 12.0

@@ -17,7 +17,7 @@ from app.core.base.angles import direction_of
 from app.core.base.arrays import Bytes
 from app.core.environment.environment import Environment
 from app.core.guidance.mode import Mode
-from app.core.portrait import pictures
+from app.core.portrait import display_pictures as pictures
 from app.core.solver.solve import StyleResult
 from app.core.styles.styles import RARE, load_styles
 from app.core.text import tr

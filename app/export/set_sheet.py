@@ -24,10 +24,10 @@ from app.core.portrait.face_light import (
     light_flow,
     lighting_ratio,
 )
-from app.core.portrait.portraits import value_at
+from app.core.portrait.gallery_portraits import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
-from app.words.reach import reason_sentence
+from app.words.shortfall import reason_sentence
 
 _LEAST_SHARE: Final = 0.03
 _MOST_LAMPS: Final = 4

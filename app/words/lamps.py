@@ -8,7 +8,7 @@ from typing import Final
 from app.core.second_light.captured import LampMask
 from app.core.second_light.lamp_presets import part_of, share_of
 from app.core.second_light.library import LampDamage, LampPart
-from app.core.second_light.scale import Comparison, Unknown
+from app.core.second_light.place_brightness import Comparison, Unknown
 from app.core.styles.lamps import RATIO_KEYS, SIZE_KEYS, Studio, parse_softness
 from app.core.text import tr, tr_plural
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from app.core.localization.photo_check import PHOTO_ENDINGS, PhotoSearch
+from app.core.localization.photo_location import PHOTO_ENDINGS, PhotoSearch
 from app.core.localization.recapture_registration import Registration
 from app.core.text import tr
 from app.words.phrases.turns import direction_words

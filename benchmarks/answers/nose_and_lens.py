@@ -27,15 +27,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce
 from app.core.portrait.head_views import views_path
 from app.core.solver.face import AREAS
 from app.core.solver.lens_search import LensWish, ViewTables, YawWord, solve_lens
 from app.core.solver.search import curves, luminance_of
-from app.core.solver.signature import GRADES
 from app.core.solver.solve import PlaceSearch, StyleResult
+from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import LIMITS, LightMap
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import StylePack

@@ -22,8 +22,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_encode
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import Transport, load_named, render

@@ -22,14 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, wrap
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import EnvironmentFileError
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce_light
 from app.core.solver.peaks import ARC_SHARE
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves, luminance_of
-from app.core.solver.signature import GRADES
 from app.core.solver.solve import PlaceSearch, StyleResult, solve_all
+from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import LIMITS, LightMap
 from app.core.styles.style_pack import StylePack, load_named_pack
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.core.base.angles import TURNS, difference, wrap
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.solver.solve import solve_all
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import StylePack, load_named_pack

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce
-from app.core.second_light.added import from_numbers, prepare_near
+from app.core.second_light.added_light import from_numbers, prepare_near
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import parse
-from app.core.second_light.scale import illuminance
+from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import place_all
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.turn_choice import OBJECTIVES

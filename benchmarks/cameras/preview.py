@@ -41,7 +41,7 @@ from app.devices.simulated.preview import (  # noqa: E402
 )
 from app.devices.simulated.server import CameraServer  # noqa: E402
 from app.devices.webcam.network import MjpegWebcam  # noqa: E402
-from app.devices.webcam.wire import Address  # noqa: E402
+from app.devices.webcam.network_connection import Address  # noqa: E402
 from tests.helpers.live_marks import read_number  # noqa: E402
 
 if TYPE_CHECKING:

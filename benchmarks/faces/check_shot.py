@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_encode
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import solid_angles
 from app.core.faces import facing
 from app.core.faces.facing import WIDE_DEG, FacingEstimate, find_facing, standing

@@ -20,10 +20,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce
 from app.core.measure.film.film import read_film
-from app.core.solver.signature import GRADES, grades, match_of_areas, stops_of
+from app.core.solver.style_signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.transport import load_named
 from app.core.styles.style_pack import load_named_pack
 from benchmarks.truth.brute_force import band_limited, curves, weights_of
@@ -53,7 +53,7 @@ def pictures(work: Path, number: int, rounds: int) -> NDArray[np.float32]:
     file = pictures_file(work, f"probe-{number + 1}", rounds)
     if file.exists():
         return np.asarray(np.load(file), np.float32)
-    from app.core.baking.lanes import select_variant
+    from app.core.baking.kernel_lanes import select_variant
 
     select_variant("llvm")
     from benchmarks.truth.place_light import CAFE, SPOTS, Sitting, portrait

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_encode
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce, solid_angles
 from app.core.localization.views import Lens, look
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, read_film

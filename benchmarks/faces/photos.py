@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import srgb_encode, tone_map
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment
 from app.core.faces.finder import find_faces
 from app.core.faces.light_reading import FaceLight, read_light

@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 
 from app.core.base.angles import wrap
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.environment.environment import from_radiance, read_environment, reduce
 from app.core.faces.facing import FacingEstimate, Standing, find_facing, standing
 from app.core.faces.finder import find_faces

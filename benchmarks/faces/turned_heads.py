@@ -62,7 +62,7 @@ class Stage:
     """
 
     def __init__(self, name: str) -> None:
-        from app.core.baking.lanes import select_variant
+        from app.core.baking.kernel_lanes import select_variant
 
         self.mi = select_variant("llvm")
         import drjit as dr

@@ -1,4 +1,4 @@
-"""Fit the weights of `app/core/localization/stand.py`, and how they hold in rooms left out.
+"""Fit the weights of `app/core/localization/camera_pose.py`, and how they hold in rooms left out.
 
     python benchmarks/heading/locate_photos.py FOLDER --make --draw 1000      (only for this)
     python benchmarks/heading/confidence_fit.py FOLDER KEPT.pkl         (gathers evidence; resumes)
@@ -22,12 +22,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.localization import photo_check
-from app.core.localization.heading import FINE, Sight, compare, see
-from app.core.localization.heading_conversion import assumed_fov
-from app.core.localization.photo_check import read_photo
-from app.core.localization.sitter import background_mask
-from app.core.localization.stand import (
+from app.core.localization import photo_location as photo_check
+from app.core.localization.camera_pose import (
     CLOSE_DEG,
     LEAST_CONFIDENCE,
     LINE_SIGNS,
@@ -36,6 +32,10 @@ from app.core.localization.stand import (
     line_signs,
     place_signs,
 )  # fmt: skip
+from app.core.localization.heading import FINE, Sight, compare, see
+from app.core.localization.heading_conversion import assumed_fov
+from app.core.localization.photo_location import read_photo
+from app.core.localization.sitter import background_mask
 from benchmarks.heading.heading_cases import (
     LOCATION,
     Case,
@@ -130,14 +130,14 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """What is fitted: as in `app.core.localization.stand`."""
+    """What is fitted: as in `app.core.localization.camera_pose`."""
 
     place: NDArray[np.float64]
     line: NDArray[np.float64]
     factor: float
 
     def trusted(self, one: Row) -> float:
-        """As `app.core.localization.stand.trust`."""
+        """As `app.core.localization.camera_pose.trust`."""
         evidence, result = one["evidence"], 1.0
         for weights, told in ((self.place, place_signs), (self.line, line_signs)):
             z = float(np.clip(np.dot(weights, told(evidence)), -50.0, 50.0))

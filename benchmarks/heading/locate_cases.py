@@ -397,7 +397,7 @@ class Traced:
     """The demo location, path traced anywhere in it; needs mitsuba-oidn for the denoising."""
 
     def __init__(self, samples: int = 1) -> None:
-        from app.core.baking.lanes import select_variant
+        from app.core.baking.kernel_lanes import select_variant
 
         select_variant("llvm")
         import mitsuba as mi

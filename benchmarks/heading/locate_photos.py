@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.base.files import atomic_write_text
-from app.core.localization.photo_check import read_photo, search_photo
+from app.core.base.atomic_files import atomic_write_text
+from app.core.localization.photo_location import read_photo, search_photo
 from benchmarks.heading.heading_cases import LOCATION, ROOT, demo_spots, learnt, scenes
 from benchmarks.heading.locate_cases import (
     SPOTS_M,

@@ -24,7 +24,7 @@ import cv2
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from benchmarks.heading.scripted_turn.turn_runs import Run, demo_world, draw, run_turn
 
 if TYPE_CHECKING:

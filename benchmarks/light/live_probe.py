@@ -36,11 +36,11 @@ SHARED: Final = ROOT.parent / "shared"
 import numpy as np  # noqa: E402
 
 from app.core.base.arrays import Bytes  # noqa: E402
+from app.core.base.atomic_files import atomic_write_text  # noqa: E402
 from app.core.base.colour import FloatImage  # noqa: E402
-from app.core.base.files import atomic_write_text  # noqa: E402
 from app.core.environment.environment import energy, read_environment, reduce_light  # noqa: E402
 from app.core.measure.finish.clip_audit import given_up  # noqa: E402
-from app.core.measure.plan.camera_table import camera_facts  # noqa: E402
+from app.core.measure.plan.camera_models import camera_facts  # noqa: E402
 from app.core.measure.single.preview import preview_light, rough_answers  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
 from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
@@ -234,7 +234,7 @@ def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
     from app.devices.device_sets import RealDevices
     from app.ui.presenters.model import CameraSeen, Model
     from app.ui.presenters.services import Folders, Services
-    from app.ui.presenters.undo import UndoStack
+    from app.ui.presenters.undo_stack import UndoStack
     from app.ui.screens.probe.cameras import CameraFinder
     from app.ui.screens.probe.live import LivePreview
     from app.ui.screens.probe.screen import BEAT_MS

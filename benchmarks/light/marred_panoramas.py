@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float32
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.imaging.images import write_image
 from app.core.environment.environment import (
     Environment,

@@ -109,7 +109,7 @@ def render(places: dict[str, Path], folder: Path) -> None:
 
 def render_location(folder: Path) -> None:
     """Make the pictures in the modelled location; building it takes some minutes."""
-    from app.core.baking.lanes import select_variant
+    from app.core.baking.kernel_lanes import select_variant
 
     select_variant("llvm")
     from benchmarks.light.mirror_ball_location import Location

@@ -31,8 +31,8 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from app.core.base.arrays import Bytes, Float32  # noqa: E402
+from app.core.base.atomic_files import atomic_write_text  # noqa: E402
 from app.core.base.colour import srgb_encode  # noqa: E402
-from app.core.base.files import atomic_write_text  # noqa: E402
 from app.core.environment.environment import (  # noqa: E402
     energy,
     reduce_light,
@@ -41,7 +41,7 @@ from app.core.environment.environment import (  # noqa: E402
 from app.core.environment.environment_file import read_panorama  # noqa: E402
 from app.core.measure.bracket.measure import measure  # noqa: E402
 from app.core.measure.finish.clip_audit import choices, given_up  # noqa: E402
-from app.core.measure.finish.rough import STOPS, brightened, doubts, guesses  # noqa: E402
+from app.core.measure.finish.clipped_light import STOPS, brightened, doubts, guesses  # noqa: E402
 from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
 from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402

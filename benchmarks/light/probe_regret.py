@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import audit
@@ -38,7 +38,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 from app.core.measure.finish.clip_audit import given_up  # noqa: E402
 from app.core.measure.finish.sun import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.measure.plan.camera_table import camera_facts  # noqa: E402
+from app.core.measure.plan.camera_models import camera_facts  # noqa: E402
 from benchmarks.speed.plain_search import choose  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.

@@ -33,7 +33,7 @@ from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.finish.lights import find_lights
 from app.core.measure.finish.sun import SkyWord, direct_normal_lux, restore
 from app.core.measure.options import MeasureOptions
-from app.core.measure.plan import camera_table
+from app.core.measure.plan import camera_models as camera_table
 from app.core.measure.plan.planner import CameraLimits, plan
 from app.core.measure.read.frame import Exposure, MergedLight
 from app.core.solver.turn_choice import OBJECTIVES

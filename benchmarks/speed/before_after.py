@@ -21,7 +21,7 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_radiance
-from app.core.portrait.portraits import framing, portraits
+from app.core.portrait.gallery_portraits import framing, portraits
 from app.core.solver.place_light import pictures_at, prepare
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import load_named_pack, load_transport_of

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.base import colour
 from app.core.base.colour import FloatImage
-from app.core.portrait.pictures import WELL, scaled
+from app.core.portrait.display_pictures import WELL, scaled
 
 _FACE_COVERAGE: Final = 0.5
 
@@ -23,7 +23,7 @@ def portrait(
             hold its share only.
         coverage: Float32, (N, N). Share of each pixel covered by the head.
         size: Rows and columns wanted.
-        skin: See `app.core.portrait.portraits.skin_gains`.
+        skin: See `app.core.portrait.gallery_portraits.skin_gains`.
 
     Returns:
         Float32, (rows, columns, 3). sRGB in 0..1. Two such pictures are exposed alike

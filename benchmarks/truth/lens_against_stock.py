@@ -16,7 +16,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.baking.scene import frame_head
 from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.colour import luminance

@@ -2,7 +2,7 @@
 
 Follows light from every other pixel of the face (as on a chessboard) through the skin to lamps of
 their true size at their true place, with two seeds, about ten minutes of one processor; it resumes
-where it was stopped. Then compares the pictures of `app.core.second_light.added` with them, writes
+after a stop. Then compares the pictures of `core.second_light.added_light` with them, writes
 the result as JSON, and the pictures, small, for tests.
 
     python benchmarks/truth/near_field.py --work FOLDER [-o FILE.json]
@@ -22,10 +22,8 @@ from numpy.typing import NDArray
 
 from app.core.baking.bake_cache import BakeCache
 from app.core.baking.exposure import Points, expose, place_points, shine
-from app.core.baking.lanes import Table, select_variant
-from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene, head_middle
-from app.core.baking.skin import find_skin
-from app.core.baking.walk import (
+from app.core.baking.kernel_lanes import Table, select_variant
+from app.core.baking.random_walk import (
     PROFILE_BINS,
     fit_profile,
     lean_scale,
@@ -33,8 +31,10 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
-from app.core.base.files import atomic_write, atomic_write_text
-from app.core.second_light.added import near_picture, prepare_near
+from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene, head_middle
+from app.core.baking.skin import find_skin
+from app.core.base.atomic_files import atomic_write, atomic_write_text
+from app.core.second_light.added_light import near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import direction
 from app.core.solver.head_shape import load_shape_of
@@ -45,7 +45,7 @@ from benchmarks.truth.stock import ROOT, generic_head
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from app.core.baking.walk import SceneTables
+    from app.core.baking.random_walk import SceneTables
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]

@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.exposure import Points, place_points
-from app.core.baking.scene import Camera, HeadMesh, build_scene
-from app.core.baking.skin import find_skin
-from app.core.baking.walk import (
+from app.core.baking.random_walk import (
     PROFILE_BINS,
     fit_profile,
     lean_scale,
@@ -27,13 +25,15 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
+from app.core.baking.scene import Camera, HeadMesh, build_scene
+from app.core.baking.skin import find_skin
 from benchmarks.truth.stock import ROOT, generic_head
 from scenes.demo_location.assemble import World, build_place, sitter_parts
 from scenes.demo_location.frame import CAFE, EYE_HEIGHT, SPOTS, Spot, to_world
 from scenes.demo_location.tracer import radiance
 
 if TYPE_CHECKING:
-    from app.core.baking.walk import SceneTables
+    from app.core.baking.random_walk import SceneTables
 
 __all__ = ["CAFE", "SPOTS", "Portrait", "Sitting", "Spot", "portrait", "through_skin"]
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import Tally, unwatched
-from app.core.baking.walk import follow
+from app.core.baking.kernel_lanes import Tally, unwatched
+from app.core.baking.random_walk import follow
 
 if TYPE_CHECKING:
-    from app.core.baking.walk import Meeting, SceneTables
+    from app.core.baking.random_walk import Meeting, SceneTables
 
 Float32: TypeAlias = NDArray[np.float32]
 

@@ -22,11 +22,11 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import luminance
-from app.core.base.files import atomic_write_text
+from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import lamps_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import PLAIN, load_portrait
 from app.core.styles.styles import StyleLamp
 from benchmarks.truth.stock import ROOT
@@ -78,9 +78,9 @@ def product_form(
     from app.core.baking.bake import measure_profile
     from app.core.baking.columns import LampColumns
     from app.core.baking.exposure import expose, place_points, shine
+    from app.core.baking.random_walk import lean_scale, scene_tables
     from app.core.baking.scene import build_scene
     from app.core.baking.skin import find_skin
-    from app.core.baking.walk import lean_scale, scene_tables
     from benchmarks.truth.stock import generic_head
 
     head, _ = generic_head()
@@ -105,7 +105,7 @@ def product_form(
 def _scattered(
     tables: Any, pixels: NDArray[np.int32], paths: int, seed: int, light: tuple[Any, Any]
 ) -> Float32:
-    from app.core.baking.walk import trace_pixels
+    from app.core.baking.random_walk import trace_pixels
 
     entering, slant = light
     out = np.zeros((len(pixels), entering[0].shape[1], 3), np.float32)

@@ -23,12 +23,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import face_exposure, luminance, to_bytes, tone_map
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment
+from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import portrait_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
 from benchmarks.truth.stock import ROOT
 

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from app.core.baking.columns import texel_noise
 from app.core.baking.exposure import vertex_points
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
+from app.core.baking.random_walk import scene_tables
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
-from app.core.baking.walk import scene_tables
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from app.core.solver.transport import Transport, load_named, load_transport, render
 from benchmarks.speed.plain_search import matrix
 from benchmarks.truth.plain_walk import trace_plainly

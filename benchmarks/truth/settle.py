@@ -23,10 +23,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.base.angles import difference
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import luminance
-from app.core.base.files import atomic_write_text
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.turn_choice import (

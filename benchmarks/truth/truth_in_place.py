@@ -21,14 +21,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.colour import luminance
-from app.core.base.files import atomic_write_text
 from app.core.environment.environment import read_environment, reduce
 from app.core.solver import search
 from app.core.solver.face import AREAS, AROUND
-from app.core.solver.signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.solve import solve_all
+from app.core.solver.style_signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.transport import Transport, load_named, render
 from app.core.styles.style_pack import StylePack, load_named_pack
 from benchmarks.truth.brute_force import band_limited, curves, weights_of

@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from tests.helpers.hostile_files import make_corpus
 from tests.helpers.hostile_runs import (
     MOST_RSS,

@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from app.core.base.files import atomic_write_text
+from app.core.base.atomic_files import atomic_write_text
 from benchmarks.ui.hostile_files import commit, in_turn
 from tests.helpers.hostile_data import Hostile
 from tests.helpers.hostile_media import make_media, sound_files

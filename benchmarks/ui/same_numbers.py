@@ -36,7 +36,7 @@ from app.words.lights import share_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import arc_words, direction_words, size_words
 from app.words.portrait.face_light import glare_sentence, stops_words
-from app.words.reach import grade_words
+from app.words.shortfall import grade_words
 
 Values = Mapping[str, object]
 _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))

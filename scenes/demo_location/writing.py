@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.files import atomic_write, atomic_write_bytes, atomic_write_text
+from app.core.base.atomic_files import atomic_write, atomic_write_bytes, atomic_write_text
 from scenes.demo_location.frame import (
     EYE_HEIGHT,
     STANDS,

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 
 
 def main() -> int:

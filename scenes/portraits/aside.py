@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from app.core.baking.exposure import Points
+from app.core.baking.random_walk import scene_tables
 from app.core.baking.scene import Camera, HeadMesh, build_scene
 from app.core.baking.skin import Skin, find_skin
-from app.core.baking.walk import scene_tables
 from app.core.portrait.portrait_head import PortraitHead, PortraitSkin
 from scenes.head_detail.bump import oiliness, skin_bump
 from scenes.head_detail.colours import eye_albedo, relative_albedo

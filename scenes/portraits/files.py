@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.archive import write_sealed
-from app.core.portrait.aside import COLOUR_STEPS
 from app.core.portrait.portrait_file import (
     COARSE_ARRAYS,
     HAIR_ARRAYS,
@@ -25,6 +24,7 @@ from app.core.portrait.portrait_file import (
     VERSION,
 )
 from app.core.portrait.portrait_head import Hair, PortraitHead, PortraitSkin
+from app.core.portrait.turned_portrait import COLOUR_STEPS
 
 
 def _save(path: Path, arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, Any]) -> None:
@@ -37,7 +37,7 @@ def save_aside(
     """Store a head from aside, atomically.
 
     Args:
-        arrays: As `app.core.portrait.aside` reads them, but for colours, (h, w, 3), and details,
+        arrays: As `turned_portrait` reads them, except colours, (h, w, 3), and details,
             (h, w), which are packed as pictures of this quality, and the three nodes around each
             sample, (S, 3).
     """
@@ -117,7 +117,7 @@ def save_hair_aside(
     """Store hair from aside, atomically.
 
     Args:
-        shade: (N, 32, 64) int8. As `app.core.portrait.aside` reads it.
+        shade: (N, 32, 64) int8. As `app.core.portrait.turned_portrait` reads it.
         cells: (R, G, 3) float32. Of all views.
         views: "pixel", "cover", "colour" and "basis" of `Hair`, by what ends their names.
         steps: Of the root of a basis function, either way.

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.exposure import Points
+from app.core.baking.random_walk import SceneTables, trace_pixels
 from app.core.baking.scene import HeadMesh
-from app.core.baking.walk import SceneTables, trace_pixels
 from app.core.portrait.portrait_head import SPREAD
 from scenes.portraits.scene import Frame, Samples
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.second_light.added import NearField, near_picture, prepare_near
+from app.core.second_light.added_light import NearField, near_picture, prepare_near
 from app.core.second_light.lamp_presets import parse
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.transport import load_named

@@ -23,7 +23,7 @@ from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure, XmpPose
 from app.core.solver.solve import solve_all

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.environment.environment import read_environment, reduce
-from app.core.second_light.added import AddedLight, from_captured, from_numbers, prepare_near
+from app.core.second_light.added_light import AddedLight, from_captured, from_numbers, prepare_near
 from app.core.second_light.captured import make_lamp, place_lamp
 from app.core.second_light.contrast import FaceBasis, less_mean, prepare_face
 from app.core.second_light.lamp_presets import parse, powers_of
+from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.placements import placement
-from app.core.second_light.scale import illuminance
 from app.core.second_light.search import LampPlacement, place_all
 from app.core.second_light.search_kernel import (
     LampTables,

@@ -9,8 +9,8 @@ import pytest
 
 from app.core.environment.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.signature import YES
 from app.core.solver.solve import measure_picture, solve_all
+from app.core.solver.style_signature import YES
 from app.core.solver.transport import render
 from app.core.styles.lamps import AS_PUBLISHED, RATIOS, SOFTNESS_DEG, Studio, studio_light
 from app.core.styles.style_pack import load_named_pack, load_transport_of, pack_names

@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.baking.bake import Quality, bake
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.colour import luminance

@@ -21,7 +21,7 @@ from app.core.solver.weights import target_weights
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
 from app.core.styles.styles import Style, StyleLamp, mirror_name
-from app.words.reach import reason_sentence
+from app.words.shortfall import reason_sentence
 from benchmarks.speed.plain_search import preintegrate
 
 Float = NDArray[np.float64]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.core.base.remarks import PlainRemark
-from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.bracket.incoming_frames import ArrivingFrames
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
 from app.devices.simulated.cameras import Personality

@@ -14,7 +14,7 @@ from app.core.base.imaging.image_input import picture_bytes
 from app.core.base.imaging.image_input import read_picture as read_small
 from app.core.environment.environment import read_environment
 from app.core.environment.environment_file import is_linear
-from app.core.localization.photo_check import is_panorama, read_photo
+from app.core.localization.photo_location import is_panorama, read_photo
 from app.core.localization.picture_file import picture_size, read_picture, read_shown_panorama
 from app.core.measure.film.frames import film_frames
 from app.core.measure.finish.masks import check_picture_mask, picture_mask

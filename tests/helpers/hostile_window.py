@@ -23,7 +23,7 @@ __all__ = ["DOORS", "Visit", "run_doors"]
 
 DOORS: Final = (
     *("drop on Probe", "drop on Styles", "drop on Turn", "drop on Light"),
-    *("measured by Probe", "like this photo", "photo of Turn", "video of Turn", "pictures of Turn"),
+    *("measured by Probe", "like this photo", "photo of Turn", "video of Turn"),
     *("lamp of Light", "style into Styles", "style into Paint", "head", "library of styles"),
 )
 
@@ -243,7 +243,6 @@ _WAYS: Final[dict[str, Callable[[Any, Any, Path], object]]] = {
     "like this photo": lambda app, presenter, path: presenter.like.take([path]),
     "photo of Turn": lambda app, presenter, path: presenter._shots.take([path]),
     "video of Turn": lambda app, presenter, path: presenter.sources.choose_video(path),
-    "pictures of Turn": lambda app, presenter, path: presenter.sources.choose_folder(path.parent),
     "lamp of Light": lambda app, presenter, path: presenter.lamps.take([path]),
     "style into Styles": lambda app, presenter, path: presenter.files.import_style(path),
     "style into Paint": lambda app, presenter, path: presenter.files.import_style(path),

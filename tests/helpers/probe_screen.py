@@ -22,7 +22,7 @@ from app.devices.theta.link import Credentials, Link
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services, Sounds
-from app.ui.presenters.undo import UndoStack
+from app.ui.presenters.undo_stack import UndoStack
 from app.ui.screens.probe.screen import ProbePresenter
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.cameras import Rig

@@ -19,12 +19,12 @@ import numpy as np
 from app.commands import light as light_command
 from app.commands import solve as command
 from app.core.environment.environment import read_environment
-from app.core.second_light.added import AddedLight
+from app.core.second_light.added_light import AddedLight
 from app.core.second_light.search import place_all
 from app.core.solver.lens_search import LensWish, solve_lens, views_of
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.signature import UNSIGNED
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_signature import UNSIGNED
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.export import result_card
 from app.ui.presenters import spots

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.head_shape import HeadShape, save_shape, shape_path
-from app.core.solver.signature import UNSIGNED
+from app.core.solver.style_signature import UNSIGNED
 from app.core.solver.transport import Transport, TransportHeader, render, save_transport
 from app.core.styles.style_pack import StylePack, pack_path, save_pack
 from app.core.styles.style_pack_build import build_pack

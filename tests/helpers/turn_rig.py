@@ -24,12 +24,12 @@ from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import Limits
 from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
-from app.devices.mailbox import Mailbox
+from app.devices.latest_frame import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
 from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
-from app.ui.presenters.undo import UndoStack
+from app.ui.presenters.undo_stack import UndoStack
 from app.ui.screens.turn import heading_tracker
 from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnState, TurnView

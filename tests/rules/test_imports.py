@@ -26,7 +26,7 @@ LEAKS = [
     ("core/environment/environment_file.py", "import requests", "no network in core"),
     ("devices/errors.py", "import PySide6.QtCore", "no Qt below the ui"),
     ("ui/presenters/model.py", "import PySide6.QtCore", "no Qt below the ui"),
-    ("ui/presenters/undo.py", "import app.ui.theme.theme", "presenters know no"),
+    ("ui/presenters/undo_stack.py", "import app.ui.theme.theme", "presenters know no"),
     ("devices/simulated/exchange.py", "import app.devices.theta", "a simulated camera knows"),
     ("core/solver/solve.py", "import mitsuba", "the renderer is for baking only"),
     ("core/styles/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
@@ -35,11 +35,15 @@ LEAKS = [
     ("commands/solve.py", "import app.ui.presenters.model", "command line above ui and commands"),
     ("export/theme.py", "import app.ui.theme.theme", "command line above ui and commands"),
     ("ui/shell/start.py", "import app.commands.solve", "command line above ui and commands"),
-    ("core/solver/solve.py", "import app.words.reach", "command line above ui and commands"),
-    ("devices/errors.py", "import app.words.reach", "devices make no sentences"),
-    ("words/reach.py", "import app.export.set_sheet", "command line above ui and commands"),
-    ("words/reach.py", "import numpy", "words compute and read nothing"),
-    ("words/reach.py", "import app.core.storage.settings_file", "words compute and read nothing"),
+    ("core/solver/solve.py", "import app.words.shortfall", "command line above ui and commands"),
+    ("devices/errors.py", "import app.words.shortfall", "devices make no sentences"),
+    ("words/shortfall.py", "import app.export.set_sheet", "command line above ui and commands"),
+    ("words/shortfall.py", "import numpy", "words compute and read nothing"),
+    (
+        "words/shortfall.py",
+        "import app.core.storage.settings_file",
+        "words compute and read nothing",
+    ),
 ]
 
 

@@ -41,7 +41,7 @@ ONLY = {
 
 OTHERWISE = {
     ("app/core/base/imaging/video.py", "open_url"): "its callers give an address or a native path",
-    ("app/devices/webcam/opencv.py", "_opened"): "a number",
+    ("app/devices/webcam/opencv.py", "_open_index"): "a number",
 }
 
 

@@ -17,7 +17,7 @@ def test_core_makes_no_sentence_but_for_an_exception() -> None:
 
 IMPORTS = (
     "from app.core.base.errors import ProbeError\n"
-    "from app.core.base.files import os_errors_as\n"
+    "from app.core.base.atomic_files import os_errors_as\n"
     "from app.core.text import tr\n"
 )
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import at_turn, difference
-from app.ui.plots.polar import PolarPlot
+from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama, dimmed, tinted
 from app.ui.theme import set_theme, theme
 from tests.helpers.pace import units

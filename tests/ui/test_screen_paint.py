@@ -29,7 +29,7 @@ from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
 from app.core.solver.transport import load_named
 from app.core.styles.style_pack import load_named_pack
-from app.ui.plots.polar import PolarPlot
+from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.screens.paint import face_view as face_module
 from app.ui.screens.paint.screen_view import PaintScreen

@@ -19,9 +19,9 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import at_turn
 from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
+from app.core.portrait.full_size_portrait import portrait_picture
+from app.core.portrait.gallery_portraits import framing
 from app.core.portrait.light import portrait_light
-from app.core.portrait.picture import portrait_picture
-from app.core.portrait.portraits import framing
 from app.core.storage.library import DamagedItem
 from app.core.styles.lamps import Studio
 from app.ui.presenters.model import Step

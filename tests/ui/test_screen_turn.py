@@ -17,7 +17,7 @@ from shiboken6 import isValid
 
 from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
-from app.core.localization.photo_check import PhotoLocation
+from app.core.localization.photo_location import PhotoLocation
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import photos as shots

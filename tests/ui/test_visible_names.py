@@ -15,7 +15,7 @@ from PySide6.QtGui import QFont, QImage, QPainter
 from PySide6.QtWidgets import QLabel, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.base.visible import STEERING, visible
+from app.core.base.visible_text import STEERING, visible
 from app.core.places.place import clean_name, clean_notes, clean_tags
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp

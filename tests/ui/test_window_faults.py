@@ -71,7 +71,7 @@ def full_disk() -> Iterator[None]:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.core.base.files.os.replace", refuse)
+        patch.setattr("app.core.base.atomic_files.os.replace", refuse)
         patch.setattr(Path, "write_bytes", refuse)
         yield
 
@@ -505,7 +505,7 @@ app = App(application, LaunchOptions(), NoDevices(), SystemClock(), Path(sys.arg
 app.show()
 robot = Robot(app.window)
 robot.wait(lambda: app.model.head is not None, "the head")
-app.desk.open_paths([SCENE])
+app.place_controller.open_paths([SCENE])
 robot.wait(lambda: bool(app.model.results) and not app.runner.running("open"), "the answers")
 app.model.update(step=Step.STYLES, painting="")
 presenter = app.window.front_presenter
@@ -517,8 +517,8 @@ while True:
     presenter.press((0.4 * size, (0.3 + number % 30 / 100.0) * size, 1.0))
     presenter.draw([(0.6 * size, 0.5 * size, 1.0)])
     presenter.lift()
-    app.desk.change("notes", notes=f"{number} " * 3000)
-    app.desk.move_front(number % 180 - 90.0)
+    app.place_controller.change("notes", notes=f"{number} " * 3000)
+    app.place_controller.move_front(number % 180 - 90.0)
     app.commands.change("volume", float(number % 20 * 5))
     presenter.files.named("save-as", f"Style {number}")
     robot.wait(lambda: not presenter.files.saving, "saving")

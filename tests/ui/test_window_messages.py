@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
 
-from app.core.base import files
+from app.core.base import atomic_files as files
 from app.core.places.library import list_places
 from app.ui.presenters.model import Step
 from app.ui.shell.jobs import JobLine

@@ -32,7 +32,7 @@ app.show()
 robot = Robot(app.window)
 idle = lambda: not app.runner._jobs
 robot.wait(lambda: app.model.head is not None, "the head")
-app.desk.open_place(home / "places" / "one")
+app.place_controller.open_place(home / "places" / "one")
 for step in Step:
     app.model.update(step=step)
     robot.settle()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.baking.columns import compress, mirror_pixels, symmetrise, texel_noise
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources
@@ -119,8 +119,8 @@ class TestWithMitsuba:
         from dataclasses import replace
 
         from app.core.baking.exposure import vertex_points
+        from app.core.baking.random_walk import scene_tables
         from app.core.baking.scene import build_scene, frame_head, load_head
-        from app.core.baking.walk import scene_tables
         from benchmarks.truth.plain_walk import trace_plainly
 
         head = load_head("sphere", write_obj(tmp_path / "s.obj", *sphere()), None)
@@ -141,8 +141,8 @@ class TestWithMitsuba:
     def test_product_equals_plain_path_tracing(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.exposure import vertex_points
+        from app.core.baking.random_walk import scene_tables
         from app.core.baking.scene import build_scene, frame_head, load_head
-        from app.core.baking.walk import scene_tables
         from benchmarks.truth.plain_walk import trace_plainly
 
         head = load_head("generic", HEADS / "generic.ply", HEADS / "generic-eyes.ply")

@@ -25,7 +25,7 @@ START = """
 import sys, json, time
 from pathlib import Path
 import numpy as np
-from app.core.baking.lanes import select_variant
+from app.core.baking.kernel_lanes import select_variant
 variant, folder = sys.argv[1], Path(sys.argv[2])
 mi = select_variant(variant)
 """
@@ -77,7 +77,7 @@ def answer(script: str, *words: object) -> dict[str, Any]:
 
 
 LANES = """
-from app.core.baking.lanes import Table, Tally, negate, run_lanes
+from app.core.baking.kernel_lanes import Table, Tally, negate, run_lanes
 numbers = Table(np.array([5, 7, 9], np.uint32))
 vectors = Table(np.array([[1.0, 2, 3], [4, 5, 6], [7, 8, 9]]))
 tally = Tally(2)
@@ -144,7 +144,7 @@ from app.core.baking.exposure import shine
 from app.core.baking.exposure import vertex_points
 from app.core.baking.scene import build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
-from app.core.baking.walk import scene_tables, trace_pixels
+from app.core.baking.random_walk import scene_tables, trace_pixels
 from benchmarks.truth.plain_walk import trace_plainly
 
 heads = Path(sys.argv[3])
@@ -182,7 +182,7 @@ def test_scalar_follows_the_same_paths_on_a_head_with_eyes(tmp_path: Path) -> No
 def test_a_scalar_bake_reports_often_stops_at_once_and_goes_on(tmp_path: Path) -> None:
     write_obj(tmp_path / "sphere.obj", *sphere(1))
     stop = """
-from app.core.baking import lanes
+from app.core.baking import kernel_lanes as lanes
 lanes._SCALAR_SHARE = 1 << 13  # small pieces, so that little work goes the ways of much
 heard = []
 
@@ -228,7 +228,7 @@ print(json.dumps({
 CLI = """
 import sys
 from app import cli
-from app.core.baking import lanes
+from app.core.baking import kernel_lanes as lanes
 
 lanes.find_llvm = lambda: None
 sys.exit(cli.main(sys.argv[1:]))

@@ -14,7 +14,7 @@ import pytest
 
 from app import cli
 from app.commands.shared.console import imports_whole
-from app.core.base.files import atomic_write
+from app.core.base.atomic_files import atomic_write
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as on POSIX")
 

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.devices.capture.recovery import (
+from app.devices.capture.connection_loss import (
     NOT_NOW,
     PATIENCE_S,
     REJOIN_S,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 
-from app.devices.mailbox import Mailbox
+from app.devices.latest_frame import Mailbox
 from tests.helpers.waiting import PATIENCE_S
 
 

@@ -279,7 +279,7 @@ def test_a_refused_write_leaves_the_old_journal(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.core.base.files.os.replace", full)
+    monkeypatch.setattr("app.core.base.atomic_files.os.replace", full)
     with pytest.raises(CoreError, match="no space left"):
         session.update(stage="downloading")
     assert session.journal.stage == "exposing"

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from app.commands import capture
+from app.core.base.atomic_files import open_file
 from app.core.base.errors import Cancelled
-from app.core.base.files import open_file
 from app.core.base.progress import Token
 from app.core.measure.read.frame import Exposure
 from app.core.measure.read.metadata import read_header

@@ -24,7 +24,7 @@ from app.devices.simulated.preview import PREVIEW_HEADERS, LivePicture, preview_
 from app.devices.simulated.server import CameraServer
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.network import MjpegWebcam
-from app.devices.webcam.wire import Address, Wire, unreachable
+from app.devices.webcam.network_connection import Address, Wire, unreachable
 from tests.helpers.live_server import Answer, LiveServer, head, jpegs, part, stream
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.waiting import PATIENCE_S, until

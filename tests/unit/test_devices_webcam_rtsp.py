@@ -22,7 +22,7 @@ from app.devices.clock import SystemClock, VirtualClock
 from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.network import RtspWebcam
-from app.devices.webcam.wire import Address
+from app.devices.webcam.network_connection import Address
 from tests.helpers.live_server import Answer, LiveServer
 from tests.helpers.rtsp_server import RtspServer
 from tests.helpers.scaled_clock import ScaledClock
@@ -179,9 +179,10 @@ def test_a_camera_that_stands_still_for_some_seconds_is_not_hung_up_on() -> None
 LEAVING = """
 import sys, time
 from app.devices.clock import SystemClock
-from app.devices.webcam import network, opencv
-from app.devices.webcam.wire import Address
-opencv.READ_S = 1.0
+from app.core.base.imaging import video
+from app.devices.webcam import network
+from app.devices.webcam.network_connection import Address
+video.READ_S = 1.0
 webcam = network.RtspWebcam(Address.parse(sys.argv[1]), SystemClock())
 webcam.open()
 end = time.monotonic() + 30.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.devices.webcam import WebcamError
-from app.devices.webcam.wire import Address
+from app.devices.webcam.network_connection import Address
 
 
 @pytest.mark.parametrize(

@@ -143,8 +143,8 @@ def test_pages_are_drawn_alike_on_other_threads() -> None:
 def test_a_command_needs_no_display_and_no_application(tmp_path: Path) -> None:
     code = (
         "import sys\n"
-        "from app.export.canvas import Canvas\n"
-        "canvas = Canvas(80, 30, (0, 0, 0))\n"
+        "from app.export.canvas import Page\n"
+        "canvas = Page(80, 30, (0, 0, 0))\n"
         "canvas.text((5, 20), '96°', 16, 700, (255, 255, 255))\n"
         "assert canvas.pixels.max() > 200\n"
         "assert 'PySide6.QtWidgets' not in sys.modules\n"

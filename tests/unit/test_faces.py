@@ -17,8 +17,8 @@ from app.core.faces.finder import Face, face_mesh, find_faces
 from app.core.faces.light_reading import FaceLight, Unread, read_light
 from app.core.faces.pose import USUAL_FOCAL, head_pose
 from app.core.localization.views import Lens, look
+from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import portrait_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
 from app.core.solver.place_light import prepare, turned
 from tests.helpers.demo_place import demo_panorama

@@ -12,14 +12,14 @@ from typing import BinaryIO
 
 import pytest
 
-from app.core.base.errors import CoreError
-from app.core.base.files import (
+from app.core.base.atomic_files import (
     atomic_write,
     atomic_write_bytes,
     atomic_write_text,
     check_target,
     open_file,
 )
+from app.core.base.errors import CoreError
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and devices as on POSIX")
 
@@ -91,7 +91,7 @@ def test_folder_that_takes_no_files_is_a_sentence(
     def refuse(**_: object) -> tuple[int, str]:
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
-    monkeypatch.setattr("app.core.base.files.tempfile.mkstemp", refuse)
+    monkeypatch.setattr("app.core.base.atomic_files.tempfile.mkstemp", refuse)
     with pytest.raises(CoreError, match=r"Cannot write .*: read-only file system"):
         atomic_write_text(tmp_path / "a.txt", "x")
 
@@ -130,7 +130,9 @@ def test_a_file_that_is_write_protected_stays(
     target = tmp_path / "a.txt"
     target.write_text("old")
     # Whoever runs the tests may be allowed everything.
-    monkeypatch.setattr("app.core.base.files.os.access", lambda path, mode: Path(path) != target)
+    monkeypatch.setattr(
+        "app.core.base.atomic_files.os.access", lambda path, mode: Path(path) != target
+    )
     with pytest.raises(CoreError, match="the file is write-protected") as caught:
         atomic_write_text(target, "new")
     assert caught.value.hint

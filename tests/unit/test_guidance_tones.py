@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
+from app.core.guidance.beeps import RATE, Cue, Sound, chime, cue, samples
 from app.core.guidance.guide import Goal, HeadingSource, Reading, guide
-from app.core.guidance.tones import RATE, Cue, Sound, chime, cue, samples
 
 GOAL = Goal(96.0, (79.0, 111.0))
 

@@ -8,8 +8,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from app.core.base.atomic_files import atomic_write
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write
 from app.core.base.imaging.images import write_exr, write_png
 
 

@@ -24,8 +24,8 @@ from app.core.solver.lens_search import (
     views_of,
 )
 from app.core.solver.shortfall import LensShortfall, Obstacle
-from app.core.solver.signature import GRADES
 from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Objective
 from app.core.styles.styles import mirror_name
 from tests.helpers.shipped import generic_pack

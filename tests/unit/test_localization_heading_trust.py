@@ -17,11 +17,11 @@ from app.core.base.angles import difference
 from app.core.base.errors import CoreError
 from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
+from app.core.localization.camera_pose import LEAST_CONFIDENCE, Evidence, trust
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import compare, find_heading, see, support, to_heading
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.localization.rotation import Outlook, fit
-from app.core.localization.stand import LEAST_CONFIDENCE, Evidence, trust
 from app.core.localization.views import Lens, look
 from benchmarks.heading.scripted_turn.scene_files import probe_environment
 from benchmarks.heading.scripted_turn.scene_views import SceneViews, Stand
@@ -67,7 +67,7 @@ class TestTrust:
             {"tilt": 0.8},
             {"zoom": 0.5},
             {"strays": 0.3},
-            {"freed": 5.0},
+            {"gain": 5.0},
             {"aside": 4.0},
             {"zoom": 1.02, "tilt": 0.3},
             {"wide": 0.6, "flat": 1.0},

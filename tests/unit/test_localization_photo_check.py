@@ -15,7 +15,7 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token
 from app.core.environment.environment import Environment
 from app.core.guidance.guide import Goal
-from app.core.localization.photo_check import (
+from app.core.localization.photo_location import (
     Photo,
     is_panorama,
     judge,

@@ -16,10 +16,10 @@ from app.core.base.angles import difference
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.base.sphere import solid_angles
+from app.core.environment.clipping import plateau
 from app.core.environment.environment import Environment, from_radiance, read_environment, reduce
 from app.core.environment.holes import canvas
 from app.core.environment.layers import LayerError
-from app.core.environment.plateau import plateau
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.options import MeasureOptions

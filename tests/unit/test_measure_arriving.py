@@ -13,7 +13,7 @@ from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import read_environment
-from app.core.measure.bracket.arriving import ArrivingFrames, rehearse
+from app.core.measure.bracket.incoming_frames import ArrivingFrames, rehearse
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
@@ -66,7 +66,7 @@ def count_openings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return original(frame, hold=hold, token=token)
 
     original = frame_preprocessing.open_frame
-    monkeypatch.setattr("app.core.measure.bracket.arriving.open_frame", counted)
+    monkeypatch.setattr("app.core.measure.bracket.incoming_frames.open_frame", counted)
     return names
 
 
@@ -172,8 +172,8 @@ def test_a_rehearsal_goes_the_whole_way_once(
 ) -> None:
     rehearse(pack())  # raises nothing
     done: list[StylePack] = []
-    monkeypatch.setattr("app.core.measure.bracket.arriving._REHEARSED", threading.Event())
-    monkeypatch.setattr("app.core.measure.bracket.arriving.rehearse", done.append)
+    monkeypatch.setattr("app.core.measure.bracket.incoming_frames._REHEARSED", threading.Event())
+    monkeypatch.setattr("app.core.measure.bracket.incoming_frames.rehearse", done.append)
     for _ in range(2):
         with ArrivingFrames() as arriving:
             arriving.prepare(pack())
@@ -202,7 +202,7 @@ def fake_opening(monkeypatch: pytest.MonkeyPatch, gate: threading.Event | None =
         source = _Source(closed)
         return frame_preprocessing.OpenedFrame(source, empty, empty, 0.0)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("app.core.measure.bracket.arriving.open_frame", opened)
+    monkeypatch.setattr("app.core.measure.bracket.incoming_frames.open_frame", opened)
     return closed
 
 

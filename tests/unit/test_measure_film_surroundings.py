@@ -11,7 +11,7 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.environment.environment import from_radiance, reduce_radiance
 from app.core.localization.features import build_index
-from app.core.localization.photo_check import Photo, locate_photo
+from app.core.localization.photo_location import Photo, locate_photo
 from app.core.localization.views import Lens, look
 from app.core.measure.film.headings import background, find_headings, step
 from app.core.measure.film.surroundings import surroundings, with_detail

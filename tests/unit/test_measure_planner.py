@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
-from app.core.measure.plan.camera_table import CAMERAS, CameraFacts, camera_facts
+from app.core.measure.plan.camera_models import CAMERAS, CameraFacts, camera_facts
 from app.core.measure.plan.planner import CameraLimits, Plan, plan
 from app.core.measure.read.frame import Exposure
 from app.words.remarks import remark_words, sentences

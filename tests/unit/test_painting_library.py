@@ -183,7 +183,7 @@ def test_a_full_disk_loses_nothing(
         raise OSError(number, os.strerror(number))
 
     with monkeypatch.context() as patch:
-        patch.setattr("app.core.base.files.os.fsync", full)
+        patch.setattr("app.core.base.atomic_files.os.fsync", full)
         with pytest.raises(StyleError, match="Not saved") as found:
             save_user_style(tmp_path, canvas(2), "Other")
         with pytest.raises(StyleError, match="Not saved"):

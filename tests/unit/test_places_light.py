@@ -30,7 +30,7 @@ from app.core.places.library import list_places
 from app.core.places.place import Place, PlaceError, results_to_json
 from app.core.places.remarks import LightChanged
 from app.core.places.store import create_place, drop_merged, read_place, write_place
-from app.core.second_light.scale import stated_white
+from app.core.second_light.place_brightness import stated_white
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import load_named_pack
 

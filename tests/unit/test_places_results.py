@@ -29,7 +29,7 @@ from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.storage.json_file import Unfit
 from app.core.styles.style_pack import load_named_pack
 from app.core.styles.styles import NAMES
-from app.words.reach import reason_card, reason_sentence
+from app.words.shortfall import reason_card, reason_sentence
 
 VALUES = st.floats(-1e300, 1e300)
 TURNS = st.floats(-180.0, 180.0)

@@ -24,14 +24,14 @@ from app.core.base.paths import resources
 from app.core.environment.environment import Environment
 from app.core.measure.finish.findings import Findings
 from app.core.portrait import portrait_file
-from app.core.portrait.aside import mirrored
 from app.core.portrait.catchlights import catchlights
+from app.core.portrait.full_size_portrait import portrait_picture, portrait_pictures
 from app.core.portrait.head import load_head
 from app.core.portrait.head_views import YAWS, load_views_of
 from app.core.portrait.light import ROUGHNESS, lamps_light, portrait_light
-from app.core.portrait.picture import portrait_picture, portrait_pictures
 from app.core.portrait.portrait_file import HAIRS, load_portrait
 from app.core.portrait.portrait_head import PortraitHead, PortraitSkin
+from app.core.portrait.turned_portrait import mirrored
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.transport import render, to_image
 from app.core.styles.style_pack import load_named_pack

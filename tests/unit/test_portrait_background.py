@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from app.core.portrait.background import F_NUMBER, LENS_M, background, blur_px
+from app.core.portrait.gallery_portraits import Framing, framing
 from app.core.portrait.portrait_head import ROOM
-from app.core.portrait.portraits import Framing, framing
 from app.core.solver.transport import TransportHeader, load_named
 
 ROWS, COLUMNS = 1024, 2048

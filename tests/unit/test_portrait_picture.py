@@ -15,8 +15,8 @@ from app.core.base.errors import TransportError
 from app.core.measure.finish.findings import Findings, find
 from app.core.measure.finish.lights import Source
 from app.core.portrait.catchlights import catchlights
+from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import lamps_light, portrait_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
 from app.core.portrait.portrait_head import (
     CLOSE_COLUMNS,

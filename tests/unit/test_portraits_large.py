@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 
 from app.core.base import colour
-from app.core.portrait.head import Head
-from app.core.portrait.portrait_head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
-from app.core.portrait.portraits import (
+from app.core.portrait.gallery_portraits import (
     CLOSE_SHAPE,
     exposure_in_mean_light,
     exposures,
@@ -22,6 +20,8 @@ from app.core.portrait.portraits import (
     large_portrait,
     light_exposures,
 )
+from app.core.portrait.head import Head
+from app.core.portrait.portrait_head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.lamps import far_lamp

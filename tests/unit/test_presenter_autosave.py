@@ -103,7 +103,7 @@ def full(patch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    patch.setattr("app.core.base.files.os.replace", refuse)
+    patch.setattr("app.core.base.atomic_files.os.replace", refuse)
 
 
 def test_what_a_full_disk_refused_is_written_once_there_is_room(

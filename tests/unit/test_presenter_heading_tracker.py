@@ -18,14 +18,14 @@ from app.core.base.progress import Token, silent
 from app.core.faces.finder import Face
 from app.core.faces.light_reading import FaceLight
 from app.core.faces.pose import HeadPose
-from app.core.faces.style_check import Check
+from app.core.faces.shot_check import Check
 from app.core.localization import tracking
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading
 from app.core.localization.homography import UNSURE, Alignment, apply_homography, corners_of
 from app.core.localization.sitter import Sitter
 from app.core.portrait.head import Head
-from app.core.solver.signature import Grade
+from app.core.solver.style_signature import Grade
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
 from app.ui.screens.turn import heading_tracker

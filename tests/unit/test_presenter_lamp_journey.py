@@ -12,7 +12,7 @@ from app.core.base.angles import difference, whole, wrap
 from app.core.base.colour import luminance
 from app.core.base.progress import Token, silent
 from app.core.guidance.guide import Phase
-from app.core.second_light.added import near_picture
+from app.core.second_light.added_light import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
 from app.ui.presenters.model import LampPlan, Step

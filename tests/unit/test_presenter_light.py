@@ -11,7 +11,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
-from app.core.second_light.scale import illuminance
+from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens_search import LensWish
 from app.ui.presenters.model import Step

@@ -196,7 +196,7 @@ def test_a_lamp_that_cannot_be_kept_is_tried_again_with_one_button(
 
     picture = own_lamp(tmp_path / "second.exr", known=True)
     with monkeypatch.context() as patch:
-        patch.setattr("app.core.base.files._flush", full)
+        patch.setattr("app.core.base.atomic_files._flush", full)
         rig.presenter.lamps.take([picture])
     again = rig.table.told.buttons["Try again"]
     assert titles(rig) == ["mine"]

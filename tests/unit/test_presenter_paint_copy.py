@@ -21,7 +21,7 @@ from app.ui.presenters import place_controller
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.state import Sizes
-from app.words.reach import out_of_reach_sentence
+from app.words.shortfall import out_of_reach_sentence
 from tests.helpers.quick import quick_first, sample_first
 from tests.helpers.styles_screen import Table, head, scene_light
 

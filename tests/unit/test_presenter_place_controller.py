@@ -22,7 +22,7 @@ from app.core.measure.finish.remarks import SunRestored
 from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Place
 from app.core.places.store import PlaceSummary, create_place, read_place
-from app.core.second_light.scale import stated_white
+from app.core.second_light.place_brightness import stated_white
 from app.core.solver.head_shape import shape_path
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack import pack_path, save_pack

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.base import files
+from app.core.base import atomic_files as files
 from app.core.base.errors import CoreError
 from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
@@ -24,10 +24,10 @@ from app.core.places.resume import list_unfinished
 from app.core.places.store import read_place
 from app.core.storage.settings import Settings
 from app.core.styles.styles import NAMES
-from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.saving import disk_words
+from app.ui.presenters.window_frame import FramePresenter
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 

@@ -15,9 +15,9 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.places.place import Location, Place
 from app.core.portrait.face_light import glare, lighting_ratio
+from app.core.portrait.full_size_portrait import portrait_picture
+from app.core.portrait.gallery_portraits import exposure_in_mean_light
 from app.core.portrait.light import portrait_light
-from app.core.portrait.picture import portrait_picture
-from app.core.portrait.portraits import exposure_in_mean_light
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.shortfall import AreaShortfall, Aspect
 from app.core.solver.turn_choice import LIMITS
@@ -27,7 +27,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
 from app.words.portrait.face_light import ratio_line, ratio_sentence
-from app.words.reach import reason_sentence
+from app.words.shortfall import reason_sentence
 from app.words.verdict import close_to
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light

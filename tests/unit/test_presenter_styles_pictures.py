@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.portrait.pictures import WELL
-from app.core.portrait.portraits import framing, greyed, portraits, value_at
+from app.core.portrait.display_pictures import WELL
+from app.core.portrait.gallery_portraits import framing, greyed, portraits, value_at
 from app.core.solver.peaks import shift
 from app.core.solver.place_light import picture_at
 from benchmarks.speed.plain_portrait import portrait

@@ -16,7 +16,7 @@ from app.devices.clock import VirtualClock
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamState
 from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
-from app.ui.presenters.undo import UndoStack
+from app.ui.presenters.undo_stack import UndoStack
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.source import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from tests.helpers.immediate_runner import ImmediateRunner

@@ -19,8 +19,8 @@ from app.core.painting.user_style import checksum
 from app.core.places.library import list_places
 from app.core.places.store import create_place, read_place
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp
-from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.places_list import PlacesListPresenter
+from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light import lamps
 from app.ui.screens.light.lamps import LampActions
 from tests.helpers.paint_studio import Studio, studio

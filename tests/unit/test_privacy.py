@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.base.files import atomic_write_text, file_opener, make_folder
+from app.core.base.atomic_files import atomic_write_text, file_opener, make_folder
 from app.core.base.imaging.images import write_png
 from app.core.base.progress import Token
 from app.core.painting.canvas import make_canvas

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from app.core.base import colour
 from app.core.base.arrays import Bytes
 from app.core.environment.environment import from_radiance
-from app.core.portrait import pictures
-from app.core.portrait.pictures import WELL
+from app.core.portrait import display_pictures as pictures
+from app.core.portrait.display_pictures import WELL
 from app.core.solver.shortfall import Cause, LightShortfall, Origin, SavedReason
 from app.core.solver.solve import StyleResult
 from app.export import result_card as card

@@ -15,13 +15,13 @@ from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure
 from app.devices.capture import shooting
 from app.devices.capture.status import Stage, Status
-from app.devices.profiles import PROFILES, ModelProfile, profile_for
+from app.devices.client_profiles import PROFILES, ModelProfile, profile_for
 from app.devices.theta.client import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import SEARCH_SCOPE, Action, nothing_words
-from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.services import Sounds
+from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.probe.notices import plan_parts

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import wrap
-from app.core.second_light.added import AddedLight, from_captured
-from app.core.second_light.aside import seen_aside
+from app.core.second_light.added_light import AddedLight, from_captured
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.search import LampPlacement, place_all
+from app.core.second_light.turned_head import seen_aside
 from app.core.solver.lens_search import LensWish, YawWord, match_curves, views_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves

@@ -24,7 +24,7 @@ from app.core.second_light.library import (
     restore_lamp,
     update_lamp,
 )
-from app.core.second_light.scale import Unknown, compare, with_lux
+from app.core.second_light.place_brightness import Unknown, compare, with_lux
 from app.words.lamps import comparison_words
 from tests.helpers.dark_room import phone, room
 

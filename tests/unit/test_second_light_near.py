@@ -14,7 +14,7 @@ from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.core.environment.environment import solid_angles
-from app.core.second_light.added import (
+from app.core.second_light.added_light import (
     NearField,
     coverage,
     near_luminances,

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base import colour
-from app.core.portrait.portraits import skin_gains
+from app.core.portrait.gallery_portraits import skin_gains
 from app.core.solver.place_light import picture_at, turned
 from app.core.solver.transport import render
 from tests.helpers.styles_screen import head, scene_light

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import TURNS
-from app.core.solver.signature import NEARLY, NO, YES
+from app.core.solver.style_signature import NEARLY, NO, YES
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures, choose
 
 TURN = np.arange(TURNS)

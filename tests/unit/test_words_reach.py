@@ -17,7 +17,7 @@ from app.core.solver.shortfall import (
     SavedReason,
     Shortfall,
 )
-from app.words.reach import (
+from app.words.shortfall import (
     nearly_card,
     nearly_sentence,
     out_of_reach_sentence,

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast, get_args
 
 from app.commands.shared.printing import say
+from app.core.base.atomic_files import check_target
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import check_target
 from app.core.environment.environment import Environment
 from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.head_shape import load_shape_of, shape_path

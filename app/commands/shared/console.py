@@ -23,7 +23,7 @@ from typing import Any, Final, TextIO, cast
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
-from app.core.base.visible import STEERING
+from app.core.base.visible_text import STEERING
 from app.core.text import tr
 
 _ESCAPES: Final = {code: f"\\u{code:04x}" for code in STEERING}

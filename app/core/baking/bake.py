@@ -39,10 +39,8 @@ from app.core.baking.exposure import (
     place_points,
     shine,
 )
-from app.core.baking.lanes import Watch, at_once, is_wavefront, part_of, unwatched
-from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
-from app.core.baking.skin import Skin
-from app.core.baking.walk import (
+from app.core.baking.kernel_lanes import Watch, at_once, is_wavefront, part_of, unwatched
+from app.core.baking.random_walk import (
     PROFILE_BINS,
     SceneTables,
     fit_profile,
@@ -51,6 +49,8 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
+from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
+from app.core.baking.skin import Skin
 from app.core.base.arrays import Float32, Float64
 from app.core.base.progress import Progress, Report, Task, Token
 from app.core.portrait.head_views import pack_view

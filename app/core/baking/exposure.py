@@ -2,7 +2,7 @@
 
 For every vertex and every column (a texel of the environment, or a lamp) the part that the vertex
 can see is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
-Any smooth dependence of the skin on that cosine (the exit profile of `app.core.baking.walk`) is a
+Any smooth dependence of the skin on that cosine (the profile of `core.baking.random_walk`) is a
 combination of those moments.
 
 The rays from the camera that find a head's shape (where each pixel's skin is, what the head covers,
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from app.core.baking.bake_cache import Keep, no_keep
 from app.core.baking.columns import Columns, TexelColumns
-from app.core.baking.lanes import (
+from app.core.baking.kernel_lanes import (
     Table,
     Tally,
     Watch,

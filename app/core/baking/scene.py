@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from app.core.baking.skin import EYE_COAT, Skin, eye_bsdf, skin_bsdf
 from app.core.base.arrays import Float32, Float64
+from app.core.base.atomic_files import atomic_write, atomic_write_text, os_errors_as
 from app.core.base.errors import BakeError, HeadError
-from app.core.base.files import atomic_write, atomic_write_text, os_errors_as
 from app.core.base.native import native_path
 from app.core.base.paths import resources
 from app.core.text import tr

@@ -17,8 +17,8 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.atomic_files import atomic_write_bytes, open_file, os_errors_as
 from app.core.base.errors import TransportError
-from app.core.base.files import atomic_write_bytes, open_file, os_errors_as
 from app.core.text import tr
 
 CONTRADICTIONS: Final = (

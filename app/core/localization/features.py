@@ -20,8 +20,8 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bools, Bytes, Float32, Float64, Int64
+from app.core.base.atomic_files import atomic_write_bytes, open_file
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes, open_file
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.localization.views import Lens, bearings, look
 from app.core.text import tr

@@ -4,7 +4,7 @@ A picture of the camera is described and matched with the points of the panorama
 (`app.core.localization.features`), all of them or those near the last heading;
 `app.core.localization.rotation` finds the rotation, knowing that the camera stands away from where
 the probe stood; `app.core.localization.heading` asks the rest of the picture, and
-`app.core.localization.stand` says how likely it is to be right.
+`app.core.localization.camera_pose` says how likely it is to be right.
 
 A heading that cannot be trusted is `unsure`, without a number: better none than a wrong one.
 """
@@ -21,6 +21,15 @@ from app.core.base import sphere
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bools, Bytes, Float32, Float64
 from app.core.localization import rotation
+from app.core.localization.camera_pose import (
+    LEAST_CONFIDENCE,
+    CameraPrior,
+    Evidence,
+    Matches,
+    Stand,
+    find_stand,
+    trust,
+)
 from app.core.localization.features import (
     Features,
     HeadingIndex,
@@ -33,15 +42,6 @@ from app.core.localization.features import (
 )
 from app.core.localization.heading_conversion import assumed_fov
 from app.core.localization.rotation import CameraPose
-from app.core.localization.stand import (
-    LEAST_CONFIDENCE,
-    CameraPrior,
-    Evidence,
-    Matches,
-    Stand,
-    find_stand,
-    trust,
-)
 from app.core.localization.views import Lens
 
 _REACH_RAD: Final = math.radians(2.0)

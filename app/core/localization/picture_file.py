@@ -23,8 +23,8 @@ import numpy as np
 
 from app.core.base import sphere
 from app.core.base.arrays import Bytes
+from app.core.base.atomic_files import open_file, os_errors_as
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.files import open_file, os_errors_as
 from app.core.base.imaging.image_input import (
     clear_error,
     is_unwieldy,

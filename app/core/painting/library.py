@@ -23,8 +23,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from app.core.base.atomic_files import atomic_write_bytes, make_folder, open_file, os_errors_as
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import atomic_write_bytes, make_folder, open_file, os_errors_as
 from app.core.painting.canvas import Canvas
 from app.core.painting.user_style import (
     MAX_BYTES,

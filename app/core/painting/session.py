@@ -19,8 +19,8 @@ import numpy as np
 
 from app.core.base.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
 from app.core.base.arrays import Bools, Float32, Float64, Indices
+from app.core.base.atomic_files import make_folder, open_file
 from app.core.base.errors import StyleError, TransportError
-from app.core.base.files import make_folder, open_file
 from app.core.painting.canvas import (
     IGNORED,
     MAX_SIZE,

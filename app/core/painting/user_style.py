@@ -19,8 +19,7 @@ import numpy as np
 
 from app.core.base.archive import digest
 from app.core.base.arrays import Float32, Floats
-from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import (
+from app.core.base.atomic_files import (
     DiskTrouble,
     atomic_write_text,
     disk_trouble,
@@ -28,6 +27,7 @@ from app.core.base.files import (
     os_errors_as,
     words_of,
 )
+from app.core.base.errors import CoreError, StyleError
 from app.core.base.imaging.image_input import clear_error, open_image, read_start
 from app.core.base.imaging.images import write_image
 from app.core.painting.canvas import (

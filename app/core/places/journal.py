@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from app.core.base.files import open_file
+from app.core.base.atomic_files import open_file
 from app.core.base.remarks import PlainRemark, Remark
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.measure.read.frame import Exposure

@@ -19,7 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from app.core.base.files import make_folder, os_errors_as, words_of
+from app.core.base.atomic_files import make_folder, os_errors_as, words_of
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
 from app.core.places.remarks import FolderUnreadable

@@ -25,7 +25,7 @@ from app.core.places.intake import Intake
 from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Place
 from app.core.places.store import read_place
-from app.core.second_light.scale import stated_white
+from app.core.second_light.place_brightness import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack

@@ -17,15 +17,15 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Float64
 from app.core.base.errors import CoreError
 from app.core.base.remarks import Remark
-from app.core.base.visible import STEERING
+from app.core.base.visible_text import STEERING
 from app.core.places.remarks import LostPart
 from app.core.places.saved.saved_reasons import sentence_of, shortfall_of
 from app.core.places.saved.saved_remarks import facts_of, remarks_of
 from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.lens_search import LIGHTINGS, STRAIGHT, LensWish, YawAsked, YawWord
 from app.core.solver.shortfall import Shortfall
-from app.core.solver.signature import GRADES
 from app.core.solver.solve import Gain, PeakResult, StyleResult
+from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.storage.json_file import (
     Check,

@@ -9,7 +9,7 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from app.core.base.files import make_folder, os_errors_as
+from app.core.base.atomic_files import make_folder, os_errors_as
 from app.core.base.progress import Token
 from app.core.places.files.light import store_environment
 from app.core.places.files.originals import ORIGINALS, adopt_files

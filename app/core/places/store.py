@@ -31,8 +31,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
+from app.core.base.atomic_files import make_folder, os_errors_as
 from app.core.base.errors import CoreError
-from app.core.base.files import make_folder, os_errors_as
 from app.core.base.remarks import Remark
 from app.core.environment.environment import read_environment
 from app.core.places.files.originals import (

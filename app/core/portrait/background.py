@@ -12,7 +12,7 @@ import numpy as np
 from app.core.base.arrays import Float32
 from app.core.base.colour import FloatImage
 from app.core.localization.heading_conversion import BACKGROUND_M
-from app.core.portrait.portraits import Framing
+from app.core.portrait.gallery_portraits import Framing
 from app.core.solver.transport import TransportHeader
 
 LENS_M: Final = 0.085  # focal length

@@ -13,8 +13,8 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.base.colour import luminance
 from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.lights import Source
+from app.core.portrait.full_size_portrait import eye_shine
 from app.core.portrait.light import PortraitLight
-from app.core.portrait.picture import eye_shine
 from app.core.portrait.portrait_head import PortraitHead
 
 _IRIS, _ROWS = 14, 640

@@ -17,17 +17,13 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
 from app.core.environment.environment import SHAPE
 from app.core.measure.finish.findings import Findings
-from app.core.painting.aside import PaintedHead
+from app.core.painting.turned_head import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlights
-from app.core.portrait.head_views import HeadViews, load_views_of
-from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
-from app.core.portrait.picture import portrait_picture, portrait_pictures
-from app.core.portrait.pictures import WELL
-from app.core.portrait.portrait_file import PLAIN, load_portrait
-from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
-from app.core.portrait.portraits import (
+from app.core.portrait.display_pictures import WELL
+from app.core.portrait.full_size_portrait import portrait_picture, portrait_pictures
+from app.core.portrait.gallery_portraits import (
     Framing,
     LightSource,
     exposures,
@@ -37,6 +33,10 @@ from app.core.portrait.portraits import (
     portraits,
     skin_gains,
 )
+from app.core.portrait.head_views import HeadViews, load_views_of
+from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
+from app.core.portrait.portrait_file import PLAIN, load_portrait
+from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.lens_search import ViewTables, tables_of, targets_in, views_of
 from app.core.solver.place_light import Facing, PlaceLight, picture_at

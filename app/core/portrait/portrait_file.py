@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from app.core.base.archive import CONTRADICTIONS, read_sealed
 from app.core.base.errors import TransportError
 from app.core.base.paths import resources
-from app.core.portrait.aside import seen_from, with_aside
 from app.core.portrait.light import grid
 from app.core.portrait.portrait_head import (
     SKY,
@@ -23,6 +22,7 @@ from app.core.portrait.portrait_head import (
     SeenNodes,
     SkinNodes,
 )
+from app.core.portrait.turned_portrait import seen_from, with_aside
 from app.core.text import tr
 
 VERSION: Final = 1

@@ -14,12 +14,12 @@ from app.core.environment.environment import Environment, reduce
 from app.core.measure.finish.findings import find
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlights
+from app.core.portrait.full_size_portrait import portrait_picture
+from app.core.portrait.gallery_portraits import framing, skin_gains
 from app.core.portrait.head_views import load_views_of
 from app.core.portrait.light import portrait_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM
-from app.core.portrait.portraits import framing, skin_gains
 from app.core.solver.transport import Transport, load_named, render, to_image
 from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr

@@ -26,9 +26,9 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32
+from app.core.base.atomic_files import make_folder, os_errors_as, words_of
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError, EnvironmentFileError
-from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.base.imaging.image_input import clear_error, open_image
 from app.core.base.imaging.images import write_exr, write_png
 from app.core.base.paths import user_data
@@ -49,7 +49,7 @@ from app.core.second_light.captured import (
     make_lamp,
 )
 from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.scale import stated_white, with_lux
+from app.core.second_light.place_brightness import stated_white, with_lux
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
 from app.core.storage.library import (

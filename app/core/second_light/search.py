@@ -15,7 +15,7 @@ import numpy as np
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float32, Floats
-from app.core.second_light.added import AddedLight
+from app.core.second_light.added_light import AddedLight
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import (
@@ -30,7 +30,6 @@ from app.core.second_light.search_kernel import (
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.shortfall import Cause, LightShortfall, Shortfall
-from app.core.solver.signature import Grade
 from app.core.solver.solve import (
     Lighting,
     PictureMeasure,
@@ -39,6 +38,7 @@ from app.core.solver.solve import (
     picture_of,
     solve_all,
 )
+from app.core.solver.style_signature import Grade
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, light_shortfall
 from app.core.styles.style_pack import StylePack

@@ -17,7 +17,7 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.errors import CoreError, TransportError
 from app.core.environment.environment import SHAPE
-from app.core.second_light.added import AddedLight
+from app.core.second_light.added_light import AddedLight
 from app.core.second_light.contrast import (
     Norms,
     correlate,
@@ -30,7 +30,7 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.face import AREAS
 from app.core.solver.peaks import TIE, Gate, find_peak
 from app.core.solver.search import curves, quality_curves
-from app.core.solver.signature import Signatures, stops_of
+from app.core.solver.style_signature import Signatures, stops_of
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective, StyleMeasures, choose
 from app.core.solver.weights import target_weights

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from app.core.base.angles import arc_width
-from app.core.solver.signature import GRADES, YES
 from app.core.solver.solve import StyleResult
+from app.core.solver.style_signature import GRADES, YES
 
 
 def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:

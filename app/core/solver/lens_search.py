@@ -34,7 +34,6 @@ from app.core.solver.search import (
     luminance_of,
 )
 from app.core.solver.shortfall import LensShortfall, Obstacle
-from app.core.solver.signature import GRADES, NO, YES
 from app.core.solver.solve import (
     Gain,
     Lighting,
@@ -44,6 +43,7 @@ from app.core.solver.solve import (
     answer,
     asked_for,
 )
+from app.core.solver.style_signature import GRADES, NO, YES
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import (
     LIMITS,

@@ -1,4 +1,4 @@
-"""Why a picture misses a style, as data; `app.words.reach` makes the sentences."""
+"""Why a picture misses a style, as data; `app.words.shortfall` makes the sentences."""
 
 from __future__ import annotations
 

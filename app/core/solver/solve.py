@@ -34,7 +34,7 @@ from app.core.solver.relighting_cache import (
 )
 from app.core.solver.search import Curves, curves, luminance_of
 from app.core.solver.shortfall import AreaShortfall, Cause, LightShortfall, Shortfall
-from app.core.solver.signature import (
+from app.core.solver.style_signature import (
     GRADES,
     NEARLY,
     NO,

@@ -1,7 +1,7 @@
 """The rule for the turn of a style, whether it is in reach, and why not.
 
 By the picture objective the best grade goes before the best match: among the turns whose pictures
-have the style's signature, or else come near it (`app.core.solver.signature`), the best match is
+have the style's signature, or else come near it (`core.solver.style_signature`), the best match is
 taken, whatever the match of turns of a lower grade. Where no turn comes near, the best match of all
 is taken. A style is in reach where its grade at the turn offered is yes or nearly.
 
@@ -39,7 +39,7 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, find_peaks
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
-from app.core.solver.signature import NEARLY, NO, YES, grades
+from app.core.solver.style_signature import NEARLY, NO, YES, grades
 from app.core.styles.styles import Style, StyleLamp
 from app.core.text import tr
 

@@ -17,7 +17,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.files import make_folder
+from app.core.base.atomic_files import make_folder
 from app.core.base.paths import user_data
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from collections.abc import MutableMapping
 from pathlib import Path
 from typing import Any, Final
 
+from app.core.base.atomic_files import atomic_write_bytes
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes
 from app.core.base.paths import roaming_data, user_data
 
 _OTHER_DISK: Final = 17  # ERROR_NOT_SAME_DEVICE of Windows

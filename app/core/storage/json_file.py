@@ -22,9 +22,9 @@ from typing import Any, Final, Literal, TypeAlias, TypeVar
 
 import numpy as np
 
+from app.core.base.atomic_files import atomic_write_bytes, words_of
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes, words_of
-from app.core.base.visible import STEERING
+from app.core.base.visible_text import STEERING
 from app.core.text import tr
 
 Check: TypeAlias = Callable[[Any], Any]

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from app.core.base.atomic_files import make_folder, os_errors_as, words_of
 from app.core.base.errors import CoreError
-from app.core.base.files import make_folder, os_errors_as, words_of
 from app.core.text import tr
 
 _MOST: Final = 10_000

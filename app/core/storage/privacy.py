@@ -1,7 +1,7 @@
 """Make the user's data private.
 
 Places hold photos of people and where they were. New folders and files are private when they are
-made (`app.core.base.files`); this is for data folders from before. Nothing else is touched: no
+made (`core.base.atomic_files`); this is for data folders from before. Nothing else is touched: no
 links, no files of other users, none with a second name elsewhere, and nothing that is not ours.
 """
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from app.core.base.atomic_files import make_folder, os_errors_as
 from app.core.base.errors import CoreError
-from app.core.base.files import make_folder, os_errors_as
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import Facts, keep_bad, keep_copy, read_json, write_json
 from app.core.storage.settings import (

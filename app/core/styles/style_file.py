@@ -10,11 +10,11 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+from app.core.base.atomic_files import open_file, words_of
 from app.core.base.errors import StyleError
-from app.core.base.files import open_file, words_of
 from app.core.solver.face import AREAS
 from app.core.solver.shortfall import Aspect
-from app.core.solver.signature import UNSIGNED, Relation, Signature
+from app.core.solver.style_signature import UNSIGNED, Relation, Signature
 from app.core.text import tr
 
 PAINTED_FORMAT: Final = 1

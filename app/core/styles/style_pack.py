@@ -24,7 +24,7 @@ from app.core.solver.face import AREAS, mirror_area
 from app.core.solver.head_shape import shape_path
 from app.core.solver.search import SearchTables, build_tables, seen_light
 from app.core.solver.shortfall import Aspect
-from app.core.solver.signature import Relation, Signature, Signatures
+from app.core.solver.style_signature import Relation, Signature, Signatures
 from app.core.solver.transport import Transport, load_named
 from app.core.solver.weights import region_weights
 from app.core.styles.lamps import AS_PUBLISHED, Studio

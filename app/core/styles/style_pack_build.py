@@ -15,7 +15,7 @@ from app.core.base.errors import StyleError
 from app.core.solver.face import AREAS, AROUND, FaceRegion, find_face, maps_around, mirror_area
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.search import SearchColours, find_colours
-from app.core.solver.signature import NO, YES, Signatures, better, grades, stops_of
+from app.core.solver.style_signature import NO, YES, Signatures, better, grades, stops_of
 from app.core.solver.transport import Transport, parity_of, to_image
 from app.core.solver.weights import region_weights, target_weights
 from app.core.styles.lamps import AS_PUBLISHED, Studio, mirror_index, studio_lamps, studio_light

@@ -17,8 +17,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
+from app.core.base.atomic_files import atomic_write_bytes, file_opener, flush_folder
 from app.core.base.errors import CoreError, ProbeError
-from app.core.base.files import atomic_write_bytes, file_opener, flush_folder
 from app.core.base.phrases import listed
 from app.core.base.progress import Token
 from app.core.measure.bracket.grouping import EQUAL_STOPS

@@ -17,8 +17,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final
 
+from app.core.base.atomic_files import open_file, os_errors_as
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file, os_errors_as
 from app.core.base.imaging.image_input import open_image
 from app.core.base.phrases import listed, shutter_words
 from app.core.base.progress import Token

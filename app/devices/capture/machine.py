@@ -19,20 +19,20 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.base.imaging.images import write_exr
 from app.core.base.progress import Progress, Token, span
 from app.core.base.remarks import Remark
-from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.bracket.incoming_frames import ArrivingFrames
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import Plan
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture import fetching, file_integrity, preparation, shooting, single
+from app.devices.capture.connection_loss import Contact
 from app.devices.capture.preparation import CaptureJob
-from app.devices.capture.recovery import Contact
 from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Board, Stage, Status
+from app.devices.client_profiles import ModelProfile, profile_named
 from app.devices.clock import Clock
 from app.devices.errors import CaptureFailed, DeviceError
-from app.devices.profiles import ModelProfile, profile_named
 from app.devices.theta.client import Info, OscClient
 
 ENVIRONMENT: Final = "environment.exr"

@@ -35,10 +35,10 @@ from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Status
+from app.devices.client_profiles import profile_for
 from app.devices.clock import Clock
-from app.devices.mailbox import Mailbox
+from app.devices.latest_frame import Mailbox
 from app.devices.mjpeg import decode
-from app.devices.profiles import profile_for
 from app.devices.theta.client import Info, OscClient
 from app.devices.theta.discovery import FoundCamera, described
 from app.devices.theta.endpoint import ACCESS_POINT

@@ -14,19 +14,19 @@ from typing import Any, Final, Literal
 
 from app.core.base.progress import Token
 from app.core.base.remarks import PlainRemark, Remark
-from app.core.measure.bracket.arriving import ArrivingFrames
+from app.core.measure.bracket.incoming_frames import ArrivingFrames
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import Plan
 from app.core.places.journal import keepable
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
-from app.devices.capture.recovery import NOT_NOW, Contact
+from app.devices.capture.connection_loss import NOT_NOW, Contact
 from app.devices.capture.session import Debts, Session
 from app.devices.capture.status import Board, Stage
+from app.devices.client_profiles import KELVIN, WIDEST, ModelProfile, profile_for
 from app.devices.clock import Clock
 from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError
-from app.devices.profiles import KELVIN, WIDEST, ModelProfile, profile_for
 from app.devices.theta.client import Info, OscClient, State
 from app.devices.theta.untrusted import number
 

@@ -26,8 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
-from app.core.base.errors import CoreError
-from app.core.base.files import (
+from app.core.base.atomic_files import (
     atomic_write_text,
     check_target,
     make_folder,
@@ -35,6 +34,7 @@ from app.core.base.files import (
     os_errors_as,
     words_of,
 )
+from app.core.base.errors import CoreError
 from app.core.base.remarks import PlainRemark, Remark
 from app.core.places.journal import (
     JOURNAL,

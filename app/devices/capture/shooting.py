@@ -10,8 +10,8 @@ from app.core.base.errors import CoreError
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.text import tr
 from app.devices.capture import preparation
+from app.devices.capture.connection_loss import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.preparation import CaptureJob
-from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.single import (
     FRAME_S,
     STARTS,
@@ -22,8 +22,8 @@ from app.devices.capture.single import (
     unheard,
 )
 from app.devices.capture.status import Stage
+from app.devices.client_profiles import KELVIN, ModelProfile
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
-from app.devices.profiles import KELVIN, ModelProfile
 from app.devices.theta.client import CommandReply, FileEntry
 
 _WATCH_S: Final = 3.0

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
 
+from app.core.base.atomic_files import file_opener
 from app.core.base.errors import ProbeError
-from app.core.base.files import file_opener
 from app.core.measure.bracket.exposures import metered_exposure
 from app.core.measure.plan.planner import CameraLimits, Plan, PlannedShot, plan
 from app.core.measure.read.frame import Exposure
@@ -22,8 +22,8 @@ from app.core.measure.read.metadata import read_header
 from app.core.places.journal import EXPOSURE_LIMITS, SessionFrame, ShotStart
 from app.core.text import tr
 from app.devices.capture import preparation
+from app.devices.capture.connection_loss import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.preparation import CaptureJob
-from app.devices.capture.recovery import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.session import Session, camera_time
 from app.devices.capture.status import Stage
 from app.devices.errors import (

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.core.base.files import os_errors_as
+from app.core.base.atomic_files import os_errors_as
 from app.core.base.progress import Token
 from app.core.measure.bracket.grouping import EQUAL_STOPS, MAX_FRAMES
 from app.core.text import tr, tr_plural

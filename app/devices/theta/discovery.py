@@ -26,12 +26,13 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias
 
+from app.core.base.atomic_files import atomic_write_text, make_folder
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_text, make_folder
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.measure.plan.camera_table import CAMERAS
+from app.core.measure.plan.camera_models import CAMERAS
 from app.core.text import tr
+from app.devices.client_profiles import profile_for
 from app.devices.clock import Clock, wait
 from app.devices.errors import (
     LOSSES,
@@ -41,7 +42,6 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.profiles import profile_for
 from app.devices.theta.client import Info, parse_info
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.first_contact import FirstContact

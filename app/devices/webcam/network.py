@@ -23,9 +23,9 @@ from app.devices.clock import Clock
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of, decode
 from app.devices.passwords import Credentials, Digest, wants_digest
+from app.devices.webcam.network_connection import FAILURES, Address, Wire, camera_gone, unreachable
 from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError
-from app.devices.webcam.wire import FAILURES, Address, Wire, camera_gone, unreachable
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""

@@ -24,7 +24,7 @@ from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.clock import Clock, wait
 from app.devices.errors import DeviceError
-from app.devices.mailbox import Mailbox
+from app.devices.latest_frame import Mailbox
 
 LOST_S: Final = 2.0
 """A webcam counts as lost after so many seconds without a picture."""

@@ -12,9 +12,9 @@ from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.webcam.files import VideoFile
 from app.devices.webcam.network import Keys, MjpegWebcam, RtspWebcam, no_keys
+from app.devices.webcam.network_connection import Address
 from app.devices.webcam.protocol import Webcam, WebcamError
 from app.devices.webcam.simulated import DEMO_SIZE, SimulatedWebcam
-from app.devices.webcam.wire import Address
 
 Kind: TypeAlias = Literal["webcam", "network", "video", "demo"]
 

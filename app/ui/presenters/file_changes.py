@@ -28,7 +28,7 @@ from app.core.storage.library import TrashedItem
 from app.core.text import tr
 from app.ui.presenters.model import Event
 from app.ui.presenters.services import Services
-from app.ui.presenters.undo import Undoable
+from app.ui.presenters.undo_stack import Undoable
 
 T = TypeVar("T")
 K = TypeVar("K")

@@ -33,7 +33,7 @@ from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
-from app.ui.presenters.undo import Undoable
+from app.ui.presenters.undo_stack import Undoable
 from app.words.portrait.heads import head_title
 from app.words.remarks import remark_words
 

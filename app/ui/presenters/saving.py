@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, TypeAlias
 
+from app.core.base.atomic_files import DiskTrouble, disk_trouble, is_full
 from app.core.base.errors import Cancelled, CoreError
-from app.core.base.files import DiskTrouble, disk_trouble, is_full
 from app.core.base.progress import Report, Token
 from app.core.places.place import AnswerBasis, OpenPlace, Place, PlaceError, PlaceSource, to_json
 from app.core.places.save import (

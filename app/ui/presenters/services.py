@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from app.devices.theta.link import Credentials, Link
     from app.devices.webcam import Webcam
     from app.ui.presenters.model import Model
-    from app.ui.presenters.undo import UndoStack
+    from app.ui.presenters.undo_stack import UndoStack
 
 
 NO_LOUDSPEAKER: Final = tr("No sound output")
@@ -45,7 +45,7 @@ class Sounds:
         """Play a sound from its beginning; one that still plays is cut off.
 
         Args:
-            samples: (n,) int16. Mono at `app.core.guidance.tones.RATE`.
+            samples: (n,) int16. Mono at `app.core.guidance.beeps.RATE`.
             volume: 0 to 1.
         """
 

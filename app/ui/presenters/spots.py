@@ -17,8 +17,8 @@ from app.core.painting.user_style import UserStyle
 from app.core.places.load import load_place
 from app.core.places.place import Place
 from app.core.places.solve import solve_place
+from app.core.portrait.gallery_portraits import greyed
 from app.core.portrait.head import Head, load_head
-from app.core.portrait.portraits import greyed
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.solve import StyleResult, proposal
@@ -28,7 +28,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
 from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import leeway_words, turn_words
-from app.words.reach import reason_sentence
+from app.words.shortfall import reason_sentence
 from app.words.styles import full_title
 
 _JOB: Final = "spots"

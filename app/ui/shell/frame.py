@@ -14,8 +14,8 @@ from PySide6.QtGui import QPainter, QPen, QWindow
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.presenters.frame import FrameState
-from app.ui.presenters.undo import UndoStack
+from app.ui.presenters.undo_stack import UndoStack
+from app.ui.presenters.window_frame import FrameState
 from app.ui.screens.registry import ScreenSpec
 from app.ui.shell.jobs import JobLine
 from app.ui.theme import Theme, px, theme

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final, TextIO
 
 from app import __version__
-from app.core.base.files import make_folder
+from app.core.base.atomic_files import make_folder
 
 LOGS: Final = "logs"
 """Name of the folder in the data folder."""

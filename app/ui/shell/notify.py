@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.memory import MemoryShort, is_memory_short
-from app.core.guidance.tones import RATE
+from app.core.guidance.beeps import RATE
 from app.core.text import tr
 from app.devices.errors import DeviceError
 from app.ui.presenters.model import Event

@@ -18,8 +18,8 @@ from typing import Final
 from PySide6.QtCore import QDeadlineTimer, QObject, QThread, QTimer
 from PySide6.QtNetwork import QLocalServer, QLocalSocket
 
+from app.core.base.atomic_files import atomic_write_bytes
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes
 from app.core.storage.data_lock import Owner, WindowLock, lock_window
 from app.core.storage.json_file import (
     Facts,

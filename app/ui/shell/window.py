@@ -19,10 +19,10 @@ from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.frame import FrameState
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_frame import FrameState
 from app.ui.screens.registry import SCREENS, ScreenPresenter, ScreenSpec, screen, screen_of, steps
 from app.ui.shell.frame import (
     PLACES,

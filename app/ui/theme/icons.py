@@ -14,8 +14,8 @@ from PySide6.QtCore import QByteArray, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPixmapCache
 from PySide6.QtSvg import QSvgRenderer
 
+from app.core.base.atomic_files import os_errors_as
 from app.core.base.errors import CoreError
-from app.core.base.files import os_errors_as
 from app.core.base.paths import resources
 from app.core.text import tr
 from app.ui.theme.theme import PALETTES, theme

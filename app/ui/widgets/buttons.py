@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, Signal, Sig
 from PySide6.QtGui import QColor, QFont, QHelpEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon

@@ -16,7 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy
 
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon

@@ -9,7 +9,7 @@ from PySide6.QtCore import QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QGradient, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.ui.theme import Theme, px, theme
 
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]

@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction, QColor, QKeyEvent, QMouseEvent, QPainter, QPa
 from PySide6.QtWidgets import QFrame, QLayout, QMenu, QScrollArea, QSizePolicy, QWidget
 from shiboken6 import isValid
 
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.core.text import tr
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import icon

@@ -99,7 +99,7 @@ class _Camera:
 
 def build(out: Path, samples: int, spots: int) -> None:
     """Render every place and write the table."""
-    from app.core.baking.lanes import select_variant
+    from app.core.baking.kernel_lanes import select_variant
     from app.core.environment.environment import reduce_radiance
     from benchmarks.answers.evaluation.offsets import Offsets, save_offsets
 

@@ -13,8 +13,8 @@ from app.commands.shared.arguments import check_ending, check_outputs
 from app.commands.shared.printing import (
     ProgressPrinter,
 )
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import CoreError, HeadError
-from app.core.base.files import atomic_write_text
 from app.core.base.paths import resources
 from app.core.base.progress import Token, span
 from app.core.solver.lens_search import views_of
@@ -155,7 +155,7 @@ def _tables(args: argparse.Namespace, report: PhraseReport, token: Token) -> Tab
     path = tables_path(args.tables)
     if not args.bake:
         return load_tables(path)
-    from app.core.baking.lanes import select_variant
+    from app.core.baking.kernel_lanes import select_variant
     from app.core.styles.styles import load_styles
     from benchmarks.answers.evaluation.bake_tables import HeadFiles, bake_tables
 

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from app.core.baking.bake import measure_profile
 from app.core.baking.columns import LampColumns, TexelColumns, mirror_pixels
 from app.core.baking.exposure import Points, expose, head_coverage, place_points, shine
-from app.core.baking.lanes import Watch, part_of
+from app.core.baking.kernel_lanes import Watch, part_of
+from app.core.baking.random_walk import lean_scale, scene_tables, trace_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
-from app.core.baking.walk import lean_scale, scene_tables, trace_pixels
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import BakeError
 from app.core.solver.transport import FACE_COVERAGE
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from app.core.baking.columns import Columns
+    from app.core.baking.random_walk import SceneTables
     from app.core.baking.skin import Skin
-    from app.core.baking.walk import SceneTables
     from app.core.base.progress import PhraseReport, Token
     from app.core.styles.styles import Style
 

@@ -30,9 +30,9 @@ from app.core.localization.heading_conversion import offset_angle
 from app.core.localization.sitter import Sitter
 from app.core.localization.tracking import LOST, SEEING, Seeing, Track, track
 from app.core.localization.views import Lens
+from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.head_views import YAWS
 from app.core.portrait.light import PortraitLight, portrait_light
-from app.core.portrait.picture import portrait_picture
 from app.core.portrait.portrait_file import load_portrait
 from app.core.solver.lens_search import LensWish, solve_lens, views_of
 from app.core.solver.place_light import prepare

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.files import atomic_write_bytes
+from app.core.base.atomic_files import atomic_write_bytes
 from app.core.environment.environment import energy
 from app.core.measure.bracket.alignment.levelling import tilt_rotation
 from app.core.measure.read.frame import Exposure, XmpPose

@@ -13,8 +13,8 @@ from app.commands.shared.console import (
 from app.commands.shared.printing import (
     ProgressPrinter,
 )
+from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import CoreError, TransportError
-from app.core.base.files import atomic_write_text
 from app.core.base.progress import Token
 from app.core.portrait.head_views import load_views_of
 from app.core.styles.style_pack import load_named_pack, load_transport_of

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.environment.environment import from_radiance
-from app.core.portrait.portraits import framing, portraits
+from app.core.portrait.gallery_portraits import framing, portraits
 from app.core.solver.place_light import pictures_at, prepare, turned
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import render, to_image

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import is_wavefront, select_variant
+from app.core.baking.kernel_lanes import is_wavefront, select_variant
 from app.core.baking.scene import build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError

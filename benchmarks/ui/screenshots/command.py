@@ -17,8 +17,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 from app.core.base.angles import lies_on_arc
+from app.core.base.atomic_files import atomic_write_bytes
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.solver.solve import proposal
 from app.core.text import tr

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
+from app.core.base.atomic_files import open_file, os_errors_as
 from app.core.base.colour import rec709_from
 from app.core.base.errors import CoreError
-from app.core.base.files import open_file, os_errors_as
 from app.core.base.memory import says_memory_short
 from app.core.base.native import native_path
 from app.core.text import tr

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
+from app.core.base.atomic_files import atomic_write
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write
 from app.core.base.imaging.image_input import ROUGH, SCALE, clear_error, open_image, read_rows
 from app.core.base.native import native_path
 from app.core.text import tr

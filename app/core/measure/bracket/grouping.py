@@ -14,8 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, TypeAlias, TypeVar
 
+from app.core.base.atomic_files import open_file, os_errors_as
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file, os_errors_as
 from app.core.base.phrases import listed
 from app.core.base.remarks import Remark
 from app.core.measure.bracket.exposures import settle_exposures

@@ -34,7 +34,7 @@ from app.core.measure.finish.tripod_detection import foot_of
 from app.core.measure.fisheye.circles import may_be_circles
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.plan.camera_table import camera_facts
+from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.read.decoding import transparent
 from app.core.measure.read.frame import Bracket, Exposure
 from app.core.measure.read.opening import Opener, open_frame

@@ -15,7 +15,7 @@ from typing import BinaryIO, Final
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.base.files import open_file
+from app.core.base.atomic_files import open_file
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Endings shown in file dialogs; a film is recognised by its content."""

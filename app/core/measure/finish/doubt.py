@@ -26,7 +26,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.sphere import bounded
 from app.core.environment.environment import Environment, reduce_light, solid_angles
 from app.core.measure.finish.clip_audit import choices, given_up
-from app.core.measure.finish.rough import DOUBT, brightened, dimmed, doubts, guesses
+from app.core.measure.finish.clipped_light import DOUBT, brightened, dimmed, doubts, guesses
 from app.core.measure.read.frame import MergedLight
 from app.core.solver.turn_choice import Choice, Objective, grade_at
 from app.core.styles.style_pack import StylePack

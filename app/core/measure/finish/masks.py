@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import cv2
 import numpy as np
 
+from app.core.base.atomic_files import os_errors_as
 from app.core.base.colour import FloatImage
 from app.core.base.errors import ProbeError
-from app.core.base.files import os_errors_as
 from app.core.base.imaging.image_input import (
     clear_error,
     is_unwieldy,

@@ -5,7 +5,7 @@ thirds of a stop, so a wanted exposure is snapped to the nearest one in the loga
 that is really sent is carried along, never the wanted one.
 
 A camera states its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the manual
-program). Where it cannot be asked, `app.core.measure.plan.camera_table`
+program). Where it cannot be asked, `app.core.measure.plan.camera_models`
 knows those of Ricoh's Web API v2.1.
 """
 

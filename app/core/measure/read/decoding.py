@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bools
+from app.core.base.atomic_files import open_file
 from app.core.base.errors import ProbeError
-from app.core.base.files import open_file
 from app.core.base.imaging.image_input import as_stored, clear_error, open_image, read_rows, upright
 from app.core.base.progress import Token
 from app.core.measure.read.frame import Frame

@@ -36,7 +36,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from app.core.base.files import open_file
+from app.core.base.atomic_files import open_file
 
 _MAX_SEGMENTS: Final = 64
 _MAX_FILL: Final = 16

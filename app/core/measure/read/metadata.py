@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.atomic_files import os_errors_as
 from app.core.base.errors import ProbeError
-from app.core.base.files import os_errors_as
 from app.core.base.imaging.image_input import (
     COPY_AGAIN,
     first_bytes,

@@ -19,7 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from app.core.base.files import is_private, make_folder, os_errors_as, umask, words_of
+from app.core.base.atomic_files import is_private, make_folder, os_errors_as, umask, words_of
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
 from app.core.text import tr

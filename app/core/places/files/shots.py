@@ -25,8 +25,8 @@ import cv2
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
+from app.core.base.atomic_files import atomic_write_bytes
 from app.core.base.errors import CoreError
-from app.core.base.files import atomic_write_bytes
 from app.core.base.imaging.image_input import read_picture
 from app.core.base.imaging.images import write_png
 from app.core.base.progress import Report, Token, silent
@@ -35,9 +35,9 @@ from app.core.measure.film.film import Film
 from app.core.places.files.originals import ORIGINALS, adopt_files
 from app.core.places.place import PlaceError
 from app.core.places.remarks import PhotosLost
-from app.core.portrait.portraits import value_at
-from app.core.solver.signature import GRADES
+from app.core.portrait.gallery_portraits import value_at
 from app.core.solver.solve import StyleResult
+from app.core.solver.style_signature import GRADES
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (
     Facts,

@@ -23,7 +23,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.ui.plots.parts.geometry import Point, smooth
 from app.ui.theme import px, theme
 from app.ui.widgets.accessibility import give_role

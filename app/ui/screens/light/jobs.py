@@ -14,8 +14,8 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, span
 from app.core.portrait.head import Head
-from app.core.second_light import added as added_lights
-from app.core.second_light.added import prepare_near
+from app.core.second_light import added_light as added_lights
+from app.core.second_light.added_light import prepare_near
 from app.core.second_light.captured import grey_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp

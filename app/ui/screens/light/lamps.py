@@ -26,7 +26,7 @@ from app.core.second_light.library import (
     restore_lamp,
     update_lamp,
 )
-from app.core.second_light.scale import read_lux
+from app.core.second_light.place_brightness import read_lux
 from app.core.storage.library import TrashedItem
 from app.core.text import tr
 from app.ui.presenters.actions import Action

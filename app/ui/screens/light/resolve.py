@@ -45,7 +45,7 @@ from app.words.lamps import lamp_title, power_share, power_words, stops_down
 from app.words.phrases.directions import lens_words, light_words, lit_aside_words, placement_words
 from app.words.phrases.quantities import contrast_words, metres, upper_first
 from app.words.phrases.turns import signed, turn_words
-from app.words.reach import reason_line, reason_sentence, too_soft_words
+from app.words.shortfall import reason_line, reason_sentence, too_soft_words
 from app.words.verdict import whole_of
 
 GAIN: Final = 10

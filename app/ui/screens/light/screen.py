@@ -8,8 +8,8 @@ from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.second_light.lamp_presets import KINDS, at_distance
+from app.core.second_light.place_brightness import Comparison, compare
 from app.core.second_light.placements import ALTITUDES_DEG
-from app.core.second_light.scale import Comparison, compare
 from app.core.second_light.search import LampPlacement
 from app.core.text import tr
 from app.ui.presenters.actions import Action

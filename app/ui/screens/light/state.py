@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes, Float32
 from app.core.base.errors import CoreError
-from app.core.second_light.scale import check_lux, illuminance, read_lux
+from app.core.second_light.place_brightness import check_lux, illuminance, read_lux
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from app.core.base import colour
 from app.core.base.angles import direction_of, wrap
 from app.core.base.arrays import Bytes, Float32
+from app.core.base.atomic_files import make_folder
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError, StyleError
-from app.core.base.files import make_folder
 from app.core.base.progress import Report, Token
 from app.core.painting.canvas import Advice, Canvas, blank, from_style
 from app.core.painting.session import (
@@ -49,7 +49,7 @@ from app.ui.presenters.services import Services
 from app.ui.screens.paint.state import HeadLook, LiveState
 from app.words.painting import advice_words
 from app.words.phrases.turns import arc_words, direction_lines, signed, size_words
-from app.words.reach import out_of_reach_sentence, reason_sentence
+from app.words.shortfall import out_of_reach_sentence, reason_sentence
 from app.words.styles import side_words
 
 _JOB: Final = "paint-draft"

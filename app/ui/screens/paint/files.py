@@ -16,7 +16,7 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-from app.ui.presenters.undo import Undoable
+from app.ui.presenters.undo_stack import Undoable
 from app.ui.screens.paint.document import DraftKeeper, PaintDocument, named_style
 from app.ui.screens.paint.state import NameWish, PaintView
 from app.ui.screens.styles.files import plain_name

@@ -20,7 +20,7 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services
-from app.ui.presenters.undo import Undoable
+from app.ui.presenters.undo_stack import Undoable
 from app.ui.screens.paint.document import (
     DraftKeeper,
     LightOnHead,

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from app.core.painting.canvas import Canvas, Region
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
-from app.ui.plots.polar import PolarPlot
+from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightLegend, WeightPanorama, WeightScale
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.paint.canvas_view import PaintCanvas

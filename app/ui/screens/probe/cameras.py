@@ -23,10 +23,10 @@ from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import Discovery, FoundCamera, remember, same_camera
 from app.devices.theta.first_contact import FirstContact
 from app.devices.theta.link import Credentials
-from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services, T
+from app.ui.presenters.window_frame import camera_warning
 from app.ui.screens.probe.notices import camera_second, is_loopback
 from app.ui.screens.probe.state import CameraBlock, ChoiceRow
 

@@ -19,7 +19,7 @@ from app.core.base.errors import ProbeError
 from app.core.base.progress import PhraseReport, Token
 from app.core.measure.film.film import Film, FilmReader, flip
 from app.core.text import tr
-from app.devices.mailbox import Mailbox
+from app.devices.latest_frame import Mailbox
 from app.devices.webcam.files import FilmWriter
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Final, Literal
 
 from app.core.base.angles import wrap
+from app.core.base.atomic_files import is_full
 from app.core.base.errors import CoreError, ProbeError
-from app.core.base.files import is_full
 from app.core.base.phrases import percent, shutter_words
 from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.remarks import ClippingSafe, RoughTurns, SunRestored
@@ -19,8 +19,8 @@ from app.core.places.place import CaptureFacts, Place
 from app.core.places.resume import UnfinishedPlace
 from app.core.text import tr, tr_plural
 from app.devices.capture.status import Stage, Status
+from app.devices.client_profiles import profile_for
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
-from app.devices.profiles import profile_for
 from app.devices.theta.client import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import (

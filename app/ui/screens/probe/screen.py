@@ -23,6 +23,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Presenter, Services
 from app.ui.screens.probe.cameras import CameraFinder, Watching
+from app.ui.screens.probe.capture import CaptureControl
 from app.ui.screens.probe.filming import Filming
 from app.ui.screens.probe.live import LivePreview
 from app.ui.screens.probe.notices import (
@@ -41,7 +42,6 @@ from app.ui.screens.probe.state import (
     ProbeState,
     ProbeView,
 )
-from app.ui.screens.probe.taking import Taking
 from app.words.portrait.age import age_words
 
 BEAT_MS: Final = 100
@@ -77,7 +77,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.cameras = CameraFinder(services, self._refresh)
         self.live = LivePreview(services, self.cameras, self._refresh)
         self.filming = Filming(services, place_controller, self._refresh)
-        self.taking = Taking(
+        self.taking = CaptureControl(
             services, place_controller, self.cameras, self.live.stop, self._refresh
         )
         self.watching = Watching(services, place_controller, self._refresh)

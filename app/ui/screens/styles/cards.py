@@ -16,7 +16,7 @@ from app.ui.screens.styles.state import CardState, Filter, Sort
 from app.words import verdict
 from app.words.phrases.directions import lit_aside_brief, lit_aside_words
 from app.words.phrases.turns import size_words
-from app.words.reach import (
+from app.words.shortfall import (
     nearly_card,
     reason_card,
     reason_sentence,

@@ -14,7 +14,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, S
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPixmap
 from PySide6.QtWidgets import QWidget
 
-from app.core.portrait.portraits import CLOSE_SHAPE
+from app.core.portrait.gallery_portraits import CLOSE_SHAPE
 from app.core.text import tr
 from app.ui.screens.styles.state import CardState, DetailState
 from app.ui.theme import theme

@@ -22,7 +22,7 @@ from app.core.portrait.face_light import (
     glare,
     lighting_ratio,
 )
-from app.core.portrait.portraits import exposure_in_mean_light, value_at
+from app.core.portrait.gallery_portraits import exposure_in_mean_light, value_at
 from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.solve import StyleResult
@@ -57,7 +57,7 @@ from app.words.portrait.face_light import (
     ratio_sentence,
     stops_words,
 )
-from app.words.reach import grade_words, reason_line, reason_sentence
+from app.words.shortfall import grade_words, reason_line, reason_sentence
 from app.words.styles import caution_words
 from app.words.verdict import (
     numbers_words,

@@ -10,7 +10,7 @@ from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.core.text import tr
-from app.ui.plots.polar import PolarPlot
+from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import COMPUTING

@@ -16,8 +16,8 @@ from app.core.base.progress import Token
 from app.core.measure.finish.findings import Findings
 from app.core.painting.user_style import Asking, UserStyle, prepare_user_style
 from app.core.places.place import CaptureFacts
+from app.core.portrait.gallery_portraits import greyed
 from app.core.portrait.head import Head
-from app.core.portrait.portraits import greyed
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.solve import StyleResult, proposal, quality_scale
 from app.core.solver.turn_choice import LIMITS

@@ -19,7 +19,7 @@ import numpy as np
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.faces.finder import Face, find_faces
-from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
+from app.core.faces.shot_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.localization.align import BARE, SteadyOverlay, align, steady_overlay
 from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
 from app.core.localization.heading import UNSURE, find_heading

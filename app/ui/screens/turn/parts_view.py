@@ -20,7 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QLayout, QSizePolicy, QWidget
 
 from app.core.base.arrays import Bytes
-from app.core.base.visible import visible
+from app.core.base.visible_text import visible
 from app.core.text import tr, tr_plural
 from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.theme import Theme, px, theme

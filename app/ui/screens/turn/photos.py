@@ -15,10 +15,10 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import PhraseReport, Token
 from app.core.base.remarks import Remark
 from app.core.faces.finder import find_faces
-from app.core.faces.style_check import Check, Promise, check_face, graded_by, promise_of_place
+from app.core.faces.shot_check import Check, Promise, check_face, graded_by, promise_of_place
 from app.core.guidance.guide import Goal
 from app.core.localization.features import HeadingIndex, build_index, read_index
-from app.core.localization.photo_check import (
+from app.core.localization.photo_location import (
     PHOTO_ENDINGS,
     Photo,
     PhotoLocation,
@@ -54,15 +54,15 @@ from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
 from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.services import Services
-from app.ui.presenters.undo import Undoable
+from app.ui.presenters.undo_stack import Undoable
 from app.ui.screens.turn.guidance import confidence_words
 from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
 from app.words.measure.ways import beside_words, mirror_words
 from app.words.phrases.directions import key_words, ratio_words
 from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import likeness_words, taken_words
-from app.words.reach import grade_words
 from app.words.remarks import sentences
+from app.words.shortfall import grade_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

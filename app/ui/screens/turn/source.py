@@ -12,8 +12,8 @@ from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.text import tr
 from app.devices.webcam import LiveSource, WebcamError
 from app.devices.webcam.files import check_video
+from app.devices.webcam.network_connection import LONGEST_ADDRESS
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
-from app.devices.webcam.wire import LONGEST_ADDRESS
 from app.ui.presenters.services import Services
 from app.ui.screens.turn.camera import LiveCamera
 

@@ -11,18 +11,18 @@ from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal, Guide, Phase
 from app.core.guidance.mode import Mode
 from app.core.guidance.plan import PlanDrawing
-from app.core.portrait.portraits import value_at
+from app.core.portrait.gallery_portraits import value_at
 from app.core.text import tr
 from app.ui.presenters.model import Model
 from app.words.guidance import arc_words
 from app.words.phrases.directions import SIDE_LINES
 from app.words.phrases.quantities import lower_first
 from app.words.plan import PlanWords
-from app.words.reach import grade_words
+from app.words.shortfall import grade_words
 from app.words.styles import side_words
 
 if TYPE_CHECKING:
-    from app.core.faces.style_check import Check
+    from app.core.faces.shot_check import Check
     from app.core.painting.user_style import UserStyle
     from app.core.solver.solve import StyleResult
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.environment.environment import reduce_radiance
-from app.core.portrait.portraits import framing, greyed, portraits
+from app.core.portrait.gallery_portraits import framing, greyed, portraits
 from app.core.solver.transport import render, to_image
 
 if TYPE_CHECKING:

@@ -105,8 +105,8 @@ def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
     otherwise they are those of the GPano standard. Heading is not used.
 
     Examples:
-        >>> from app.core.measure.read.frame import Pose
-        >>> level = tilt_rotation(Pose(pitch_deg=-29.0, roll_deg=-35.8))
+        >>> from app.core.measure.read.frame import XmpPose
+        >>> level = tilt_rotation(XmpPose(pitch_deg=-29.0, roll_deg=-35.8))
         >>> [round(float(part), 4) for part in level[1]]
         [-0.5335, 0.7397, -0.41]
     """

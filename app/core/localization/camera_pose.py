@@ -44,7 +44,7 @@ LEAST_CONFIDENCE: Final = 0.8
 
 PLACE_SIGNS: Final = ("one", "points", "support", "spread", "share", "strays")
 LINE_SIGNS: Final = (
-    "one", "points", "freed", "aside", "tilt", "steep", "odd", "flat", "loose",
+    "one", "points", "gain", "aside", "tilt", "steep", "odd", "flat", "loose",
 )  # fmt: skip
 """What the numbers of `place_signs` and `line_signs` are of."""
 

@@ -16,7 +16,7 @@ from app.core.base.angles import wrap
 from app.core.base.arrays import Float32, Float64, Floats
 from app.core.base.colour import luminance
 from app.core.portrait.head_views import HeadView, HeadViews
-from app.core.second_light.added import AddedLight, near_picture, prepare_near
+from app.core.second_light.added_light import AddedLight, near_picture, prepare_near
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import placement
 from app.core.second_light.search import LampPlacement
@@ -31,8 +31,8 @@ from app.core.solver.lens_search import (
 )
 from app.core.solver.place_light import main_azimuth
 from app.core.solver.shortfall import LensShortfall
-from app.core.solver.signature import GRADES, NO
 from app.core.solver.solve import Lighting
+from app.core.solver.style_signature import GRADES, NO
 from app.core.solver.transport import render
 from app.core.solver.weights import region_weights
 from app.core.styles.style_pack import StylePack

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeAlias
 
-from app.core.measure.plan.camera_table import CAMERAS, CameraFacts, camera_facts
+from app.core.measure.plan.camera_models import CAMERAS, CameraFacts, camera_facts
 from app.core.measure.plan.planner import CameraLimits
 from app.devices.theta.client import Info
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
-from app.core.guidance.tones import chime
+from app.core.guidance.beeps import chime
 from app.core.localization.recapture_registration import Registration
 from app.core.places.files.frames import clipped_in
 from app.core.places.place import Place
@@ -62,7 +62,7 @@ class _CarryOver:
     registration: Registration | None = None
 
 
-class Taking:
+class CaptureControl:
     """The capture that runs, and what is to be said of the last one."""
 
     def __init__(

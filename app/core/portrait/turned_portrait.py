@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Float32, Indices
+from app.core.portrait.full_size_portrait import fresnel, shadowing
 from app.core.portrait.light import ROUGHNESS
-from app.core.portrait.picture import fresnel, shadowing
 from app.core.portrait.portrait_head import (
     SKY,
     SPREAD,

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
+from app.core.baking.kernel_lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 from app.core.baking.skin import Skin
 from app.core.base.arrays import Float32, Float64

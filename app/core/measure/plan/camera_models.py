@@ -1,6 +1,6 @@
 """The table of cameras, `resources/cameras/theta.toml`: what each Ricoh Theta accepts.
 
-The planner of brackets, the client (`app.devices.profiles`) and the simulated cameras
+The planner of brackets, the client (`app.devices.client_profiles`) and the simulated cameras
 (`app.devices.simulated.cameras`) read it, each in its own way: a row here makes a model known
 to all three. Exposure times, ISO and apertures are those of the manual program, digit for digit as
 Ricoh's Web API v2.1 states them (options/shutter_speed.md, iso.md, aperture.md); where a camera

@@ -21,8 +21,8 @@ from app.core.base import colour
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices
 from app.core.base.colour import FloatImage
 from app.core.environment.environment import SHAPE, solid_angles
-from app.core.portrait import pictures
-from app.core.portrait.pictures import WELL
+from app.core.portrait import display_pictures as pictures
+from app.core.portrait.display_pictures import WELL
 from app.core.solver.peaks import shift
 from app.core.solver.transport import Transport, load_named
 from app.core.styles.lamps import far_lamp

@@ -1,4 +1,4 @@
-"""Taking things back: one list for the whole window, bounded by bytes."""
+"""Undo: one list of steps for the whole window, bounded by bytes."""
 
 from __future__ import annotations
 
