@@ -227,7 +227,7 @@ def test_a_small_window_still_shows_all_of_a_sheet(side: str, window: QWidget) -
     for number in range(3):
         sheet.body.addWidget(TextField(f"Field {number}"))
     sheet.open()
-    panel = next(c for c in sheet.children() if type(c).__name__ == "Frame")
+    panel = next(c for c in sheet.children() if type(c).__name__ == "OutlineBox")
     assert isinstance(panel, QWidget)
     assert sheet.rect().contains(panel.geometry())
 
