@@ -29,8 +29,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for ending in ("npz", "styles.npz", "shape.npz"):
         shutil.copy(source / "transport" / f"{HEAD}.{ending}", copy)
     (tmp_path / "styles").symlink_to(source / "styles")
-    for module in ("transport", "style_pack", "head_shape", "styles"):
-        monkeypatch.setattr(f"app.core.solver.{module}.resources", lambda: tmp_path)
+    for module in ("solver.transport", "solver.head_shape", "styles.style_pack", "styles.styles"):
+        monkeypatch.setattr(f"app.core.{module}.resources", lambda: tmp_path)
     return copy
 
 
