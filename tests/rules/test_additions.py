@@ -111,7 +111,7 @@ from app.ui.presenters.actions import Action
 
 
 class NotesPresenter:
-    def __init__(self, services, desk):
+    def __init__(self, services, place_controller):
         self.services = services
         self.front = False
 
@@ -121,10 +121,10 @@ class NotesPresenter:
     def detach(self):
         pass
 
-    def entered(self):
+    def enter(self):
         self.front = True
 
-    def left(self):
+    def leave(self):
         self.front = False
 
     def actions(self):
