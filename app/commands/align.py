@@ -151,7 +151,10 @@ def _facts(
 
 def _words(args: argparse.Namespace, alignment: Alignment, has_overlay: bool) -> str:
     if alignment.turn_error_deg is None:
-        return tr("Unsure how VIEW lies on TARGET: {count} points agree.", count=alignment.inliers)
+        return tr(
+            "Unsure: VIEW and TARGET cannot be aligned reliably; {count} points agree.",
+            count=alignment.inliers,
+        )
     rows = [
         (tr("To go:"), _degrees(alignment.turn_error_deg)),
         (tr("Points:"), tr("{count} agree", count=alignment.inliers)),

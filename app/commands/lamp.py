@@ -218,7 +218,7 @@ def _box(text: str) -> _Box:
     spec = parse_mask(text)
     if spec.kind != "box":
         raise CoreError(
-            tr("A lamp's mask is corrected by boxes, not by '{given}'.", given=text.strip()),
+            tr("A lamp's mask is corrected by boxes, not by '{mask}'.", mask=text.strip()),
             tr("Write box:from,to,low,high, or use the brush in the Light step."),
         )
     start, stop, low, high = spec.numbers

@@ -265,14 +265,14 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
 
 
 def _compare(lamp: _Lamp, scale: _Scale) -> Comparison | None:
-    """Judge whether a captured lamp can be compared with the place; say what is taken instead."""
+    """Compare a captured lamp with the place, and warn where their brightness is unknown."""
     if isinstance(lamp, NumbersLamp):
         return None
     comparison = compare(None if scale.is_assumed else scale.gain, lamp)
     if not comparison.possible:
         words = tr(
-            "{found} (--lamp-lux for the lamp, --lux for the place.)",
-            found=comparison_words(comparison),
+            "{reason} (--lamp-lux for the lamp, --lux for the place.)",
+            reason=comparison_words(comparison),
         )
         if lamp.white_cd_m2 is None and scale.is_assumed:
             unit_words = tr("Here both are taken in one unit, as if captured alike.")

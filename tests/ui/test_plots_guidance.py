@@ -234,7 +234,7 @@ class TestScale:
         assert tile[16, 16].max() < 40
         assert (tile.max(axis=2) < 60).sum() > 40
         assert (
-            legend.accessibleName() == "Orange and plus: light helps. Blue and minus: light harms"
+            legend.accessibleName() == "Orange and plus: light helps. Blue and minus: light hurts"
         )
 
 

@@ -59,9 +59,9 @@ def results(*attainable: bool) -> tuple[Any, ...]:
 @pytest.mark.parametrize(
     ("reach", "words"),
     [
-        ((True, True), "All 2 styles solved for this place. Every one is in reach."),
-        ((True, False), "All 2 styles solved for this place. 1 is out of reach and says why."),
-        ((False,) * 3, "All 3 styles solved for this place. 3 are out of reach and say why."),
+        ((True, True), "All 2 styles solved for this place. All are in reach."),
+        ((True, False), "All 2 styles solved for this place. 1 is out of reach."),
+        ((False,) * 3, "All 3 styles solved for this place. 3 are out of reach."),
     ],
 )
 def test_the_foot_says_how_many_styles_are_out_of_reach(

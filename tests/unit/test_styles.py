@@ -160,7 +160,7 @@ def test_azimuth_minus_180_is_180(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("title =", "titel =", "unknown key 'titel'.*Known are title"),
+        ("title =", "titel =", "unknown key 'titel'.*Valid names: title"),
         ("power =", "watts =", "lamp 1: unknown key 'watts'"),
         ("power = 1.0", "", "lamp 1: power is missing"),
         ("power = 1.0", "power = 0.0", "power = 0 is not between"),

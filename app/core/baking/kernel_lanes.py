@@ -210,7 +210,7 @@ def select_variant(variant: str = "auto") -> Any:
             importlib.import_module("drjit").eval(float_type(1.0) + float_type(1.0))
     except (ImportError, RuntimeError, AttributeError) as error:
         raise BakeError(
-            tr("Mitsuba's {wanted} variant does not work on this machine.", wanted=variant_name),
+            tr("Mitsuba's {variant} variant does not work on this machine.", variant=variant_name),
             hint=tr("Try --variant llvm or --variant scalar."),
         ) from error
     return mitsuba

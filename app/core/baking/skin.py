@@ -143,5 +143,5 @@ def find_skin(name: str) -> Skin:
     names = ", ".join(skin.name for skin in SKINS)
     raise BakeError(
         tr("There is no skin tone called “{name}”.", name=name),
-        hint=tr("Choose from {known}.", known=names),
+        hint=tr("Choose from {names}.", names=names),
     )

@@ -1,7 +1,8 @@
-"""What there is to report beside a result, as data; `app.words.remarks` makes the sentences.
+"""Warnings and notes beside a result, as data; `app.words.remarks` makes their sentences.
 
-A remark is a frozen dataclass of its own: what it is about is its type, what it says are its
-fields. Each package has its remarks in `remarks.py`, or beside what they are about.
+Each kind of remark is a frozen dataclass whose fields are the numbers and names of its sentence.
+A package keeps its remarks in `remarks.py`, or beside the result they belong to. Places save a
+remark under the names of its class and fields: renaming either needs a reader of the old name.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def find_facing(
     """Find which way a face looks; None where too little is seen, or it is lit as nowhere here.
 
     Args:
-        grey, seen: Of `on_head`.
+        grey, visible: Of `on_head`.
         light: (H, W, 3) float. Linear Rec. 709 radiance of the place, panorama coordinates.
     """
     right, left = head_map().halves

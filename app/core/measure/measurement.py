@@ -47,7 +47,7 @@ class Measurement:
         display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
         blind: Share of the sphere in gaps, which were filled.
         left_out: Files that do not belong to the series.
-        response, alignments, lays, levelling, moved: How exposures were merged.
+        response, alignments, lays, levelling, motion: How exposures were merged.
         own: Facts of this way.
     """
 

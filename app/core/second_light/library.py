@@ -537,6 +537,6 @@ def _find(folder: Path, name: str) -> str:
     if title_key(name) in titles:
         return titles[title_key(name)]
     raise CoreError(
-        tr("There is no lamp {wanted!r} in the library.", wanted=name),
-        tr("There are: {known}.", known=", ".join(there)) if there else tr("There are: none yet."),
+        tr("There is no lamp {name!r} in the library.", name=name),
+        tr("There are: {names}.", names=", ".join(there)) if there else tr("There are: none yet."),
     )

@@ -144,7 +144,7 @@ def check_lux(lux: float) -> float:
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(
-            tr("{lux:g} lux is not a light to photograph in.", lux=lux),
+            tr("{lux:g} lux is outside the range for photos.", lux=lux),
             tr("A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."),
         )
     return lux

@@ -88,9 +88,9 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     if light.shape not in (shape, (*shape, 3)):
         raise EnvironmentFileError(
             tr(
-                "The environment has {given} texels, the head takes {wanted}.",
-                given=light.shape,
-                wanted=shape,
+                "The environment has {light_shape} texels, the head takes {head_shape}.",
+                light_shape=light.shape,
+                head_shape=shape,
             )
         )
     values = np.asarray(light, np.float64)

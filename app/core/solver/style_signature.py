@@ -93,7 +93,7 @@ class Signature:
         most of its depth; other limits give way only as far as that target needs.
 
         Args:
-            own, found: (R,) float64. Relations in the target with the style's own lamps, and with
+            own, other: (R,) float64. Relations in the target with the style's own lamps, and with
                 the other ones; stops.
         """
         rows = zip(self.relations, own.tolist(), other.tolist(), strict=True)

@@ -171,7 +171,7 @@ def transport_path(name: str) -> Path:
         names = ", ".join(transport_names())
         raise TransportError(
             tr("There is no head called “{name}”.", name=name),
-            tr("Known heads: {known}.", known=names)
+            tr("Known heads: {names}.", names=names)
             if names
             else tr("None is installed; reinstall Turnlight."),
         )

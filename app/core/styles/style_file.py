@@ -323,7 +323,7 @@ def _refuse_unknown(table: Mapping[str, object], keys: tuple[str, ...], where: s
         if key not in keys:
             raise StyleError(
                 tr("{where}: unknown key {key}.", where=where, key=_quoted(key)),
-                tr("Known are {names}.", names=", ".join(keys)),
+                tr("Valid names: {names}.", names=", ".join(keys)),
             )
 
 
@@ -402,7 +402,7 @@ def _relation(row: object, where: str) -> Relation:
         if area not in AREAS:
             raise StyleError(
                 tr("{where}: there is no area {area}.", where=where, area=_quoted(area)),
-                tr("Known are {names}.", names=", ".join(AREAS)),
+                tr("Valid names: {names}.", names=", ".join(AREAS)),
             )
     if row.get("aspect") not in tuple(Aspect):
         raise StyleError(
@@ -411,7 +411,7 @@ def _relation(row: object, where: str) -> Relation:
                 where=where,
                 aspect=_quoted(row.get("aspect")),
             ),
-            tr("Known are {names}.", names=", ".join(Aspect)),
+            tr("Valid names: {names}.", names=", ".join(Aspect)),
         )
     nearly = _number(row, "nearly", where)
     most = _number(row, "most", where) if "most" in row else _MOST_STOPS

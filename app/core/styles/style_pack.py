@@ -235,7 +235,7 @@ def load_named_pack(head: str) -> StylePack:
         names = ", ".join(pack_names())
         raise TransportError(
             tr("There is no head called {head!r}.", head=head),
-            tr("Known heads: {known}.", known=names)
+            tr("Known heads: {names}.", names=names)
             if names
             else tr("None is installed; reinstall Turnlight."),
         )

@@ -328,10 +328,10 @@ class _Transfer:
         if free < need_bytes:
             raise DownloadFailed(
                 tr(
-                    "The disk has {free} MB left; {name} and what is made of it need {wanted} MB.",
+                    "The disk has {free} MB left; {name} and what is made of it need {size} MB.",
                     free=free >> 20,
                     name=self.entry.name,
-                    wanted=-(-need_bytes >> 20),
+                    size=-(-need_bytes >> 20),
                 ),
                 tr("Make room and resume this session; the picture is still on the camera."),
                 code="disk-full",
@@ -451,11 +451,11 @@ def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
         names = listed([frame.name for frame in frames if not frame.done])
         job.warn(
             tr(
-                "{names} could not be brought over whole; only {count} of {wanted} "
+                "{names} could not be brought over whole; only {count} of {total} "
                 "exposures are used.",
                 names=names,
                 count=len(paths),
-                wanted=len(job.plan.shots),
+                total=len(job.plan.shots),
             )
         )
     job.paths = paths

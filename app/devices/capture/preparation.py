@@ -213,9 +213,9 @@ def _check_firmware(info: Info, profile: ModelProfile) -> None:
         version = ".".join(str(number) for number in profile.min_firmware)
         raise CameraNotReady(
             tr(
-                "The camera's firmware {firmware} is too old; {wanted} is needed.",
+                "The camera's firmware {firmware} is too old; {version} is needed.",
                 firmware=info.firmware_text,
-                wanted=version,
+                version=version,
             ),
             tr("Update it with Ricoh's app for the computer."),
             "firmware",
@@ -250,9 +250,9 @@ def _check_storage(job: CaptureJob) -> None:
     if room_for is not None and room_for < count:
         raise CameraNotReady(
             tr(
-                "The camera has room for {left} more pictures; {wanted} are needed.",
-                left=max(int(room_for), 0),
-                wanted=count,
+                "The camera has room for {room} more pictures; {count} are needed.",
+                room=max(int(room_for), 0),
+                count=count,
             ),
             tr("Delete pictures on the camera that you have copied, then try again."),
             "storage",

@@ -112,7 +112,7 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
         job.session.set_frames(entries)
     if not enough:
         raise CaptureFailed(
-            tr("The camera took {found} of {wanted} exposures.", found=len(entries), wanted=count),
+            tr("The camera took {number} of {count} exposures.", number=len(entries), count=count),
             tr("What it took is on the camera. Check whether it shows a fault, then shoot again."),
             "incomplete",
         )
@@ -120,9 +120,9 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
     if len(entries) < count:
         job.warn(
             tr(
-                "The camera took only {found} of {wanted} exposures; these are used.",
-                found=len(entries),
-                wanted=count,
+                "The camera took only {number} of {count} exposures; these are used.",
+                number=len(entries),
+                count=count,
             )
         )
 

@@ -416,7 +416,7 @@ class OscClient:
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
                 tr("Only single files of this camera can be deleted."),
-                tr("Connect again."),
+                tr("Reconnect the camera."),
                 "not-a-file",
             )
         for first in range(0, len(urls), MAX_DELETED):

@@ -194,7 +194,7 @@ def _is_host(host: str) -> bool:
 def _bad_address(text: str) -> DeviceError:
     printable = "".join(sign for sign in text[:60] if sign.isprintable())
     return DeviceError(
-        tr('"{shown}" is not the address of a camera.', shown=printable), _HINT, "bad-address"
+        tr('"{address}" is not the address of a camera.', address=printable), _HINT, "bad-address"
     )
 
 

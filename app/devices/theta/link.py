@@ -86,7 +86,7 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
             tr("This is not on the camera."),
             tr("The file may have been deleted; look at the camera's pictures."),
         ),
-        "invalidSessionId": (tr("The camera closed the connection."), tr("Connect again.")),
+        "invalidSessionId": (tr("The camera closed the connection."), tr("Reconnect the camera.")),
         "cameraInExclusiveUse": (
             tr("Another app is using the camera."),
             tr("Close it on the other device, or switch the camera's Wi-Fi off and on."),

@@ -99,10 +99,10 @@ class WeightLegend(Plot):
     policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def __init__(self) -> None:
-        super().__init__(tr("Orange and plus: light helps. Blue and minus: light harms"))
+        super().__init__(tr("Orange and plus: light helps. Blue and minus: light hurts"))
         self._words: tuple[tuple[WeightSign, str], ...] = (
             ("plus", tr("light helps")),
-            ("minus", tr("light harms")),
+            ("minus", tr("light hurts")),
         )
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
@@ -228,14 +228,14 @@ class WeightPanorama(TurnPlot):
         self.say(
             tr(
                 "The sitter faces {turn}, the background is {behind}. Orange: "
-                "light helps. Blue: light harms.",
+                "light helps. Blue: light hurts.",
                 turn=turn_words(self.needle),
                 behind=turn_words(self.needle + 180.0),
             )
             if self.needle
             else tr(
                 "The sitter faces the photographer’s first place. Orange: light helps. "
-                "Blue: light harms."
+                "Blue: light hurts."
             )
         )
 

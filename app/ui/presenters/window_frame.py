@@ -125,12 +125,12 @@ def _status(services: Services) -> tuple[str, str]:
     out = out_of_reach(model.results)
     solved = tr("All {number} styles solved for this place.", number=len(model.results))
     if model.settings.objective == "paper":
-        return tr("{solved} As in the paper.", solved=solved), "check"
+        return tr("{solved} Paper mode is on.", solved=solved), "check"
     if out == 0:
-        return tr("{solved} Every one is in reach.", solved=solved), "check"
+        return tr("{solved} All are in reach.", solved=solved), "check"
     words = tr_plural(
-        "{solved} {count} is out of reach and says why.",
-        "{solved} {count} are out of reach and say why.",
+        "{solved} {count} is out of reach.",
+        "{solved} {count} are out of reach.",
         out,
         solved=solved,
     )

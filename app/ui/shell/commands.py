@@ -53,7 +53,7 @@ STEPS: Final = (
         tr("Choose a style"),
         tr(
             "Every card shows the studio picture, what this place can give, and how far to turn "
-            "for it. Grey ones are out of reach here, and say why."
+            "for it. Grey cards are out of reach here and show the reason."
         ),
     ),
     (

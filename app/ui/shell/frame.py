@@ -238,7 +238,7 @@ def _frame_of(window: QWidget) -> QMargins:
 
 
 _MOST_FILES: Final = 500
-_WORDS: Final = tr("Drop a panorama, photographs, a film or a folder")
+_WORDS: Final = tr("Drop a panorama, photos, a film or a folder")
 
 
 def dropped_paths(data: QMimeData) -> list[Path]:

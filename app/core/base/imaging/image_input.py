@@ -71,7 +71,7 @@ def read_start(path: Path, count: int) -> bytes:
 
 
 def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: str) -> bytes:
-    """Read the first 16 bytes of a picture, or raise an error that says what is there instead.
+    """Read the first 16 bytes of a picture; raise an error for a folder or a special file.
 
     Args:
         a_folder, name_files: Sentence and hint about a folder.

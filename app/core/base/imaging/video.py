@@ -69,11 +69,10 @@ def open_url(url: str) -> cv2.VideoCapture:
 
 
 def as_rgb(picture: Any) -> Bytes | None:
-    """Turn what OpenCV gives into sRGB.
+    """Convert a frame of OpenCV's to sRGB.
 
     `picture`, array, (H, W), (H, W, 1) or (H, W, 3) uint8: grey, or blue first. Returns (H, W, 3)
-    uint8 or None: sRGB, red first; None for what is no picture, or one of less than 16 or more than
-    8,192 pixels a side.
+    uint8, red first; None if it is no picture, or has under 16 or over 8,192 pixels a side.
     """
     array = np.asarray(picture)
     if array.dtype != np.uint8 or array.ndim not in (2, 3) or min(array.shape[:2]) < SMALLEST:

@@ -1,4 +1,4 @@
-"""What there is to report of a bracket: its files, exposures, tone curve, and what moved."""
+"""Remarks about a bracket: its files, exposures, tone curve, and what moved."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ class FramesUnfit(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesRotated(Remark):
-    """Frames that were rotated to lie on the others."""
+    """Frames that were rotated to match the others."""
 
     names: tuple[str, ...]
     angles_deg: tuple[float, ...]
@@ -197,7 +197,7 @@ class FramesRotated(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesUnlike(Remark):
-    """Frames that no small rotation lays on the others."""
+    """Frames that no small rotation aligns with the others."""
 
     names: tuple[str, ...]
 

@@ -64,7 +64,7 @@ class Glimpse:
     """Face and background of one frame.
 
     Attributes:
-        grey, seen: (N * N,) float32 and bool. The face on the head's pixels; nothing without one.
+        grey, visible: (N * N,) float32 and bool. The face on the head's pixels, empty if none.
         picture: (h, w, 3) uint8 sRGB. The face and a little around it; None without one.
     """
 

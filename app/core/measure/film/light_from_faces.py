@@ -75,7 +75,7 @@ def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -
 
     Args:
         turns_deg: (n,) float64. Where the nose points at each frame.
-        greys, seen: (n, N * N) float32 and bool. Of `app.core.faces.on_head.on_head`.
+        greys, visible: (n, N * N) float32 and bool. Of `app.core.faces.on_head.on_head`.
         trust: (n,) float64. How much each frame counts.
     """
     skin = head_map().skin

@@ -195,5 +195,5 @@ def _light_named(lights: Sequence[Light], name: str) -> Light:
     names = ", ".join(light.id for light in lights) or tr("none was found")
     raise ProbeError(
         tr("There is no lamp {name!r} in this place.", name=name),
-        tr("Lamps: {known}.", known=names),
+        tr("Lamps: {names}.", names=names),
     )

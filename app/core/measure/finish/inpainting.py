@@ -94,9 +94,9 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
     if mask.shape != shape:
         raise ProbeError(
             tr(
-                "The mask has {given} texels, the panorama has {wanted}.",
-                given=mask.shape,
-                wanted=shape,
+                "The mask has {mask_shape} texels, the panorama has {shape}.",
+                mask_shape=mask.shape,
+                shape=shape,
             )
         )
     share = float((mask > _TOUCHED).mean(axis=1) @ solid_angles(shape)) * shape[1]

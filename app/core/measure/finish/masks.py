@@ -70,7 +70,7 @@ def parse_mask(text: str) -> MaskSpec:
         return _cap_or_box(kind, numbers, spec_text)
     if Path(spec_text).suffix.lower() in _PICTURES:
         return MaskSpec("picture", path=Path(spec_text))
-    raise ProbeError(tr("The mask '{given}' is not understood.", given=spec_text), _FORMS)
+    raise ProbeError(tr("The mask '{mask}' is not understood.", mask=spec_text), _FORMS)
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
@@ -186,16 +186,16 @@ def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], spec_text: str) -> M
     if len(numbers) != count:
         raise ProbeError(
             tr(
-                "The mask '{given}' needs {wanted} numbers after the colon.",
-                given=spec_text,
-                wanted=count,
+                "The mask '{mask}' needs {count} numbers after the colon.",
+                mask=spec_text,
+                count=count,
             ),
             _FORMS,
         )
     _check_elevations(numbers[2:] if kind == "box" else numbers, spec_text)
     if kind == "box" and numbers[2] >= numbers[3]:
         raise ProbeError(
-            tr("The mask '{given}' ends below where it starts.", given=spec_text), _FORMS
+            tr("The mask '{mask}' ends below where it starts.", mask=spec_text), _FORMS
         )
     return MaskSpec(kind, numbers)
 
@@ -203,7 +203,7 @@ def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], spec_text: str) -> M
 def _check_elevations(values: Sequence[float], spec_text: str) -> None:
     if any(abs(value) > 90.0 for value in values):
         raise ProbeError(
-            tr("The mask '{given}' has an elevation outside -90 to 90 degrees.", given=spec_text)
+            tr("The mask '{mask}' has an elevation outside -90 to 90 degrees.", mask=spec_text)
         )
 
 
@@ -212,11 +212,11 @@ def _numbers(words: Sequence[str], spec_text: str) -> tuple[float, ...]:
         numbers = tuple(float(word.replace("−", "-")) for word in words)
     except ValueError:
         raise ProbeError(
-            tr("The mask '{given}' is not understood.", given=spec_text), _FORMS
+            tr("The mask '{mask}' is not understood.", mask=spec_text), _FORMS
         ) from None
     if not all(abs(value) <= 360.0 for value in numbers):
         raise ProbeError(
-            tr("The mask '{given}' has an angle outside -360 to 360 degrees.", given=spec_text)
+            tr("The mask '{mask}' has an angle outside -360 to 360 degrees.", mask=spec_text)
         )
     return numbers
 

@@ -176,8 +176,8 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
         circled = [names[k] for k, one in enumerate(all_circles) if one is not None]
         raise ProbeError(
             tr(
-                "{shown}, but {odd}.",
-                shown=tr_plural(
+                "{circled}, but {odd}.",
+                circled=tr_plural(
                     "{names} shows two unstitched fisheye circles",
                     "{names} show two unstitched fisheye circles",
                     len(circled),

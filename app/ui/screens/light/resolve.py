@@ -313,7 +313,7 @@ def _sections(
     return tuple(
         Section(
             title,
-            tr("{found} of {count}", found=len(members), count=count),
+            tr("{number} of {count}", number=len(members), count=count),
             tuple(row(one, how) for one in members),
         )
         for number, (title, how, members, count) in enumerate(parts)

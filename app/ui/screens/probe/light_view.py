@@ -401,7 +401,7 @@ class PanoramaTools(QWidget):
 
 _WIDEST: Final = 1200
 _ROW: Final = 44
-_DROP: Final = tr("Drop a panorama, photographs, a film or a folder")
+_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
 _DROP_SHORT: Final = tr("Drop files here")
 _FULL: Final = (
     Column(tr("Lamps found"), 160),

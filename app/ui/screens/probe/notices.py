@@ -410,10 +410,10 @@ def _clipped_notice(
     title = STILL_CLIPPED[lamp.kind].format(letter=lamp.letter, where=where)
     if capture.plan != "paper" or full is None:
         return Notice("note" if harmless else "advice", title, body)
-    mends = tr(
-        "The full range ({second}) mends that. Keep the camera where it is.", second=full.second
+    fix = tr(
+        "The full range ({second}) fixes this. Keep the camera where it is.", second=full.second
     )
     if camera.missing:
-        return Notice("advice", title, f"{body} {mends}")
+        return Notice("advice", title, f"{body} {fix}")
     button = (("capture-full", tr("Capture the full range")),)
-    return Notice("advice", title, f"{body} {mends}", button)
+    return Notice("advice", title, f"{body} {fix}", button)

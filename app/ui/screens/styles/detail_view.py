@@ -130,7 +130,7 @@ class _Legend(QWidget):
     def __init__(self) -> None:
         super().__init__()
         helps, harms = (
-            Text(words, 12, role="dim") for words in (tr("light helps"), tr("light harms"))
+            Text(words, 12, role="dim") for words in (tr("light helps"), tr("light hurts"))
         )
         row(Sign("plus"), helps, 8, Sign("minus"), harms, ..., into=self, gap=8)
 

@@ -408,7 +408,9 @@ class StandQuestion(PaintedWidget):
     def __init__(self, parent: QWidget, take: Callable[[str], None]) -> None:
         super().__init__(parent)
         title = Text(tr("Which way does this camera look?"), 16, 600, elide=True)
-        self._note = Text(tr("Asked once. The settings change it."), 12, role="dim", elide=True)
+        self._note = Text(
+            tr("Asked only once. Change it later in Settings."), 12, role="dim", elide=True
+        )
         grow = QSizePolicy.Policy.Expanding
         self.answers: dict[str, Pressable] = {"sitter": _Answer("sitter"), "me": _Answer("me")}
         for looks, answer in self.answers.items():
