@@ -25,7 +25,7 @@ from app.ui.shell.jobs import give_back, keep_little
 from tests.plugins.workers import WORKER_BYTES
 
 _OURS: Final = ("app.", "tests.", "benchmarks.", "scripts.")
-_MUCH: Final = 600_000_000  # a test may take the rest
+_MUCH: Final = 560_000_000  # a test may take the rest
 _LITTLE: Final = 30_000_000  # not worth a collection
 _STEP: Final = 100_000_000  # what a file may add before it is freed once more
 _PROCESS: Final = psutil.Process()
