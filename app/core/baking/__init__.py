@@ -1,1 +1,1 @@
-"""Baking: from a head and a skin to a transport matrix. The only place that uses Mitsuba."""
+"""Compute the transport matrix of a head and a skin tone; only this package uses Mitsuba."""

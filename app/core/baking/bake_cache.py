@@ -1,4 +1,4 @@
-"""Finished parts of a bake, kept on disk until all are done: a stopped bake can be resumed."""
+"""Save the finished parts of a bake on disk, so that an interrupted bake can be resumed."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from app.core.base.errors import TransportError
 from app.core.text import tr
 
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
-"""``keep(name, shape, compute)``: the part of that name, computed unless it is there."""
+"""``keep(name, shape, compute)`` returns the named part, computed only if it is not saved yet."""
 
 _MOST_BYTES: Final = 1 << 34
 
 
 @dataclass(frozen=True, slots=True)
 class BakeCache:
-    """A folder of arrays."""
+    """A folder of arrays, one file for each finished part of a bake."""
 
     folder: Path
 
     def keep(self, name: str, shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
-        """Return a part of this shape: from the folder, else computed and kept there."""
+        """Return the saved part of this name and shape, or compute and save it."""
         file = self.folder / f"{name}.npz"
         with contextlib.suppress(TransportError):
             matrix = read_arrays(file, tr("part of a bake"), "", _MOST_BYTES).get("matrix")
@@ -40,11 +40,11 @@ class BakeCache:
         return part
 
     def prefixed(self, prefix: str) -> Keep:
-        """Keep whose names start with a word of their own."""
+        """Return a `keep` that puts a prefix before all its names."""
         return lambda name, shape, compute: self.keep(f"{prefix}-{name}", shape, compute)
 
     def clear(self) -> None:
-        """Remove all parts, and the folder and the one around it where they are empty then."""
+        """Delete all parts, then the folder and its parent if they are empty."""
         for file in self.folder.glob("*.npz"):
             file.unlink(missing_ok=True)
         for path in (self.folder, self.folder.parent):
@@ -55,5 +55,5 @@ class BakeCache:
 
 
 def no_keep(_name: str, _shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
-    """Compute, and keep nothing."""
+    """Compute the part without saving it."""
     return compute()

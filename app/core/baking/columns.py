@@ -1,10 +1,10 @@
-"""Where light comes from while baking: the texels of an environment, or lamps near the head.
+"""Light sources of a bake: the texels of an environment, or lamps near the head.
 
-Both are lists of columns: a transport has one column for each texel, and the pictures of the
-studio styles are columns of their lamps. Everything else in baking treats them alike.
+Both are lists of columns. A transport has one column for each texel; the pictures of the studio
+styles have one for each lamp. The rest of the package treats them alike.
 
-A full matrix of texel columns is brought to the form that ships here, too: mirror symmetric and of
-low rank.
+This module also brings a full matrix of texel columns into the form that ships: mirror symmetric
+and of low rank.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from app.core.styles.styles import StyleLamp
 
 
 class Columns(Protocol):
-    """A list of light sources, each to be integrated over its own small area."""
+    """A list of light sources; each is integrated over its own small area."""
 
     @property
     def count(self) -> int:
@@ -32,25 +32,29 @@ class Columns(Protocol):
         ...
 
     def directions(self) -> Float32:
-        """Directions of the columns' middles from between the eyes, (count, 3) float32, unit."""
+        """Unit vectors from between the eyes to the columns' centres, (count, 3) float32."""
         ...
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
-        """Place (s, t) of a column, as seen from a position.
+        """Return one point of a column's area, as seen from a position.
 
         Args:
+            column: Column index of each lane.
+            position: Point that receives the light, scene units.
             s, t: In [0, 1); uniform values cover the column's area evenly.
 
         Returns:
-            weight: Radiance times solid angle (steradian) that the whole column has at the
-                position, as this place of it has it.
+            direction: Unit vector from the position to the point.
+            distance: Scene units; infinite for texels.
+            weight: Radiance times solid angle (steradian) that the whole column would have at the
+                position if all of it were like this point.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class TexelColumns:
-    """The texels of an H x W environment at turn 0, each of radiance 1."""
+    """The texels of an H x W environment at turn 0, each with radiance 1."""
 
     height: int
     width: int
@@ -85,9 +89,9 @@ class TexelColumns:
 
 
 class LampColumns:
-    """Round flat lamps that face the point between the eyes, at finite distance.
+    """Round flat lamps at a finite distance, facing the point between the eyes.
 
-    A lamp of power 1 gives irradiance 1 at that point on a surface that faces it.
+    A lamp of power 1 gives irradiance 1 at that point, on a surface that faces the lamp.
     """
 
     def __init__(self, lamps: Sequence[StyleLamp], eye_point: tuple[float, float, float]) -> None:
@@ -102,7 +106,7 @@ class LampColumns:
         self._axes = tuple(Table(axis) for axis in (toward, side, np.cross(side, toward)))
         self._centres = Table(np.array(eye_point) + toward * distance[:, None])
         self._radius = Table(radius)
-        # Radiance times area, so that the weight below is irradiance-like: E = L A / d^2 = power.
+        # Radiance times area, so that the weight below is an irradiance: E = L A / d^2 = power.
         self._intensity = Table(np.array([lamp.power for lamp in lamps]) * distance**2)
 
     @property
@@ -132,7 +136,7 @@ class LampColumns:
 
 
 def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
-    """Where in `pixels` the mirror image of each pixel stands; itself when it is not there."""
+    """Return the index in `pixels` of each pixel's mirror image; its own if there is none."""
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.searchsorted(pixels, mirrored)
     where = np.minimum(where, len(pixels) - 1)
@@ -143,16 +147,16 @@ def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
 def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Float32, float]:
     """Average a matrix with its own mirror image.
 
-    The two halves of a symmetric head were traced independently, so their difference also tells
-    the noise.
+    The two halves of a symmetric head are traced independently, so their difference is also a
+    measure of the noise.
 
     Args:
         matrix: (P, H * W, 3) float32.
-        twin: (P,) int. Mirror image of each pixel.
+        twin: (P,) int. Index of each pixel's mirror image.
 
     Returns:
         symmetric: (P, H * W, 3) float32.
-        noise: RMS noise / RMS of the picture after averaging, median over the texels.
+        noise: RMS noise after averaging over RMS of the picture, median over the texels.
     """
     shape = (len(matrix), texels.height, texels.width, 3)
     mirrored = matrix[twin].reshape(shape)[:, :, ::-1].reshape(matrix.shape)
@@ -161,17 +165,17 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
 
 def texel_noise(one: Float32, two: Float32) -> Float64:
-    """Noise of one of two independent bakes: RMS difference / sqrt 2 / RMS, for each texel."""
+    """Return each texel's noise from two independent bakes: RMS difference / sqrt 2 / RMS."""
     difference = np.square(one - two).mean(axis=(0, 2), dtype=np.float64)
     power = np.maximum((one * two).mean(axis=(0, 2), dtype=np.float64), 1e-30)
     return np.asarray(np.sqrt(difference / 2 / power))
 
 
 def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32, Float32, float]:
-    """Best low-rank form of a transport matrix, every texel's picture counting alike.
+    """Return the best low-rank form of a transport matrix; each texel's picture counts equally.
 
-    The texel basis is made of functions that are even or odd under mirroring, so that a mirrored
-    panorama gives the mirrored picture exactly.
+    Every basis function over the texels is even or odd under mirroring, so that a mirrored panorama
+    gives exactly the mirrored picture.
 
     Args:
         matrix: (P, H * W, 3) float32.
@@ -179,7 +183,7 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
     Returns:
         pixel_basis: (3, P, R) float32.
         texel_basis: (R, H * W) float32.
-        truncation: RMS error / RMS, 95th percentile over the texels.
+        truncation: RMS error over RMS, 95th percentile over the texels.
     """
     flat = matrix.transpose(0, 2, 1).reshape(-1, texels.count)
     basis, scale = texel_functions([flat], texels, rank)
@@ -194,11 +198,11 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
 def texel_functions(
     matrices: Sequence[Float32], texels: TexelColumns, rank: int, evenness: float = 1.0
 ) -> tuple[Float32, Float32]:
-    """Find the functions of texels that hold most of several matrices, even or odd each.
+    """Find the even and odd functions over the texels that capture most of several matrices.
 
     Args:
         matrices: (n, H * W) float32 each.
-        evenness: 1 where every texel's picture counts alike, 0 where each counts by its light.
+        evenness: 1 gives every texel's picture the same weight, 0 weights each by its light.
 
     Returns:
         basis: (rank, H * W) float32. Orthonormal over texels divided by their scale.

@@ -1,12 +1,12 @@
-"""How much light reaches each point of the skin from each column of light, found by shadow rays.
+"""Compute with shadow rays how much light reaches each point of the skin from each column.
 
-For every vertex and every column (a texel of the environment, or a lamp) the part that the vertex
-can see is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
+For every vertex and every column (a texel of the environment, or a lamp), the visible part of the
+column is integrated on a jittered grid, weighted by the first powers of the cosine of incidence.
 Any smooth dependence of the skin on that cosine (the profile of `core.baking.random_walk`) is a
-combination of those moments.
+combination of these moments.
 
-The rays from the camera that find a head's shape (where each pixel's skin is, what the head covers,
-its outlines) are shot here, too.
+Camera rays that find a head's shape are also traced here: the position on the skin behind each
+pixel, the pixels that the head covers, and its outlines.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _COARSE_SKY = TexelColumns(16, 32)
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points on skin and eyes, and the grid of points that each face has.
+    """Points on the skin and the eyes, and the grid of points on each face.
 
     Attributes:
         positions, normals: (V, 3) float32. Scene units; unit vectors.
-        level: (F,) uint32. Grid steps along each side of a face; 1 = its corners only. Skin's
-            faces, then eyes'.
-        first: (F,) uint32. Where a face's points begin in `table`.
-        table: (K,) uint32. Point numbers; of a face of level n, point (i, j) with i + j <= n is
+        level: (F,) uint32. Grid steps along each side of a face; 1 = corners only. The skin's faces
+            come first, then those of the eyes.
+        first: (F,) uint32. Index in `table` of each face's first point.
+        table: (K,) uint32. Point numbers. In a face of level n, point (i, j) with i + j <= n is
             entry ``j (n + 1) - j (j - 1) / 2 + i``, at barycentric coordinates b1 = i / n, b2 = j /
             n.
     """
@@ -68,7 +68,7 @@ class Points:
 
 
 def vertex_points(head: HeadMesh) -> Points:
-    """Only the vertices of skin and eyes."""
+    """Return the vertices of the skin and the eyes as points, with no grids."""
     parts = [head.skin] if head.eyes is None else [head.skin, head.eyes]
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = np.concatenate(
@@ -91,7 +91,7 @@ def place_points(
     keep: Keep = no_keep,
     watch: Watch = unwatched,
 ) -> Points:
-    """Vertices, and a grid of `FINE` steps on every face whose corners see unlike shares of sky."""
+    """Return the vertices, plus a grid of `FINE` steps on faces whose corners see different sky."""
     coarse = vertex_points(head)
     moments = expose(scene, coarse, _COARSE_SKY, 2, seed, keep=keep, watch=watch)
     open_sky = moments[0].sum(axis=1) / np.pi
@@ -142,7 +142,7 @@ def expose(
     """Integrate visibility times powers of the cosine of incidence over each column.
 
     Args:
-        samples: Shadow rays along each side of a column; their square is shot.
+        samples: Shadow rays along each side of a column, so `samples` squared for each pair.
 
     Returns:
         (MOMENTS, V, columns) float32. ``[m]`` is the integral of L V mu^(m + 1), radiance times
@@ -175,7 +175,11 @@ def _expose_some(
     seed: int,
     watch: Watch,
 ) -> Float32:
-    """Moments at some places (positions, normals), (MOMENTS, n, columns): a lane for each pair."""
+    """Integrate the moments at some places (positions, normals), with a lane for each pair.
+
+    Returns:
+        (MOMENTS, n, columns) float32.
+    """
     positions, normals = map(Table, places)
 
     def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
@@ -229,7 +233,7 @@ def shine(
     seed: int,
     watch: Watch = unwatched,
 ) -> Float32:
-    """Light that the first surface a camera ray meets reflects straight from a column.
+    """Trace the light that the first visible surface reflects straight from each column.
 
     Args:
         picture: Pixels along one side.
@@ -255,7 +259,7 @@ def shine(
         )
         ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
         si = scene.ray_intersect(ray)
-        dr.eval(si, rng)  # so that the kernel of the loop holds the shadow rays only
+        dr.eval(si, rng)  # so that the loop's kernel contains only the shadow rays
 
         def add(column: Any, value: Any, active: Any) -> None:
             light.add(slot * columns.count + column, value / samples, active)
@@ -270,7 +274,7 @@ def shine(
 def _reflect(
     scene: Any, si: Any, columns: Columns, rng: Any, add: Callable[[Any, Any, Any], None]
 ) -> None:
-    """Call ``add(column, colour, mask)`` with what a place reflects of each column."""
+    """Call ``add(column, colour, mask)`` with the light that a place reflects from each column."""
     import drjit as dr
     import mitsuba as mi
 
@@ -299,11 +303,11 @@ _STEPS: Final = 16  # rays along each side of a pixel
 _THIN_M: Final = 0.006
 _DOTS_PER_M: Final = 2000
 _SMOOTH_M: Final = 0.0005
-_CHIN_UNITS: Final = 1.25  # what is further under the eyes is neck
+_CHIN_UNITS: Final = 1.25  # skin further below the eyes counts as neck
 
 
 def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: int) -> HeadShape:
-    """Find where the pixels of a head's picture look.
+    """Find the position on the head behind each pixel of its picture.
 
     Args:
         pixels: (P,) int32. Flat row-major numbers of the pixels that the head covers.
@@ -330,11 +334,11 @@ def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: i
 
 
 def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
-    """Find what each pixel of a picture sees of a head, from wherever its camera stands.
+    """Find the coverage and position on the head for each pixel of any camera's picture.
 
     Returns:
         coverage: (N * N,) float32. Share of each pixel that the head covers.
-        positions: (N * N, 3) float32. Mean place that it sees, as in `HeadShape`.
+        positions: (N * N, 3) float32. Mean visible position, as in `HeadShape`.
     """
     sums, hits = _visibility(scene, size)
     metres = MILLIMETRES_PER_UNIT / 1000.0
@@ -344,12 +348,12 @@ def look_from(head: HeadMesh, scene: Any, size: int) -> tuple[Float32, Float32]:
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
-    """Find the share of each pixel that the head covers, (N * N,), on a symmetric grid of rays."""
+    """Return the share of each pixel that the head covers, (N * N,), by a symmetric ray grid."""
     return np.asarray(_visibility(scene, size, watch)[1] / _STEPS**2, np.float32).ravel()
 
 
 def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float64, Float64]:
-    """Sum of the places on the head that each pixel's rays hit, (N, N, 3), and their number."""
+    """Return the sum of the points that each pixel's rays hit, (N, N, 3), and their number."""
     import drjit as dr
     import mitsuba as mi
 
@@ -372,7 +376,7 @@ def _visibility(scene: Any, size: int, watch: Watch = unwatched) -> tuple[Float6
 
 
 def _thinned(points: Float64) -> Float64:
-    """One point for each cell of a grid: as many as it takes to measure distances."""
+    """Keep one point in each cell of a grid: enough for measuring distances."""
     _, first = np.unique(np.floor(points / _THIN_M).astype(np.int64), axis=0, return_index=True)
     return points[np.sort(first)]
 
@@ -383,7 +387,7 @@ def _above_neck(head: HeadMesh, faces: Int64) -> Bools:
 
 
 def _outline(points: Float64, faces: Int64) -> Float32:
-    """(n, 2) closed outline of a mesh's shadow, metres, counter-clockwise."""
+    """Return the closed outline of a mesh's shadow, (n, 2), metres, counter-clockwise."""
     start = points.min(axis=0) - 0.01
     dots = (points - start) * _DOTS_PER_M
     wide, tall = np.ceil(dots.max(axis=0) + 0.01 * _DOTS_PER_M).astype(int)
@@ -393,7 +397,7 @@ def _outline(points: Float64, faces: Int64) -> Float32:
     contours, _ = cv2.findContours(shadow, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     longest = max(contours, key=cv2.contourArea)
     smooth = cv2.approxPolyDP(longest, _SMOOTH_M * _DOTS_PER_M, True)[:, 0].astype(np.float64)
-    # OpenCV's y points down, so what it calls clockwise is counter-clockwise here.
+    # OpenCV's y points down, so its clockwise is counter-clockwise here.
     if cv2.contourArea(smooth.astype(np.float32), True) < 0:
         smooth = smooth[::-1]
     return np.asarray(smooth / _DOTS_PER_M + start, np.float32)

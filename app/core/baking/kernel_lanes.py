@@ -1,13 +1,13 @@
-"""One kernel for many lanes: run on all of them at once where Mitsuba can, else one after another.
+"""Run one kernel for many lanes: all at once where Mitsuba can, otherwise one after another.
 
-In Mitsuba's wavefront variants (llvm, cuda) a number in a kernel is an array with an entry for
-each lane, and one call does the work of all lanes. In the scalar variant it is a plain Python
-number, and the kernel is called for each lane. A kernel that reads from a `Table`, adds to a
-`Tally`, and otherwise keeps to ``dr.while_loop``, ``dr.if_stmt``, ``dr.select`` and arithmetic
-cannot tell the difference. Only ``~`` is not for it (Python's ``~True`` is -2): see `negate`.
+In Mitsuba's wavefront variants (llvm, cuda), a number in a kernel is an array with an entry for
+each lane, and one call computes all lanes. In the scalar variant it is a plain Python number, and
+the kernel is called once for each lane. A kernel works in both if it reads from a `Table`, adds to
+a `Tally`, and otherwise uses only ``dr.while_loop``, ``dr.if_stmt``, ``dr.select`` and arithmetic.
+It must use `negate` in place of ``~``, because Python's ``~True`` is -2.
 
 `select_variant` chooses how Mitsuba computes: on the graphics card, compiled for this processor, or
-plainly.
+interpreted.
 """
 
 from __future__ import annotations
@@ -30,18 +30,20 @@ from app.core.base.errors import BakeError
 from app.core.text import tr
 
 Watch: TypeAlias = Callable[[float], None]
-"""Called with the share that is done, a few times a second where lanes run one by one; may raise
-to stop the work."""
+"""Called with the finished share, 0 to 1, a few times a second where lanes run one by one.
+
+It may raise an exception to stop the work.
+"""
 
 _SCALAR_SHARE = 256
 _WATCH_EVERY_S = 0.25
 
 
 class Table:
-    """Numbers or vectors that lanes look up.
+    """A table of numbers or vectors that the lanes read.
 
     Args:
-        values: (n,) uint32, (n,) float or (n, 3) float. Float entries are kept in single precision.
+        values: (n,) uint32, (n,) float or (n, 3) float. Floats are stored in single precision.
     """
 
     __slots__ = ("_kind", "_values")
@@ -56,7 +58,7 @@ class Table:
         self._values: Any = number(values.ravel()) if is_wavefront(mi) else values.tolist()
 
     def take(self, index: Any, active: Any = True) -> Any:
-        """Entry at an index: UInt32, Float or Vector3f; zero in lanes that are not active."""
+        """Return the entry at an index: UInt32, Float or Vector3f; zero in inactive lanes."""
         import drjit as dr
 
         if isinstance(self._values, list):
@@ -65,7 +67,7 @@ class Table:
 
 
 class Tally:
-    """Sums of colours to which lanes add."""
+    """Sums of RGB colours to which the lanes add."""
 
     __slots__ = ("_sums",)
 
@@ -79,7 +81,7 @@ class Tally:
         )
 
     def add(self, row: Any, colour: Any, active: Any) -> None:
-        """Add a Color3f to a row, in lanes that are active."""
+        """Add a Color3f to a row, in the active lanes."""
         import drjit as dr
 
         parts = (colour.x, colour.y, colour.z)
@@ -91,28 +93,28 @@ class Tally:
             dr.scatter_reduce(dr.ReduceOp.Add, self._sums, part, row * 3 + channel, active)
 
     def sums(self, *shape: int) -> Float32:
-        """Return what was added so far, (*shape, 3) float32; shape's product is the rows."""
+        """Return the sums so far, (*shape, 3) float32; `shape` multiplies to the number of rows."""
         return np.array(self._sums, np.float32).reshape(*shape, 3)
 
 
 def at_once(lanes: int) -> int:
-    """How many lanes make one piece of work: as given in a wavefront, fewer one by one."""
+    """Return the number of lanes in one batch: all in a wavefront variant, else fewer."""
     import mitsuba as mi
 
     return lanes if is_wavefront(mi) else max(1, lanes // _SCALAR_SHARE)
 
 
 def negate(condition: Any) -> Any:
-    """Logical not, of a mask or of a Python bool."""
+    """Return the logical not of a mask or of a Python bool."""
     return condition ^ True
 
 
 def unwatched(share: float) -> None:
-    """Watch nothing."""
+    """Ignore the progress."""
 
 
 def part_of(watch: Watch, start: float, stop: float) -> Watch:
-    """Watch of a part that takes the whole from `start` to `stop`."""
+    """Return a callback for a part of the work: its 0..1 becomes `start`..`stop` of the whole."""
     return lambda share: watch(start + share * (stop - start))
 
 
@@ -122,14 +124,14 @@ def run_lanes(
     kernel: Callable[[Any, Any], tuple[Any, ...]],
     watch: Watch = unwatched,
 ) -> tuple[Float32, ...]:
-    """Do a kernel's work for every lane.
+    """Run a kernel for every lane.
 
     Args:
-        kernel: ``kernel(lane, rng)``, a UInt32 from 0 to `count` - 1 and a PCG32; returns a tuple
-            of Float.
+        kernel: ``kernel(lane, rng)`` takes a UInt32 from 0 to `count` - 1 and a PCG32, and returns
+            a tuple of Float.
 
     Returns:
-        tuple of (count,) float32. What the kernel returned, for each lane.
+        tuple of (count,) float32. The kernel's results for all lanes.
     """
     import drjit as dr
     import mitsuba as mi
@@ -154,16 +156,16 @@ def run_lanes(
 
 
 def _random(lane: Any, seed: int) -> Any:
-    """Random numbers of each lane's own.
+    """Return a random number generator for each lane.
 
-    Scrambled as in Mitsuba's own samplers: generators that differ in their starting state alone
-    are correlated between seeds.
+    The seeds are scrambled as in Mitsuba's own samplers: generators that differ only in their
+    starting state are correlated between seeds.
     """
     import drjit as dr
     import mitsuba as mi
 
     one, two = mi.sample_tea_32(mi.UInt32(seed % 2**32), lane)
-    # PCG32 counts the lanes of a wavefront by itself.
+    # In a wavefront variant, PCG32 itself gives each lane its own stream.
     number = 0 if is_wavefront(mi) else lane
     return mi.PCG32(
         size=dr.width(lane),
@@ -203,7 +205,7 @@ def select_variant(variant: str = "auto") -> Any:
     try:
         mitsuba = importlib.import_module("mitsuba")
         mitsuba.set_variant(_NAMES[variant_name])
-        # Its remarks would stand in the answer, in colour; what matters is raised.
+        # Its log would mix with the command's output, in colour; real problems raise.
         mitsuba.set_log_level(mitsuba.LogLevel.Error)
         if variant_name != "scalar":
             float_type = mitsuba.Float
@@ -217,7 +219,7 @@ def select_variant(variant: str = "auto") -> Any:
 
 
 def is_wavefront(mitsuba: Any) -> bool:
-    """Tell whether the current variant traces many paths at once (llvm, cuda)."""
+    """Return whether the current variant traces many paths at once (llvm, cuda)."""
     return not str(mitsuba.variant()).startswith("scalar")
 
 
@@ -252,7 +254,7 @@ def _llvm_candidates() -> Iterator[Path]:
 
 
 def _llvm_major(library: Path) -> int:
-    """Major version of a libLLVM, 0 when it cannot say (``LLVMGetVersion`` came with 16)."""
+    """Return the major version of a libLLVM; 0 if it does not report one (before 16)."""
     try:
         get_version = ctypes.CDLL(str(library)).LLVMGetVersion
     except (OSError, AttributeError):

@@ -1,12 +1,12 @@
-"""Tracing light backwards: from a pixel through the skin to the points where light came in.
+"""Trace light backwards: from a pixel through the skin to the points where the light came in.
 
-Every path starts at the camera and is followed as Mitsuba's ``volpathmis`` would follow it: rough
-dielectric boundary, random walk inside, spectral weights kept for all three channels at once
-(Miller et al., "A null-scattering path integral formulation of light transport", 2019). Where
-``volpathmis`` would look the escaping direction up in an environment, this tracer records *where*
-on the skin the path came out. Light enters skin from every direction alike but for a smooth factor
-(the exit profile), so that the share each pixel takes from each point of the skin is all that has
-to be found by chance; how much light reaches a point from each direction is found without any
+Every path starts at the camera and is followed as in Mitsuba's ``volpathmis``: rough dielectric
+boundary, random walk inside, spectral weights for all three channels at once (Miller et al., "A
+null-scattering path integral formulation of light transport", 2019). Where ``volpathmis`` would
+look up the escaping direction in an environment, this tracer records *where* on the skin the path
+came out. Light enters skin equally from all directions except for a smooth factor (the exit
+profile). So only the share that each pixel receives from each point of the skin needs Monte Carlo
+paths; the light that reaches a point from each direction is computed without them
 (`app.core.baking.exposure`).
 """
 
@@ -27,21 +27,22 @@ if TYPE_CHECKING:
     from app.core.baking.exposure import Points
 
 _MAX_EVENTS = 2000
-# Below this share of what set out, paths end by chance; fainter ones are not worth their time.
+# Below this share of their starting weight, paths end by Russian roulette: they cost more than they
+# add.
 _FAINT = 0.25
 
 
 @dataclass(frozen=True, slots=True)
 class PathTotals:
-    """What the paths of some pixels found.
+    """Shares of light that the paths of some pixels collected.
 
     Attributes:
-        share: (pixels, V, 3) float32. How much of the light that enters the skin at a point reaches
+        share: (pixels, V, 3) float32. Share of the light entering the skin at a point that reaches
             the pixel.
         lean: (pixels, V, 3, 3) float32. First moment of the direction in which that light leaves
-            along the backward path, in the tangent plane: [..., axis, channel]. Light that comes in
-            aslant travels on under the skin, so what a pixel sees is a little shifted along the
-            light; this is that shift.
+            along the backward path, in the tangent plane: [..., axis, channel]. Oblique light
+            travels on under the skin, which shifts the source of a pixel's light slightly along its
+            direction; the lean is that shift.
     """
 
     share: Float32
@@ -74,7 +75,7 @@ def trace_pixels(
     seed: int,
     watch: Watch = unwatched,
 ) -> PathTotals:
-    """Follow `paths` paths from each of some pixels to the places where light came in.
+    """Trace `paths` paths from each pixel to the places where the light came in.
 
     Args:
         pixels: (n,) int32. Flat row-major pixel numbers.
@@ -97,7 +98,11 @@ def trace_profile(
     seed: int,
     watch: Watch = unwatched,
 ) -> Float32:
-    """Light that leaves the skin, by cosine of its angle to the normal; parameters as above.
+    """Measure the light that leaves the skin, by the cosine of its angle to the normal.
+
+    Args:
+        pixels: (n,) int32. Flat row-major pixel numbers.
+        paths: Paths per pixel.
 
     Returns:
         (PROFILE_BINS, 3) float32. Any scale.
@@ -115,7 +120,7 @@ def follow(
     finder: Finder,
     watch: Watch,
 ) -> None:
-    """Run all paths to their ends."""
+    """Run all paths to their ends, and report them to `finder`."""
     import drjit as dr
     import mitsuba as mi
 
@@ -136,10 +141,11 @@ def follow(
 
 @dataclass(frozen=True, slots=True)
 class _PathWalk:
-    """The way of a path, or of all lanes' paths: free flights, surfaces and scatterings.
+    """A random walk, of one path or of all lanes: free flights, surfaces and scattering events.
 
     Attributes:
-        slot: Which of the pixels the path started from.
+        slot: Index of the pixel where the path started.
+        hero: Channel that the flights are sampled from.
     """
 
     tables: SceneTables
@@ -166,7 +172,7 @@ class _PathWalk:
     def _step(
         self, ray: Any, rng: Any, weight: Any, ratio: Any, inside: Any, alive: Any, n: Any
     ) -> tuple[Any, ...]:
-        """One flight and what is at its end; `n` counts them."""
+        """Make one flight and handle the event at its end; `n` counts the events."""
         import drjit as dr
         import mitsuba as mi
 
@@ -207,7 +213,10 @@ class _PathWalk:
     def _fly(
         self, weight: Any, ratio: Any, inside: Any, alive: Any, scatters: Any, distance: Any
     ) -> tuple[Any, Any]:
-        """Weights after a flight drawn for the hero; the others follow by their pdf ratios."""
+        """Return the weights after a flight sampled for the hero channel.
+
+        The weights of the other channels follow from their pdf ratios.
+        """
         import drjit as dr
         import mitsuba as mi
 
@@ -231,7 +240,7 @@ class _PathWalk:
         inside: Any,
         n: Any,
     ) -> tuple[Any, ...]:
-        """Let a surface's own BSDF decide, as Mitsuba's integrator does."""
+        """Sample the surface's own BSDF, as Mitsuba's integrator does."""
         import drjit as dr
         import mitsuba as mi
 
@@ -274,17 +283,17 @@ def _pick(colour: Any, channel: Any) -> Any:
 
 
 def _value(weight: Any, ratio: Any) -> Any:
-    """Balance heuristic over the three channels that could have been the hero."""
+    """Weight the path by the balance heuristic over the three channels."""
     import drjit as dr
 
     return weight * (3 * dr.rcp(ratio.x + ratio.y + ratio.z))
 
 
 def fit_profile(profile: Float64) -> Float64:
-    """Fit the exit profile by polynomials.
+    """Fit the exit profile with polynomials.
 
     Args:
-        profile: (PROFILE_BINS, 3) float64. Light by cosine of the exit angle, any scale.
+        profile: (PROFILE_BINS, 3) float64. Light by the cosine of the exit angle, any scale.
 
     Returns:
         (3, 3) float64. Coefficients a[c, m] of g_c(mu) = sum_m a[c, m] mu^(m + 1) per steradian,
@@ -299,7 +308,7 @@ def fit_profile(profile: Float64) -> Float64:
 
 
 def lean_scale(coefficients: Float64) -> Float64:
-    """Factor that makes a profile times (1 + factor lean . direction) have that lean.
+    """Return the factor k for which the profile times (1 + k lean . direction) has that lean.
 
     Args:
         coefficients: (3, 3) float64. From `fit_profile`.
@@ -316,7 +325,7 @@ PROFILE_BINS = 64
 
 @dataclass(frozen=True, slots=True)
 class SceneTables:
-    """What the tracer needs beside the Mitsuba scene.
+    """Data for the tracer besides the Mitsuba scene.
 
     Attributes:
         picture: Pixels along one side.
@@ -336,12 +345,12 @@ class SceneTables:
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """A path that meets a surface, and what becomes of it there.
+    """A path's meeting with a surface, and its outcome.
 
     Attributes:
-        slot: Which of the pixels the path started from.
-        leaves, glances: It comes out of the skin; it came from outside, not first from the camera,
-            and stays there.
+        slot: Index of the pixel where the path started.
+        leaves: The path comes out of the skin.
+        glances: The path came from outside, not straight from the camera, and stays outside.
     """
 
     slot: Any
@@ -354,36 +363,36 @@ class Meeting:
 
 
 class Finder(Protocol):
-    """What a trace is made for: it takes note of what happens to the paths."""
+    """The purpose of a trace: records the events of the paths."""
 
     def on_hit(self, at: Meeting) -> None:
-        """Take note of a surface: the path leaves the skin, glances off, or neither."""
+        """Record a surface: the path leaves the skin, glances off, or neither."""
         ...
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """Take note of a path that is gone for good, after at least one surface."""
+        """Record a path that left the scene, after meeting at least one surface."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """Adds paths to the points around the place where they left the skin."""
+    """Adds each path to the points around the place where it left the skin."""
 
     tables: SceneTables
     share: Tally
     lean: Tally
 
     def on_hit(self, at: Meeting) -> None:
-        """See `Finder.met`."""
-        # The camera's own first reflection is done exactly (`exposure.shine`). Later ones hold
-        # half a per cent of the light: they count as light from their place, by the profile.
+        """See `Finder.on_hit`."""
+        # The camera's first reflection is exact (`exposure.shine`). Later ones carry half a
+        # per cent of the light; the profile treats them as light from their place.
         self._deposit(at, at.leaves | at.glances)
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """Nothing to note."""
+        """Do nothing."""
 
     def _deposit(self, at: Meeting, active: Any) -> None:
-        """Share a value among the three points around the place that was hit, its lean to one."""
+        """Add a value to the three points around the hit; its lean goes to one of them."""
         import drjit as dr
         import mitsuba as mi
 
@@ -427,7 +436,7 @@ class Profile:
     tally: Tally
 
     def on_hit(self, at: Meeting) -> None:
-        """See `Finder.met`."""
+        """See `Finder.on_hit`."""
         import drjit as dr
         import mitsuba as mi
 
@@ -435,4 +444,4 @@ class Profile:
         self.tally.add(bin_, at.value, at.leaves)
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """Nothing to note."""
+        """Do nothing."""

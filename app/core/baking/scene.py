@@ -1,4 +1,4 @@
-"""The scene that is baked: head, eyes, skin, camera; as a Mitsuba scene and as a file for anyone.
+"""The scene to bake: head, eyes, skin and camera, as a Mitsuba scene and as exported files.
 
 Units: 1 scene unit = 10 cm. Frame: +Y up, +Z out of the face, +X the sitter's left.
 """
@@ -33,16 +33,16 @@ _SYMMETRY = 1e-4
 _EXPORT = tr("Export the head again as .ply or .obj, with normals.")
 _MOST_UNIT_MM = 1e6
 _MAX_VERTICES = 2_000_000
-_MAX_MESH_BYTES = 300_000_000  # that many vertices as text
+_MAX_MESH_BYTES = 300_000_000  # the text of that many vertices
 _MAX_PLY_HEAD = 1 << 14
 _MAX_PLY_ELEMENTS = 16
-# Mitsuba takes RGB spectra up to 1 only; the medium's scale carries the rest (per millimetre).
+# Mitsuba accepts RGB spectra only up to 1; the medium's scale carries the rest (per millimetre).
 _DENSEST = 4.0
-# Mitsuba 3.9.1's volpathmis begins to end paths by chance after 5 events and from then on weights
-# paths that meet a light as if none had been ended: where light is sampled too, the two weights no
-# longer add up to 1 and the picture gets darker, by 1.4 % under a lamp of 15 degrees radius. So it
-# has to wait until hardly any light is left: after 128 events 0.02 % in medium skin, 0.3 % in
-# light skin.
+# Mitsuba 3.9.1's volpathmis starts Russian roulette after 5 events, and from then on weights paths
+# that meet a light as if none had ended. Where light is sampled too, the two weights no longer add
+# up to 1 and the picture gets darker, by 1.4 % under a lamp of 15 degrees radius. So roulette has
+# to wait until hardly any light is left: after 128 events 0.02 % in medium skin, 0.3 % in light
+# skin.
 _ROULETTE_DEPTH = 128
 
 
@@ -65,7 +65,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class HeadMesh:
-    """A head to bake: its skin and, where there are any, its two eyes in one mesh."""
+    """A head to bake: its skin and, if it has open eyes, both eyes in one mesh."""
 
     name: str
     skin: Mesh
@@ -74,7 +74,7 @@ class HeadMesh:
 
     @property
     def eye_point(self) -> tuple[float, float, float]:
-        """The point midway between the eyes (the front of the corneas), scene units."""
+        """Point midway between the fronts of the corneas, scene units."""
         if self.eyes is not None:
             v = self.eyes.vertices
             middle = (float(v[:, 1].min()) + float(v[:, 1].max())) / 2
@@ -87,11 +87,13 @@ class HeadMesh:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """The portrait camera: at eye height, level, its picture shifted like a view lens's.
+    """The portrait camera: level, at eye height, with a shifted lens.
 
     Attributes:
+        origin: Position, scene units.
+        shift: Vertical shift of the picture.
         size: Pixels along one side.
-        yaw_deg: How far the head has turned toward its own left from where the camera stands.
+        yaw_deg: Turn of the head toward its own left, away from the line to the camera.
     """
 
     origin: tuple[float, float, float]
@@ -102,18 +104,21 @@ class Camera:
 
     @property
     def ahead(self) -> tuple[float, float, float]:
-        """A point straight in front of the camera."""
+        """A point straight in front of the camera, scene units."""
         x, y, z = self.origin
         yaw = math.radians(self.yaw_deg)
         return x + math.sin(yaw), y, z - math.cos(yaw)
 
 
-_EARS_UNITS = 0.7  # how far from the height of the eyes ears are looked for
-_EAR_SHARE = 0.03  # of the vertices there: the outermost
+_EARS_UNITS = 0.7  # ears are searched for within this distance of eye height
+_EAR_SHARE = 0.03  # share of the vertices in that range that counts as outermost
 
 
 def head_middle(head: HeadMesh) -> Float64:
-    """Midway between the ears, (3,) float64, scene units: the outermost points at eye height."""
+    """Return the point midway between the ears, (3,) float64, scene units.
+
+    The ears are the outermost points at eye height.
+    """
     vertices = head.skin.vertices.astype(np.float64)
     beside = vertices[np.abs(vertices[:, 1] - head.eye_point[1]) < _EARS_UNITS]
     out = np.abs(beside[:, 0])
@@ -122,13 +127,14 @@ def head_middle(head: HeadMesh) -> Float64:
 
 
 def frame_head(head: HeadMesh, size: int, yaw_deg: float = 0.0) -> Camera:
-    """Place the camera 1.8 m from the eyes and crop from just above the crown to above the cut.
+    """Place the camera 1.8 m from the eyes, and crop from just above the crown to the neck.
 
-    The lower edge looks over the cut even at the back of the neck, so no pixel can see it. A head
-    turns about the vertical midway between its ears: the camera walks around that.
+    The lower edge stays above the neck's cut even at the back, so no pixel shows it. A head turns
+    about the vertical midway between its ears; here the camera moves around that axis instead.
 
     Args:
         size: Pixels along one side of the picture.
+        yaw_deg: Turn of the head toward its own left.
     """
     x, y, z = head.eye_point
     far = z + CAMERA_DISTANCE_M * 1000 / MILLIMETRES_PER_UNIT
@@ -155,9 +161,10 @@ def load_head(
 
     Args:
         eyes_file: Closed eyeballs with vertex colours; None for a head with closed lids.
+        unit_mm: Millimetres per unit of the files.
 
-    Raises `HeadError` if a file is missing or no mesh, the skin is not closed, or the size is not a
-    head's.
+    Raises `HeadError` if a file is missing or is not a mesh, the skin is not closed, or the size is
+    impossible for a head.
     """
     skin = _load_mesh(skin_file, unit_mm)
     height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
@@ -186,7 +193,7 @@ def load_head(
 
 
 def count_open_edges(mesh: Mesh) -> int:
-    """Count edges that do not belong to exactly two faces, vertices at one place being one."""
+    """Count the edges without exactly two faces; vertices at the same place count as one."""
     _, where = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
     faces = where.reshape(-1)[mesh.faces]
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -202,7 +209,7 @@ def _is_symmetric(mesh: Mesh) -> bool:
 
     mirrored = mesh.vertices * np.array([-1, 1, 1], np.float32)
     same = key(mesh.vertices), key(mirrored)
-    # A vertex near a cell's border may round either way: allow a neighbour cell.
+    # A vertex near a cell's border may round either way, so allow a neighbouring cell.
     return bool(np.mean(np.abs(same[0] - same[1]).max(axis=1) <= 1) > 0.99)
 
 
@@ -212,7 +219,7 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
         raise HeadError(
             tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("Metres are 1000.")
         )
-    # First without normals, which Mitsuba computes by following faces wherever they point.
+    # First without normals: Mitsuba computes them from the faces.
     plain = _load({"type": kind, "filename": str(path), "face_normals": True})
     count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
     if corners.size and int(corners.max()) >= count:
@@ -262,7 +269,7 @@ def _check_mesh_file(path: Path) -> str:
 
 
 def _is_plain(path: Path) -> bool:
-    """Whether a PLY's header is short: Mitsuba takes minutes over one with thousands of lines."""
+    """Return whether a PLY's header is short: Mitsuba takes minutes over thousands of lines."""
     with path.open("rb") as stream:
         head, end, _ = stream.read(_MAX_PLY_HEAD).partition(b"end_header")
     return bool(end) and head.count(b"\nelement ") <= _MAX_PLY_ELEMENTS
@@ -273,7 +280,7 @@ def _load(description: dict[str, Any]) -> Any:
 
     try:
         return mi.traverse(mi.load_dict(description))
-    except (RuntimeError, ValueError, TypeError) as error:  # TypeError: a name that is not text.
+    except (RuntimeError, ValueError, TypeError) as error:  # TypeError: the name is not text.
         name = Path(description["filename"]).name
         raise HeadError(
             tr("{name} is damaged or not a mesh that can be read.", name=name), _EXPORT
@@ -286,7 +293,7 @@ def _volume(v: Float32, faces: NDArray[np.uint32]) -> float:
 
 
 def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
-    """Make a Mitsuba mesh with a BSDF, and a medium inside where one is given."""
+    """Make a Mitsuba mesh with a BSDF, and with a medium inside if `properties` has one."""
     import mitsuba as mi
 
     props = mi.Properties()
@@ -304,7 +311,7 @@ def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
 
 
 def medium(skin: Skin) -> dict[str, Any]:
-    """Mitsuba description of the medium under the skin's surface, in scene units."""
+    """Return the Mitsuba description of the medium under the skin's surface, in scene units."""
     return {
         "type": "homogeneous",
         "albedo": {"type": "rgb", "value": list(skin.albedo)},
@@ -317,7 +324,7 @@ def medium(skin: Skin) -> dict[str, Any]:
 def build_scene(
     head: HeadMesh, skin: Skin, camera: Camera, extra: dict[str, Any] | None = None
 ) -> Any:
-    """Build the Mitsuba scene of a head: skin first, eyes second, no light unless in `extra`.
+    """Build the Mitsuba scene of a head: skin first, eyes second, and only the lights in `extra`.
 
     Raises `BakeError` if Mitsuba cannot build it.
     """
@@ -346,7 +353,7 @@ def build_scene(
 
 
 def sensor(camera: Camera) -> dict[str, Any]:
-    """Describe a camera as Mitsuba loads it."""
+    """Return the Mitsuba description of a camera."""
     import mitsuba as mi
 
     return {
@@ -373,7 +380,7 @@ def _template(name: str) -> str:
 
 
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
-    """Write the very scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
+    """Write the scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
 
     Raises `BakeError` if the folder cannot be written.
     """
@@ -407,7 +414,7 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
 
 
 def scene_files(folder: Path) -> tuple[Path, Path, Path]:
-    """Return the files of a scene in a folder that is made where it is missing.
+    """Return the paths of a scene's files in a folder, which is made if it is missing.
 
     Raises `BakeError` if the folder cannot be made.
     """
@@ -419,7 +426,7 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
 
 
 def _write_mesh(path: Path, mesh: Any) -> None:
-    """Write a mesh whole or not at all; read back, since Mitsuba does not see a full disk."""
+    """Write a mesh atomically and read it back, since Mitsuba does not notice a full disk."""
     import mitsuba as mi
 
     def write(temporary: Path) -> None:

@@ -1,8 +1,8 @@
 """Skin as a scattering medium: three tones from published measurements.
 
-The boundary is a rough dielectric, the inside an isotropic medium with reduced coefficients
-(similarity theory), lit and traced as a real random walk: the same physics that the paper's
-``kdsubsurface`` stands for, without its diffusion approximation.
+The boundary is a rough dielectric; the inside is an isotropic medium with reduced coefficients
+(similarity theory), traced by a true random walk. The physics is that of the paper's
+``kdsubsurface`` without its diffusion approximation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,14 @@ Rgb = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Skin:
-    """Optical properties of one skin tone."""
+    """Optical properties of one skin tone.
+
+    Attributes:
+        scattering, absorption: Reduced coefficients of red, green and blue, per millimetre.
+        index: Refractive index of the boundary.
+        roughness: Microfacet roughness of the boundary.
+        source: Publication of the coefficients.
+    """
 
     name: str
     scattering: Rgb
@@ -30,13 +37,13 @@ class Skin:
 
     @property
     def extinction(self) -> Rgb:
-        """Reduced extinction coefficients per millimetre; one over the mean free path."""
+        """Reduced extinction coefficients, per millimetre: the reciprocal of the mean free path."""
         r, g, b = (s + a for s, a in zip(self.scattering, self.absorption, strict=True))
         return r, g, b
 
     @property
     def albedo(self) -> Rgb:
-        """Single-scattering albedo, reduced."""
+        """Reduced single-scattering albedo."""
         r, g, b = (s / t for s, t in zip(self.scattering, self.extinction, strict=True))
         return r, g, b
 
@@ -53,7 +60,7 @@ EYE_COAT = Coat(index=1.376, roughness=0.2)
 
 
 def skin_bsdf(skin: Skin) -> dict[str, Any]:
-    """Mitsuba description of the skin's surface."""
+    """Return the Mitsuba description of the skin's surface."""
     return {
         "type": "roughdielectric",
         "distribution": "beckmann",
@@ -64,7 +71,7 @@ def skin_bsdf(skin: Skin) -> dict[str, Any]:
 
 
 def eye_bsdf(coat: Coat) -> dict[str, Any]:
-    """Mitsuba description of the eye's surface: its own colours under a wet coat."""
+    """Return the Mitsuba description of the eye's surface: vertex colours under a wet coat."""
     return {
         "type": "principled",
         "base_color": {"type": "mesh_attribute", "name": "vertex_color"},
@@ -74,10 +81,10 @@ def eye_bsdf(coat: Coat) -> dict[str, Any]:
 
 
 def dipole_reflectance(albedo: float, index: float) -> float:
-    """Diffuse reflectance of a half space with a reduced albedo.
+    """Return the diffuse reflectance of a half space with this reduced albedo.
 
-    Jensen, Marschner, Levoy, Hanrahan, "A Practical Model for Subsurface Light Transport",
-    SIGGRAPH 2001, equation 15, with their fit of the internal reflection.
+    Jensen, Marschner, Levoy, Hanrahan, "A Practical Model for Subsurface Light Transport", SIGGRAPH
+    2001, equation 15, with their fit of the internal reflection.
 
     >>> round(dipole_reflectance(0.74 / (0.74 + 0.032), 1.3), 2)
     0.44
@@ -89,7 +96,7 @@ def dipole_reflectance(albedo: float, index: float) -> float:
 
 
 def _absorption_for(reflectance: float, scattering: float, index: float) -> float:
-    """Absorption that gives a reflectance, by bisection; reflectance falls as it rises."""
+    """Return the absorption that gives a reflectance, by bisection."""
     low, high = 0.0, 100.0 * scattering
     for _ in range(80):
         middle = (low + high) / 2
@@ -102,7 +109,7 @@ def _absorption_for(reflectance: float, scattering: float, index: float) -> floa
 
 
 def _from_reflectance(name: str, reflectance: Rgb, scattering: Rgb, source: str) -> Skin:
-    # Jensen's boundary index, so that reflectance and scattering go together as he measured them.
+    # Jensen's boundary index, so that reflectance and scattering match his measurements.
     r, g, b = (_absorption_for(x, s, 1.3) for x, s in zip(reflectance, scattering, strict=True))
     return Skin(name, scattering, (r, g, b), source=source)
 

@@ -1,7 +1,7 @@
-"""Angles about the vertical: wrapping, turns of the search grid, and their words.
+"""Angles about the vertical: wrapping, the turns of the search grid, and the names of directions.
 
-All angles are degrees. A turn is how far the sitter rotates, positive clockwise seen from above;
-0 faces the panorama's centre column.
+All angles are in degrees. A turn is the sitter's rotation, positive clockwise seen from above; 0
+faces the panorama's centre column.
 """
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ import math
 from typing import Final, Literal, TypeAlias
 
 TURNS: Final = 64
-"""Number of turns of the search grid: one per column of a 64 x 32 environment, 5.625 deg apart."""
+"""Number of turns in the search grid: one per column of a 64 x 32 environment, 5.625 deg apart."""
 
-_NO_TURN_DEG = 0.05  # what a table with one decimal shows as 0.0
+_NO_TURN_DEG = 0.05  # shown as 0.0 in a table with one decimal
 
 
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
-"""Of a turn, seen from above."""
+"""Direction of a turn, seen from above."""
 
 
 def wrap(angle_deg: float) -> float:
-    """Bring an angle into (-180, 180].
+    """Wrap an angle into (-180, 180].
 
     The result is exact: nothing is rounded, and ``wrap(-a) == -wrap(a)`` away from 180.
 
@@ -65,7 +65,7 @@ def turn_of_index(index: float, count: int = TURNS) -> float:
 
 
 def direction(turn_deg: float) -> str:
-    """Name the direction of a turn, seen from above.
+    """Return the direction of a turn, seen from above.
 
     Args:
         turn_deg: Turn, deg.
@@ -95,7 +95,12 @@ def arc_width(arc_deg: tuple[float, float]) -> float:
 
 
 def at_turn(centre: tuple[float, float], radius: float, turn_deg: float) -> tuple[float, float]:
-    """Return the point of a turn on a circle seen from above: 0 is up, positive is clockwise.
+    """Return the point of a turn on a circle seen from above: turn 0 is up, positive is clockwise.
+
+    Args:
+        centre: (x, y), y down.
+        radius: In the unit of `centre`.
+        turn_deg: Turn, deg.
 
     Examples:
         >>> at_turn((10.0, 10.0), 5.0, 90.0)
@@ -123,7 +128,7 @@ def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
 
 
 def whole(turn_deg: float) -> int:
-    """Return a turn in the whole degrees that are shown.
+    """Return a turn in whole degrees, as shown on screen.
 
     Args:
         turn_deg: Any finite turn, deg, positive clockwise.
@@ -139,13 +144,14 @@ def whole(turn_deg: float) -> int:
 
 
 def direction_of(turn_deg: float) -> Direction:
-    """Name the direction of a turn from its whole degrees.
+    """Return the direction of a turn, after rounding it to whole degrees.
 
     Args:
         turn_deg: Deg, positive clockwise.
 
     Returns:
-        ``clockwise``, ``counter-clockwise``, or ``none`` where 0° is shown. 180° is clockwise.
+        ``clockwise``, ``counter-clockwise``, or ``none`` for a turn that rounds to 0°. 180° is
+            clockwise.
 
     Examples:
         >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)

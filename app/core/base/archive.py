@@ -1,6 +1,6 @@
-"""Read and write ``.npz`` files: bounded size, no pickles, errors as sentences.
+"""Read and write ``.npz`` files with a size limit, no pickles, and errors that users can read.
 
-A *sealed* file has a header in JSON beside its arrays, with its version and their checksum in it.
+A *sealed* file also holds a JSON header with a version and the checksum of the arrays.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CONTRADICTIONS: Final = (
     TypeError,
     ValueError,
 )
-"""What reading an untrusted header may raise: JSON can be deep, and hold anything anywhere."""
+"""What reading an untrusted header may raise: JSON can nest deeply and hold any type."""
 
 MAX_BYTES: Final = 1 << 28
 Store: TypeAlias = "Callable[[dict[str, NDArray[Any]]], dict[str, NDArray[Any]]]"
@@ -41,25 +41,26 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     """Read all arrays of a file.
 
     Args:
-        most: Largest size, packed and unpacked, bytes.
+        noun, hint: Name of the file's kind and advice, for error messages.
+        most: Size limit, packed and unpacked, bytes.
 
-    Raises `TransportError` if the file is missing, too large, damaged, or not such a file.
+    Raises `TransportError` if the file is missing, too large, damaged, or of another kind.
     """
     missing = os_errors_as(
         TransportError, tr("There is no {noun} at {path}."), hint, noun=noun, path=path
     )
     with missing, open_file(path) as stream:
-        # A file of the system's own can have more in it than its size says.
+        # Files of the system, such as those in /proc, may hold more than their size states.
         raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
         fits = len(raw) <= most
     try:
         if fits:
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-                # Before anything is unpacked: a small file can claim to unpack to a huge one.
+                # Checked before unpacking: a small file can claim to unpack to a huge one.
                 fits = sum(entry.file_size for entry in archive.infolist()) <= most
         if fits:
             with np.load(io.BytesIO(raw), allow_pickle=False) as file_arrays:
-                # What is not an array comes out as the bytes that it is.
+                # Entries that are not arrays come out as raw bytes.
                 return {name: _array(file_arrays[name]) for name in file_arrays.files}
     # A damaged zip fails in many ways: bad sizes, bad flags, unknown methods.
     except Exception as error:
@@ -80,8 +81,8 @@ def write_sealed(
     """Write arrays and a header with their checksum atomically; return the checksum.
 
     Args:
-        arrays: dict of str to array. None of them called "header".
-        packing: As `write_arrays` takes it.
+        arrays: By name; none may be called "header".
+        packing: As for `write_arrays`.
         store: Converts the arrays for storage; the checksum is that of the originals.
     """
     checksum = digest(arrays)
@@ -94,12 +95,12 @@ def write_sealed(
 def write_arrays(
     path: Path, arrays: Mapping[str, NDArray[Any]], packing: int = zipfile.ZIP_STORED
 ) -> None:
-    """Write arrays to an ``.npz`` file whole or not at all; errors as `atomic_write_bytes`.
+    """Write arrays to an ``.npz`` file atomically; raises the errors of `atomic_write_bytes`.
 
     Args:
-        packing: One of `zipfile`: ``ZIP_LZMA`` makes the smallest files, slowly.
+        packing: A constant of `zipfile`: ``ZIP_LZMA`` makes the smallest files, slowly.
     """
-    # In memory: a zip file would report a full disk once more when it is cleaned up.
+    # In memory: a zip file would report a full disk a second time when it is collected.
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", packing) as archive:
         for name, values in arrays.items():
@@ -122,14 +123,18 @@ def read_sealed(
     """Read a sealed file.
 
     Args:
-        restore: Inverse of `store`, given the header.
+        noun, hint: Name of the file's kind and advice, for error messages.
+        version, oldest: Newest and oldest version that can be read.
+        names: Arrays to read; None for all.
+        most: Size limit, packed and unpacked, bytes.
+        restore: Inverse of `write_sealed`'s `store`; also receives the header.
 
     Returns:
-        header: Only version and checksum are checked.
+        header: Only the version and checksum are checked.
         arrays: By name; their types and shapes are not checked.
 
-    Raises `TransportError` if the file is missing, too large, damaged, made by a newer version or
-    one before the `oldest` that is read, or something else.
+    Raises `TransportError` if the file is missing, too large, damaged, newer or older than the
+    readable versions, or of another kind.
     """
     arrays = read_arrays(path, noun, hint, most)
     try:
@@ -175,7 +180,7 @@ def _array(value: object) -> NDArray[Any]:
 
 
 def digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Return the SHA-256 of arrays: names, types, shapes and values."""
+    """Return the SHA-256 of arrays, over their names, types, shapes and values."""
     total = hashlib.sha256()
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])

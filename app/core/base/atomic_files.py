@@ -22,16 +22,16 @@ _LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
 _FULL: Final = ("no space left", "disk full", "disk is full", "not enough space", "file too large")
 _DENIED: Final = ("read-only", "not writable", "permission denied")
 _PLACE: Final = "place.json"
-_DEEPEST: Final = 4  # folders inside a place
-# Only POSIX systems have it; opening a pipe must not wait for its writer.
+_DEEPEST: Final = 4  # folder levels inside a place
+# These flags exist only on POSIX systems. Opening a pipe must not wait for its writer.
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 def open_file(path: Path | str) -> io.BufferedReader:
     """Open a regular file for reading; pipes and devices could block or never end.
 
-    Raises `OSError` when it cannot be opened, or is a folder, pipe, socket or device; reading
-    raises it where the system makes the content up and has none yet, as that of /proc/kmsg.
+    Raises `OSError` if it cannot be opened, or is a folder, pipe, socket or device. Reading raises
+    it for system files that have no content yet, such as /proc/kmsg.
     """
     handle = os.open(path, os.O_RDONLY | _NO_WAIT)
     mode = os.fstat(handle).st_mode
@@ -44,7 +44,7 @@ def open_file(path: Path | str) -> io.BufferedReader:
 
 
 class _Readable(io.FileIO):
-    """A file that has its content: one that would have to be waited for gives None otherwise."""
+    """A file that never waits for its content; reading raises `OSError` instead."""
 
     def readinto(self, buffer: Any, /) -> int:
         count = super().readinto(buffer)
@@ -64,9 +64,9 @@ def _no_file(name: str | bytes | None) -> OSError:
 
 
 def check_target(path: Path | str) -> Path:
-    """Check early that a file can be written, before minutes are spent computing it.
+    """Check that a file can be written, before minutes are spent on computing it.
 
-    Raises `CoreError` when it is a folder, a device or write-protected, or its folder is missing or
+    Raises `CoreError` if it is a folder, a device or write-protected, or its folder is missing or
     not writable.
     """
     target = Path(path)
@@ -100,7 +100,7 @@ def check_target(path: Path | str) -> Path:
             tr("Choose another folder."),
         )
     if target.exists() and not os.access(target, os.W_OK):
-        # Where its folder takes files it could be replaced, but somebody has protected it.
+        # Its folder would allow replacing it, but somebody has write-protected the file.
         raise CoreError(
             tr("Cannot write {target}: the file is write-protected.", target=target),
             tr("Choose another name."),
@@ -109,7 +109,7 @@ def check_target(path: Path | str) -> Path:
 
 
 def is_private(path: Path | str) -> bool:
-    """Return whether a path must be private: in the data folder, or in a place elsewhere."""
+    """Return whether a path must be private: in the data folder, or in a place stored elsewhere."""
     full = Path(os.path.realpath(path))
     if full.is_relative_to(os.path.realpath(user_data())):
         return True
@@ -117,12 +117,12 @@ def is_private(path: Path | str) -> bool:
 
 
 def make_folder(folder: Path, *, private: bool | None = None) -> None:
-    """Make a folder and its missing parents; an existing one is left alone.
+    """Make a folder and its missing parents; leave an existing one alone.
 
     Args:
         private: Whether only the user may enter it; None to follow `is_private`.
 
-    Raises `OSError` when it cannot be made.
+    Raises `OSError` if it cannot be made.
     """
     missing = []
     for each in (folder, *folder.parents):
@@ -133,31 +133,30 @@ def make_folder(folder: Path, *, private: bool | None = None) -> None:
         own = is_private(each) if private is None or each != folder else private
         each.mkdir(0o700 if own else 0o777, exist_ok=True)
         if own:
-            each.chmod(0o700)  # whatever the umask
+            each.chmod(0o700)  # regardless of the umask
     if not missing:
         folder.mkdir(exist_ok=True)
 
 
 def file_opener(path: str, flags: int) -> int:
-    """Open a file like `open`; a private one is readable by the user only."""
+    """Open a file as an `opener` for `open`; only the user can read a private file."""
     return os.open(path, flags, 0o600 if is_private(path) else 0o666)
 
 
 def atomic_write(
     path: Path | str, writer: Callable[[Path], object], *, private: bool | None = None
 ) -> None:
-    """Write a file whole or not at all.
+    """Write a file atomically: either all of it, or nothing.
 
-    `writer` fills a temporary file in the same folder, which is then flushed to disk and
-    renamed over `path`. When anything fails the temporary file is removed and whatever was
-    at `path` before is untouched.
+    `writer` fills a temporary file in the same folder, which is then flushed to disk and renamed
+    over `path`. If anything fails, the temporary file is removed and the old file stays as it was.
 
     Args:
-        writer: Callable[[Path], object]. Receives the temporary file's path, which exists, is
-            empty, and has the suffix of `path`, since image libraries choose the format by it.
+        writer: Receives the path of an empty temporary file. It has the suffix of `path`, since
+            image libraries choose the format by it.
         private: Whether only the user may read it; None to follow `is_private`.
 
-    Raises `CoreError` when the folder is missing or not writable, or the disk refuses (full, gone).
+    Raises `CoreError` if the folder is missing or not writable, or the disk fails (full, gone).
     """
     target = check_target(path)
     own = is_private(target) if private is None else private
@@ -165,7 +164,7 @@ def atomic_write(
     try:
         writer(temporary)
         _flush(temporary)
-        # A link is followed, so that the file behind it is replaced and not the link.
+        # Follow a link, so that its target is replaced and not the link.
         os.replace(temporary, target.resolve())
     except OSError as error:
         raise _write_error(target, error) from error
@@ -176,16 +175,16 @@ def atomic_write(
 
 
 def atomic_write_bytes(path: Path | str, data: bytes, *, private: bool | None = None) -> None:
-    """Write bytes whole or not at all. Arguments and errors as `atomic_write`."""
+    """Write bytes atomically; arguments and errors as in `atomic_write`."""
     atomic_write(path, lambda temporary: temporary.write_bytes(data), private=private)
 
 
 def atomic_write_text(path: Path | str, text: str) -> None:
-    r"""Write UTF-8 text with ``\n`` line ends whole or not at all.
+    r"""Write UTF-8 text with ``\n`` line ends atomically.
 
-    Raises `CoreError` as `atomic_write`.
+    Raises `CoreError` as `atomic_write` does.
     """
-    # Names of files may hold bytes that are not text.
+    # File names may contain bytes that are not text.
     atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))
 
 
@@ -199,7 +198,7 @@ def words_of(error: OSError | ValueError) -> str:
 def os_errors_as(
     kind: Callable[[str, str], Exception], sentence: str, hint: str = "", **values: object
 ) -> Iterator[None]:
-    """Convert an `OSError` in the block to an error of ours.
+    """Convert an `OSError` in the block to one of the program's own errors.
 
     `sentence` is translated but not formatted: `values` fill its placeholders, and {reason} is the
     system's message.
@@ -217,14 +216,14 @@ def os_errors_as(
 
 
 class DiskTrouble(Enum):
-    """Why a file could not be written."""
+    """Reason why a file could not be written."""
 
     FULL = "full"
     LOCKED = "locked"  # nothing may be written there
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Return the reason of a disk error, by its code or text; None for other errors."""
+    """Return the reason for a disk error, from its code or text; None for other errors."""
     for trouble, codes, words in (
         (DiskTrouble.FULL, _NO_ROOM, _FULL),
         (DiskTrouble.LOCKED, _LOCKED, _DENIED),
@@ -232,7 +231,7 @@ def disk_trouble(error: BaseException) -> DiskTrouble | None:
         causes = tuple(_causes(error))
         if any(one.errno in codes for one in causes if isinstance(one, OSError)):
             return trouble
-        # Image libraries know no numbers; the words of ours that came from them are all there is.
+        # Image libraries report no error codes; only the text of their message is left.
         if any(each in str(one).lower() for one in causes for each in words):
             return trouble
     return None
@@ -260,15 +259,15 @@ def _write_error(target: Path, error: OSError) -> CoreError:
 
 
 def _temporary_beside(target: Path, *, private: bool) -> Path:
-    """Create an empty file beside the target, with the permissions the target shall have."""
+    """Create an empty file beside the target, with the permissions that the target will get."""
     folder = target.resolve().parent
-    # Image libraries take no name that is not text.
+    # Image libraries accept only names that are text.
     stem = target.stem[:40].encode("utf-8", "replace").decode()
     try:
         handle, name = tempfile.mkstemp(prefix=f".{stem}-", suffix=target.suffix, dir=folder)
         os.close(handle)
         temporary = Path(name)
-        # mkstemp makes the file private; a result is an ordinary file.
+        # mkstemp makes the file private, but a result is an ordinary file.
         mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask()
         temporary.chmod(mode & 0o600 | 0o600 if private else mode)
     except OSError as error:
@@ -289,7 +288,7 @@ def _flush(path: Path) -> None:
 
 
 def flush_folder(folder: Path) -> None:
-    """Flush a rename to disk, where the system can (Windows cannot open a folder)."""
+    """Flush a rename to disk; does nothing on Windows, which cannot open a folder."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

@@ -1,15 +1,13 @@
-"""Translate whole sentences with placeholders, through gettext's catalogues.
+"""Translate whole sentences with placeholders, through gettext catalogues.
 
-English is in the source: a sentence is its own key. A translation is a `turnlight.mo` under
-`resources/locale/LANGUAGE/LC_MESSAGES/`; none ships yet, and `pybabel extract` writes the
-template that translators start from. The language `test` is made of the English sentences:
-accented, 40 % longer and in brackets, so that what is cut off, put together from pieces or not
-translated at all is seen.
+The source is in English: a sentence is its own key. A translation is a `turnlight.mo` under
+`resources/locale/LANGUAGE/LC_MESSAGES/`; none ships yet, and `pybabel extract` writes the template
+for translators. The language `test` is derived from the English sentences: accented, 40 % longer
+and in brackets, to reveal text that is cut off, glued together or not translated.
 
-This module imports nothing of the program's, so that errors can be translated too. The language is
-the one thing in core that is set once for the whole program (`app.core.text.set_language`), by the
-command line before anything is shown. Tables of words may therefore be translated when their module
-is imported.
+This module imports no other module of the program, so that errors can be translated too. The
+language is core's only global setting (`app.core.text.set_language`); the command line sets it
+before any text is shown. Tables of words may therefore be translated on import.
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ _ACCENTS: Final = str.maketrans(
     "ACDEGHIJKLNORSTUWYZacdeghijklnorstuwyz",
     "ÅÇĐÉĜĤÎĴĶĻÑÖŔŠŢÛŴÝŽåçđéĝĥîĵķļñöŕšţûŵýž",
 )
-# Placeholders, tags, entities, and what argparse fills in.
+# Placeholders, tags, entities, and the fields that argparse fills in.
 _PLACEHOLDERS: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;|%\(\w+\)s)")
 
 
@@ -38,12 +36,12 @@ class PseudoLanguage(gettext.NullTranslations):
         return stretched(message)
 
     def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
-        """Return the form for `n` as a foreign one."""
+        """Return the singular or plural form for `n` in the pseudo-language."""
         return stretched(msgid1 if n == 1 else msgid2)
 
 
 def stretched(message: str) -> str:
-    """Convert English to the language `test`; placeholders and tags are left alone.
+    """Convert English to the language `test`; placeholders and tags stay as they are.
 
     Examples:
         >>> stretched("Turn {turn} clockwise")
@@ -61,7 +59,7 @@ _speaks: gettext.NullTranslations = gettext.NullTranslations()
 
 
 def speak(language: str, folder: Path) -> None:
-    """Set the language; raises OSError if the folder has no catalogue for it."""
+    """Set the language; raise `OSError` if the folder has no catalogue for it."""
     global _speaks
     if language == "en":
         _speaks = gettext.NullTranslations()
@@ -82,7 +80,7 @@ def tr(sentence: str, /, **values: object) -> str:
 
 
 def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
-    """Translate a sentence in the singular or plural form for its `{count}`.
+    """Translate a sentence, in the singular or plural form for its `{count}`.
 
     Examples:
         >>> tr_plural("{count} frame", "{count} frames", 3)
@@ -93,7 +91,7 @@ def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
 
 
 def _filled(translated: str, english: str, values: dict[str, object]) -> str:
-    """Fill in the values; a translation that names others than the English gives way to it."""
+    """Fill in the values; use the English if the translation has other placeholders."""
     if not values:
         return translated
     fill: Callable[..., str] = translated.format

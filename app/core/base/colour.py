@@ -1,7 +1,7 @@
 """Colour and tone: luminance, the sRGB curve, exposure and tone mapping.
 
-Everything inside the program is linear light with Rec. 709 primaries. Only what a person looks
-at (a PNG) passes through `tone_map`.
+All internal values are linear light with Rec. 709 primaries. Only pictures for display (a PNG) pass
+through `tone_map`.
 """
 
 from __future__ import annotations
@@ -17,33 +17,39 @@ from numpy.typing import ArrayLike, NDArray
 from app.core.base.arrays import Bytes, Float32, Float64
 
 FloatImage: TypeAlias = Float32
-"""Array of linear light or of display values in 0..1, float32; shape stated where it is used."""
+"""Array of linear light, or of display values in 0..1, float32; users state the shape."""
 
 LUMINANCE_WEIGHTS: Final[tuple[float, float, float]] = (0.2126, 0.7152, 0.0722)
-"""Luminance of linear red, green and blue with Rec. 709 primaries (ITU-R BT.709-6, item 3.2).
+"""Weights of linear red, green and blue in luminance, Rec.
 
-This is the only place that states them; a transport's header repeats them for the reader.
+709 primaries (ITU-R BT.709-6, item 3.2).
+
+They are defined only here; a transport's header repeats them for its reader.
 """
 
 SKIN_LEVEL: Final = 0.34
-"""Linear display luminance that an evenly lit face is exposed to (sRGB 0.62)."""
+"""Linear display luminance of an evenly lit face (sRGB 0.62)."""
 
 SHOULDER_START: Final = 0.55
-"""Linear value, 1 = display white, up to which pictures are left as they are."""
+"""Linear value up to which pictures stay unchanged; 1 = display white."""
 
 REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 """Chromaticities x, y of red, green, blue and white (ITU-R BT.709-6, item 1.3)."""
 
 FADE: Final = 2.0
-"""How far over the shoulder's start a colour is halfway to white."""
+"""Distance above `SHOULDER_START`, in linear display values, at which a colour is halfway to white.
+
+
+"""
 _BRADFORD: Final = np.array(
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
 )
 _BAND_ROWS: Final = 512
-_FARTHEST_XY: Final = 10.0  # ACES' blue and cameras' primaries lie outside the visible, not so far
+# ACES' blue and some cameras' primaries lie outside the visible colours, but not this far
+_FARTHEST_XY: Final = 10.0
 _LEAST_Y: Final = 1e-4
 _BRIGHT_LEVEL: Final = 0.6
-# Glints on the eyes are brighter than the skin by far and must not decide the exposure.
+# Glints on the eyes are far brighter than the skin and must not decide the exposure.
 _GLINT_PERCENTILE: Final = 99.0
 
 
@@ -57,7 +63,7 @@ def luminance(rgb: ArrayLike) -> FloatImage:
         Float32, (...). Luminance in the same scale.
 
     Raises:
-        ValueError: When the last axis is not 3 long.
+        ValueError: If the last axis does not have length 3.
 
     Examples:
         >>> round(float(luminance([0.0, 1.0, 0.0])), 4)
@@ -71,10 +77,15 @@ def luminance(rgb: ArrayLike) -> FloatImage:
 
 
 def rec709_from(chromaticities: Sequence[float]) -> Float64:
-    """Return the matrix from linear colours of other primaries to Rec. 709, white to white.
+    """Return the matrix that converts linear colours of other primaries to Rec.
+
+    709, white to white.
 
     Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
     (ICC.1:2022, annex E).
+
+    Args:
+        chromaticities: x and y of red, green, blue and white, 8 numbers.
 
     Returns:
         (3, 3) float64. Multiplies columns of red, green, blue.
@@ -89,7 +100,7 @@ def rec709_from(chromaticities: Sequence[float]) -> Float64:
 
 
 def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
-    """Convert linear colours, (H, W, 3), of other primaries to Rec. 709, in place."""
+    """Convert linear colours, (H, W, 3), from other primaries to Rec. 709, in place."""
     matrix = rec709_from(chromaticities).T.astype(np.float32)
     for first in range(0, len(light), _BAND_ROWS):
         band = light[first : first + _BAND_ROWS]
@@ -98,7 +109,7 @@ def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
 
 
 def _xyz_from(chromaticities: Sequence[float]) -> tuple[Float64, Float64]:
-    """Return XYZ of the primaries, one a column, and of white, whose Y is 1."""
+    """Return the XYZ of the primaries, one per column, and of the white, with Y = 1."""
     xy = np.asarray(chromaticities, np.float64)
     if xy.shape != (8,) or not np.isfinite(xy).all() or np.abs(xy).max() > _FARTHEST_XY:
         raise ValueError("chromaticities are eight numbers")
@@ -136,7 +147,7 @@ def srgb_encode(linear: ArrayLike) -> FloatImage:
 
 
 def srgb_decode(encoded: ArrayLike) -> FloatImage:
-    """Undo `srgb_encode`.
+    """Invert the sRGB curve of `srgb_encode`.
 
     Args:
         encoded: array_like, any shape. Display values; values outside 0..1 are clipped.
@@ -160,9 +171,9 @@ def srgb_light(codes: Bytes) -> FloatImage:
 
 
 def shoulder(linear: ArrayLike) -> FloatImage:
-    """Compress highlights gently: straight up to 0.55, then an exponential approach to 1.
+    """Compress highlights: identity up to 0.55, then an exponential approach to 1.
 
-    Value and slope are continuous, so no edge shows where the shoulder begins.
+    Value and slope are continuous, so no edge is visible where the shoulder starts.
 
     Returns:
         Float32, same shape. Linear light in 0..1, never decreasing in the input.
@@ -181,10 +192,10 @@ def shoulder(linear: ArrayLike) -> FloatImage:
 def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float:
     """Return the gain that exposes a face for display.
 
-    The fourth-power mean of the luminance becomes `level`: an evenly lit face is shown at
-    `level`, a face lit at its rim alone stays dark with the rim just below white. A mean would
-    bleach the rim, a maximum would follow a glint. Pictures exposed by this rule can be compared
-    side by side.
+    The fourth-power mean of the luminance becomes `level`. An evenly lit face is shown at `level`;
+    a face with only rim light stays dark, with the rim just below white. The plain mean would
+    overexpose the rim, and the maximum would follow a glint. Pictures exposed by this rule can be
+    compared side by side.
 
     Args:
         face_luminance: array_like. Luminance of the face pixels only, any shape and scale.
@@ -203,15 +214,15 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
     top = float(values.max())
     if not np.isfinite(top) or top <= 0.0:
         return 1.0
-    # Scaled by the top first, so that very dim and very bright pictures stay in range.
+    # Divided by the top value first, so that very dim and very bright pictures stay in range.
     return float(level / (top * np.mean((values / top) ** 4) ** 0.25))
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
     """Return the gain that displays a panorama: middle tone at `level`, most of it below white.
 
-    The middle tone is the mean of the logarithm over the sphere. Where more than a fifth of the
-    sphere would come out brighter than 0.6 (a white floor under a black ceiling), less.
+    The middle tone is the mean of the logarithm over the sphere. The gain is lower if more than a
+    fifth of the sphere would otherwise be brighter than 0.6 (a white floor under a black ceiling).
 
     Args:
         radiance_luminance: array_like, (H, W). Luminance of an equirectangular panorama, any scale.
@@ -219,7 +230,7 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     Returns:
         Factor for the linear panorama; 1 where it is black.
     """
-    # A few thousand texels tell as much as all of them.
+    # A few thousand texels are enough.
     full = np.asarray(radiance_luminance, dtype=np.float64)
     values = full[:: max(full.shape[0] // 64, 1), :: max(full.shape[1] // 128, 1)]
     elevation = np.pi * ((np.arange(values.shape[0]) + 0.5) / values.shape[0] - 0.5)
@@ -231,7 +242,7 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     top = float(tones.max())
     if top <= 0.0:
         return 1.0
-    # The blackest texels are held up, and so is all but the lamps of an otherwise black place.
+    # Clamp the blackest texels from below, and in a black place all texels except the lamps.
     floor = 1e-3 * (bright if bright > 0.0 else top)
     middle = float(np.exp(np.average(np.log(np.maximum(tones, floor)), weights=weights)))
     return min(level / middle, _BRIGHT_LEVEL / bright) if bright > 0.0 else level / middle
@@ -253,8 +264,9 @@ def to_bytes(display: ArrayLike) -> Bytes:
 def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     """Expose linear light for display and compress its highlights without a hue shift.
 
-    The largest channel goes through `shoulder` and takes the other two along; far above white
-    the colour fades to white. Channel by channel, bright skin would turn yellow.
+    The largest channel goes through `shoulder`, and the other two are scaled by the same factor;
+    far above white, the colour fades to white. Compressing each channel by itself would turn bright
+    skin yellow.
 
     Args:
         rgb: array_like, (..., 3). Linear Rec. 709 light.
@@ -262,7 +274,7 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     Returns:
         Float32, (..., 3). Linear display light in 0..1.
     """
-    # In double: the product of a very large picture and a very small gain is an ordinary number.
+    # In double precision: a huge picture times a tiny gain can be an ordinary number.
     product = np.asarray(rgb, dtype=np.float64) * gain
     exposed = np.clip(product, 0.0, 1e4).astype(np.float32)
     largest = exposed.max(axis=-1, keepdims=True)
@@ -274,7 +286,7 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
 
 
 def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
-    """Turn linear light into display values: exposure, highlights, sRGB curve.
+    """Convert linear light to display values: exposure, highlight compression, sRGB curve.
 
     Args:
         rgb: array_like, (..., 3). Linear Rec. 709 light.
@@ -294,7 +306,7 @@ def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
 
 @cache
 def wide_tables() -> bool:
-    """Return whether OpenCV has 16-bit lookup tables (5 and later), which are ten times faster."""
+    """Return whether OpenCV has 16-bit lookup tables (since version 5), ten times faster."""
     try:
         cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(65536, np.uint8))
     except cv2.error:

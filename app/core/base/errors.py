@@ -1,7 +1,7 @@
-"""Errors that a user can act on: one clear sentence, and a hint where there is one.
+"""Errors that the user can act on: one clear sentence, and a hint if there is one.
 
-None of them derives from `RuntimeError`, so that no job runner can mistake one for its own
-failure, and none carries a traceback to the user: `app.cli` prints the sentence.
+None of them derives from `RuntimeError`, so that no job runner mistakes one for its own failure.
+The user never sees a traceback: `app.cli` prints the sentence.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ class CoreError(Exception):
     """An error that the user can act on: one sentence, and a hint.
 
     Args:
-        hint: What to do about it, as a second sentence; may be empty.
+        hint: What the user can do, as a second sentence; may be empty.
 
     Examples:
         >>> print(CoreError("The file is empty.", "Copy it again."))
@@ -26,7 +26,7 @@ class CoreError(Exception):
         self.hint = hint
 
     def __str__(self) -> str:
-        """Return the message, followed by the hint where there is one."""
+        """Return the message, followed by the hint if there is one."""
         return f"{self.message} {self.hint}" if self.hint else self.message
 
 
@@ -35,7 +35,7 @@ class EnvironmentFileError(CoreError):
 
 
 class TransportError(CoreError):
-    """A light transport or style pack is missing, damaged, newer than this program, or unfit."""
+    """A light transport or style pack is missing, damaged, too new, or unsuitable."""
 
 
 class StyleError(CoreError):
@@ -43,7 +43,7 @@ class StyleError(CoreError):
 
 
 class HeadError(CoreError):
-    """A head or its eyes cannot be read, or are not a usable mesh."""
+    """A head or its eyes cannot be read, or are not usable meshes."""
 
 
 class BakeError(CoreError):

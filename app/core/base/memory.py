@@ -14,7 +14,10 @@ _WORDS: Final = (
     *("can't start new thread", "failed to map segment", "out of memory", "could not allocate"),
     *("thread-local", "not enough memory", "unable to allocate", "can't allocate"),
 )
-"""In what libraries say when the system gives no more memory, also for a thread or a library."""
+"""Phrases by which libraries report that memory has run out, also for a thread or a shared library.
+
+
+"""
 
 _MEGABYTE: Final = 1 << 20
 
@@ -49,12 +52,12 @@ def says_memory_short(words: str) -> bool:
 
 
 def check_limit(least: int) -> None:
-    """Refuse to start in less address space than the libraries need.
+    """Refuse to start with less address space than the libraries need.
 
-    Some of them end the process when there is no more.
+    Some of them abort the process when it runs out.
 
     Args:
-        least: bytes.
+        least: Bytes needed.
 
     Raises `CoreError` with both numbers.
     """

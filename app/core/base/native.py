@@ -1,8 +1,8 @@
 """Convert file names and numbers for C and C++ libraries.
 
-OpenCV, OpenImageIO, FFmpeg, Qt and Mitsuba take the name of a file as UTF-8 and hand it to the
-system. On Linux a name may be any bytes: such a file is opened through a link with a plain name.
-No other module gives these libraries a name.
+OpenCV, OpenImageIO, FFmpeg, Qt and Mitsuba expect file names in UTF-8. On Linux a name may be any
+bytes, so such a file is opened through a link with a plain name. No other module passes file names
+to these libraries.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from typing import Final
 from app.core.text import tr
 
 _UNREADABLE: Final = "\ufffd"
-"""What Qt shows in place of bytes that are not text."""
+"""Qt's replacement for bytes that are not text."""
 
 
 def native_path(path: Path | str) -> str:
     """Return a path that a C or C++ library can open.
 
-    It is the path itself wherever that is text, and else a link to it that lasts until the program
-    ends: some libraries open a file again while they read it.
+    Returns the path itself if it is text. Otherwise returns a link to it that lasts until the
+    program ends, because some libraries reopen a file while they read it.
 
     Raises:
-        OSError: When the name is not text, and the system makes no links to it.
+        OSError: If the name is not text and the system cannot make links.
     """
     name = os.fspath(path)
     if _is_plain(name):
@@ -41,7 +41,7 @@ def native_path(path: Path | str) -> str:
     whole = os.path.abspath(name)
     folder, last = os.path.split(whole)
     try:
-        # One link for all files of a folder: names of files to write are not there yet.
+        # One link for a whole folder, since files to be written do not exist yet.
         if _is_plain(last):
             return os.path.join(_link_to(folder), last)
         return _link_to(whole)
@@ -51,7 +51,7 @@ def native_path(path: Path | str) -> str:
 
 
 def _is_plain(name: str) -> bool:
-    """Whether the bytes of a name on the disk are its UTF-8."""
+    """Return whether the bytes of a name on disk are its UTF-8 encoding."""
     try:
         return os.fsencode(name) == name.encode("utf-8")
     except UnicodeError:
@@ -70,7 +70,7 @@ def _link_to(target: str) -> str:
 
 @cache
 def _links() -> str:
-    """Make the private folder of links, which goes when the program ends."""
+    """Make the private folder for the links; it is deleted when the program ends."""
     usual = tempfile.gettempdir()
     folder = tempfile.mkdtemp(prefix="turnlight-names-", dir=usual if _is_plain(usual) else "/tmp")  # noqa: S108
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
@@ -98,11 +98,11 @@ def url_of(path: Path) -> bytes:
 
 
 def path_from_library(name: str) -> Path:
-    r"""Return the path of a name in which a library replaced undecodable bytes with U+FFFD.
+    """Return the path for a name in which a library replaced undecodable bytes with U+FFFD.
 
-    Of several files that look alike so it is the first; where there is none, the path as named.
+    Returns the first of several matching files, or the path as named if none matches.
     """
-    # Qt takes names for UTF-8 also where the computer's language has another encoding.
+    # Qt reads names as UTF-8 even if the system's locale has another encoding.
     path = Path(name if os.name == "nt" else os.fsdecode(name.encode("utf-8", "surrogateescape")))
     if _UNREADABLE not in name or path.exists():
         return path
@@ -121,5 +121,5 @@ def _entry(folder: Path, stem: str) -> Path:
 
 
 def plain_numbers() -> None:
-    """Reset the C locale's decimal point, which Qt sets to the user's."""
+    """Reset the C locale's decimal point, which Qt changes to the user's."""
     locale.setlocale(locale.LC_NUMERIC, "C")

@@ -16,12 +16,13 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 def resources(package: Path = _PACKAGE) -> Path:
     """Return the folder with heads, styles, transports and demo scenes.
 
-    In a clone it is ``resources/`` beside the package; in an installed wheel it is
-    ``_resources/`` inside it.
+    In a clone it is ``resources/`` beside the package; in an installed wheel it is ``_resources/``
+    inside it.
 
-    Raises `CoreError` when neither place has it, that is, when the installation is damaged.
+    Raises `CoreError` if neither exists: the installation is damaged.
     """
-    # The wheel's folder goes first: beside an installed package may lie anybody's "resources".
+    # The wheel's folder comes first: "resources" beside an installed package may belong to another
+    # one.
     for folder in (package / "_resources", package.parent / "resources"):
         if folder.is_dir():
             return folder
@@ -50,7 +51,7 @@ def user_data(
         return Path(env["TURNLIGHT_HOME"])
     base = Path.home() if home is None else home
     if platform == "win32":
-        # Not Roaming: photos of people are not copied to the servers of a company.
+        # Not Roaming: photos of people must not be copied to a company's servers.
         return Path(env.get("LOCALAPPDATA") or base / "AppData" / "Local") / "turnlight"
     if platform == "darwin":
         return base / "Library" / "Application Support" / "turnlight"
@@ -58,7 +59,7 @@ def user_data(
 
 
 def roaming_data(environ: Mapping[str, str] | None = None, home: Path | None = None) -> Path:
-    """Return the folder of earlier versions on Windows; it may not exist."""
+    """Return the data folder of earlier versions on Windows; it may not exist."""
     env = os.environ if environ is None else environ
     base = Path.home() if home is None else home
     return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"

@@ -1,4 +1,4 @@
-"""Lists of names, exposure times and shares of the whole, as sentences and errors write them."""
+"""Format lists of names, exposure times and percentages for sentences and errors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _MOST_NAMES: Final = 3
 
 
 def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
-    """Join names to a list of words; of more than `most` only the first are said.
+    """Join names into a list; if there are more than `most`, name the first and count the rest.
 
     Examples:
         >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])
@@ -29,7 +29,7 @@ def listed(names: Sequence[str], most: int | None = _MOST_NAMES) -> str:
 
 
 def shutter_words(seconds: float) -> str:
-    """Write an exposure time as photographers do.
+    """Format an exposure time as photographers do.
 
     Examples:
         >>> shutter_words(0.004), shutter_words(0.6), shutter_words(2.0)
@@ -41,7 +41,7 @@ def shutter_words(seconds: float) -> str:
 
 
 def percent(share: float, digits: int = 0) -> str:
-    """Write a share of the whole.
+    """Format a share of the whole as a percentage.
 
     Examples:
         >>> percent(0.824), percent(0.0637, 1)
@@ -51,7 +51,7 @@ def percent(share: float, digits: int = 0) -> str:
 
 
 def small_percent(share: float) -> str:
-    """Write a share of the whole that may be small: with a decimal below 10 %.
+    """Format a share that may be small as a percentage, with a decimal below 10 %.
 
     Examples:
         >>> small_percent(0.824), small_percent(0.0637), small_percent(0.0004)

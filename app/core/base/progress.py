@@ -1,8 +1,8 @@
 """Cancel and report long work, independent of threads and screens.
 
-A long function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few times
-a second) and ``report(fraction, progress)`` when there is something new. Who runs it, in which
-thread, and how it is shown is the caller's affair; `app.words.progress` makes the words.
+A long function takes a `Token` and a `Report`. It calls ``token.check()`` often (a few times a
+second) and ``report(fraction, progress)`` when there is something new. The caller decides on the
+thread and the display; `app.words.progress` makes the words.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from app.core.base.errors import Cancelled
 
 
 class Task(StrEnum):
-    """Step of a long computation."""
+    """A step of a long computation."""
 
     READING = "reading"
     COPYING = "copying"
@@ -51,8 +51,8 @@ class Progress:
     """Progress of a long computation, as data.
 
     Attributes:
-        name: Of the file, place or lamp that it is about; "" where there is none.
-        number, count: Which one of how many, from 1; 0 where nothing is counted.
+        name: File, place or lamp that the step is about; may be empty.
+        number, count: Item number from 1, and the number of items; 0 if nothing is counted.
     """
 
     task: Task
@@ -62,10 +62,10 @@ class Progress:
 
 
 Report: TypeAlias = Callable[[float, Progress], None]
-"""Callable ``(fraction, step)``: fraction in [0, 1]."""
+"""Callable ``(fraction, progress)`` with a fraction in [0, 1]."""
 
 PhraseReport: TypeAlias = Callable[[float, Progress | str], None]
-"""The same above core, where a short phrase will do, too."""
+"""A `Report` for code above core, which also accepts a short phrase."""
 
 
 M = TypeVar("M")
@@ -141,10 +141,10 @@ T = TypeVar("T")
 
 
 class Handlers(TypedDict, Generic[T], total=False):
-    """The title of work that is shown, and what is called at its end, on the thread of the screens.
+    """The title of a job, and the callbacks at its end, on the thread of the screens.
 
-    Of `done`, `failed` and `cancelled` exactly one; a failure without a handler is told to the
-    user.
+    Exactly one of `done`, `failed` and `cancelled` is called. A failure without a handler is shown
+    to the user.
     """
 
     title: str

@@ -1,8 +1,9 @@
-"""Warnings and notes beside a result, as data; `app.words.remarks` makes their sentences.
+"""Warnings and notes about a result, as data; `app.words.remarks` makes the sentences.
 
-Each kind of remark is a frozen dataclass whose fields are the numbers and names of its sentence.
-A package keeps its remarks in `remarks.py`, or beside the result they belong to. Places save a
-remark under the names of its class and fields: renaming either needs a reader of the old name.
+Each kind of remark is a frozen dataclass whose fields are the numbers and names of its sentence. A
+package keeps its remarks in `remarks.py`, or next to the result they belong to. Places save a
+remark under the names of its class and fields: after renaming either, the old name must still be
+read.
 """
 
 from __future__ import annotations
@@ -18,6 +19,6 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class PlainRemark(Remark):
-    """A sentence: from a camera, which speaks for itself, or out of an earlier file."""
+    """A sentence from a camera, or from a file of an earlier version."""
 
     sentence: str

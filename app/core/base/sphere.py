@@ -1,10 +1,10 @@
-"""Rotate panoramas: axes, directions, and resampling of pictures and light.
+"""Rotate panoramas: axes, directions, and the resampling of pictures and light.
 
 Directions are unit vectors in the panorama's axes, which are those of the head at turn 0: **+Y is
 up (elevation 90), +Z the centre column (azimuth 0, elevation 0), +X azimuth -90**, the left of the
-picture; right-handed. Azimuth a and elevation e are the direction
-(-sin a cos e, sin e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on column vectors and
-*moves the content*: what is in direction d before is in direction R d after.
+picture; right-handed. Azimuth a and elevation e are the direction (-sin a cos e, sin e, cos a cos
+e). A rotation is a 3 x 3 matrix R that acts on column vectors and *moves the content*: the content
+at direction d moves to direction R d.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ from app.core.base.arrays import Float32, Float64, Floats, Int64, Numbers
 Picture: TypeAlias = NDArray[np.integer[Any]] | Floats
 _Pixel = TypeVar("_Pixel", bound="np.integer[Any] | np.floating[Any]")
 
-_BAND_PIXELS: Final = 1 << 19  # destination pixels per band: its maps stay within a few megabytes
-_DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, and so is
-_LAMP: Final = np.float32(8.0)  # what is so many times brighter than the mean
+# destination pixels per band, so that its maps stay within a few megabytes
+_BAND_PIXELS: Final = 1 << 19
+_DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, like texels
+_LAMP: Final = np.float32(8.0)  # this many times brighter than the mean
 
 
 def solid_angles(shape: tuple[int, int]) -> Float64:
@@ -45,7 +46,7 @@ def solid_angles(shape: tuple[int, int]) -> Float64:
 
 
 def row_edges(rows: int) -> Float64:
-    """Return the sine of elevation of the row edges, from 1 to -1, exactly symmetric."""
+    """Return the sine of elevation of the row edges, (rows + 1,); exactly symmetric, 1 to -1."""
     elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
     half = np.sin(elevation)
     half[0] = 1.0
@@ -56,7 +57,7 @@ def row_edges(rows: int) -> Float64:
 
 
 def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
-    """Average a panorama, (H, 2 H) or (H, 2 H, C), down to a maximum number of columns."""
+    """Average a panorama, (H, 2 H) or (H, 2 H, C), down to at most `columns` columns."""
     if panorama.shape[1] <= columns:
         return panorama
     size = (columns, columns // 2)
@@ -65,18 +66,18 @@ def bounded(panorama: NDArray[_Pixel], columns: int) -> NDArray[_Pixel]:
 
 
 def wrapped(panorama: NDArray[_Pixel], margin: int) -> NDArray[_Pixel]:
-    """Pad a panorama, (H, W) or (H, W, C), with columns from its opposite end."""
+    """Pad a panorama, (H, W) or (H, W, C), on both sides with columns from the opposite side."""
     return np.concatenate([panorama[:, -margin:], panorama, panorama[:, :margin]], axis=1)
 
 
 def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> Float64:
     """Compose a rotation from yaw, pitch and roll, in the order of GPano and aviation.
 
-    A camera that stood level is turned by yaw clockwise seen from above, then its front is raised
-    by pitch, then it is rolled about its front, clockwise as the camera sees it (its right side
-    goes down, the horizon in its picture turns counter-clockwise). The matrix takes directions in
-    the turned camera's panorama to directions in the level one: R = Y(yaw) X(pitch) Z(roll).
-    Hence `remap_frame` by it levels the turned camera's panorama.
+    A level camera is turned clockwise seen from above by yaw, then its front is raised by pitch,
+    then it is rolled about its front axis by roll, clockwise as the camera sees it: its right side
+    goes down, and the horizon in its picture turns counter-clockwise. The matrix takes directions
+    in the turned camera's panorama to directions in the level one: R = Y(yaw) X(pitch) Z(roll). So
+    `remap_frame` with R levels the turned camera's panorama.
 
     Args:
         yaw_deg, pitch_deg, roll_deg: Angles in degrees: clockwise from above, up, clockwise.
@@ -129,7 +130,7 @@ def angle_of(matrix: Float64) -> float:
 
 
 def from_vector(vector: Float64) -> Float64:
-    """Return the rotation of a vector, axis times angle (Rodrigues).
+    """Return the rotation given by a vector, axis times angle (Rodrigues).
 
     Args:
         vector: (3,) float64. Axis times angle in radians, right-handed about the axis.
@@ -142,7 +143,7 @@ def from_vector(vector: Float64) -> Float64:
 
 
 def to_vector(matrix: Float64) -> Float64:
-    """Return axis times angle of a rotation; the inverse of `from_vector`.
+    """Return the axis times the angle of a rotation; the inverse of `from_vector`.
 
     Args:
         matrix: (3, 3) float64. A rotation.
@@ -155,7 +156,7 @@ def to_vector(matrix: Float64) -> Float64:
 
 
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
-    """Return the unit vector of an azimuth and elevation.
+    """Return the unit vector of an azimuth and elevation, degrees.
 
     Returns:
         (3,) float64. In the panorama's axes.
@@ -166,7 +167,7 @@ def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
 
 
 def directions(shape: tuple[int, int]) -> Float32:
-    """Return the unit vector of each texel's centre.
+    """Return the unit vector to each texel's centre.
 
     Args:
         shape: Rows and columns (H, W).
@@ -183,7 +184,7 @@ def directions(shape: tuple[int, int]) -> Float32:
 
 
 def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
-    """Return the unit vectors of selected texels, in double precision.
+    """Return the unit vectors to the centres of selected texels, in double precision.
 
     Args:
         shape: Rows and columns (H, W).
@@ -203,30 +204,30 @@ def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float3
     """Return the columns and rows of directions in a panorama.
 
     Args:
-        vectors: (..., 3) float32 or float64. Directions, of any length but 0.
+        vectors: (..., 3) float32 or float64. Directions of any non-zero length.
         shape: Rows and columns (H, W).
 
     Returns:
-        columns, rows: (...) float32. Whole numbers are the middles of texels; columns in [-0.5, W -
-            0.5], rows in [-0.5, H - 0.5].
+        columns, rows: (...) float32. Whole numbers are texel centres; columns in [-0.5, W - 0.5],
+            rows in [-0.5, H - 0.5].
     """
     x, y, z = (np.ascontiguousarray(vectors[..., k], np.float32) for k in range(3))
     return _positions(x, y, z, shape)
 
 
 def remap_frame(image: Picture, matrix: Float64) -> Picture:
-    """Rotate a panorama picture, bilinear, seamless at edge and poles.
+    """Rotate a panorama picture by bilinear sampling, seamless at the edge and the poles.
 
-    For pictures; use `rotate_light` for light, whose energy it preserves.
+    Use `rotate_light` for light: it preserves the energy.
 
     Args:
         image: (H, W) or (H, W, C) uint8, uint16, float32 or float64. Equirectangular panorama; C up
             to 4.
-        matrix: (3, 3) float64. Moves the content, see the module's text.
+        matrix: (3, 3) float64. Moves the content; see the module's docstring.
 
     Returns:
-        Same shape and dtype. The rotated panorama. Besides it, only a few megabytes of maps are
-        held at a time.
+        Same shape and dtype. The rotated panorama. Apart from it, only a few megabytes of maps are
+        in memory at a time.
     """
     shape = (image.shape[0], image.shape[1])
     result = np.empty_like(image)
@@ -238,15 +239,15 @@ def remap_frame(image: Picture, matrix: Float64) -> Picture:
 def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
     """Rotate an environment and preserve the energy of each lamp.
 
-    Lamps and small bright spots (what a morphological opening takes away) are moved with weights
-    that hand on the solid angle of every texel exactly: bilinear gathering, each source texel
-    divided by the solid angle that gathers it. The rest is dim or smooth, and interpolated. Near
-    the poles, where texels are needles, both are averaged to texels as wide as they are high
-    before. A uniform environment stays uniform.
+    Lamps and small bright spots (the detail that a morphological opening removes) are moved with
+    weights that preserve the solid angle of every texel exactly: bilinear gathering, with each
+    source texel divided by the solid angle that gathers it. The rest is dim or smooth, and
+    interpolated. Near the poles, where texels are very narrow, both are first averaged to texels as
+    wide as they are high. A uniform environment stays uniform.
 
     Args:
         radiance: (H, W, C) float32. Linear radiance, finite and not negative; C up to 4.
-        matrix: (3, 3) float64. Moves the content, see the module's text.
+        matrix: (3, 3) float64. Moves the content; see the module's docstring.
 
     Returns:
         (H, W, C) float32. Linear radiance in the same scale, with the same energy per channel.
@@ -272,7 +273,7 @@ def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
 
 
 def _plane(first: int, second: int, angle: float) -> Float64:
-    """Rotation in the plane of two axes, the first toward the second, radians."""
+    """Return the rotation in the plane of two axes, from the first toward the second, radians."""
     matrix = np.eye(3)
     cosine, sine = math.cos(angle), math.sin(angle)
     matrix[first, first] = matrix[second, second] = cosine
@@ -281,7 +282,7 @@ def _plane(first: int, second: int, angle: float) -> Float64:
 
 
 def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64]:
-    """Cosine and sine of the rows' elevation; X and Z of the columns' azimuth, (2, W)."""
+    """Return cosine and sine of the rows' elevation; X and Z of the columns' azimuth, (2, W)."""
     height, width = shape
     elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
     azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -291,12 +292,12 @@ def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64
 def _positions(
     x: Float32, y: Float32, z: Float32, shape: tuple[int, int]
 ) -> tuple[Float32, Float32]:
-    """See `positions`; the components may be overwritten."""
+    """See `positions`; overwrites the components."""
     height, width = shape
     columns = np.arctan2(-x, z)
     columns *= np.float32(width / (2.0 * np.pi))
     columns += np.float32((width - 1) / 2)
-    # By the arctangent, since the arcsine loses all precision near the poles.
+    # With the arctangent, since the arcsine loses all precision near the poles.
     x *= x
     z *= z
     x += z
@@ -307,7 +308,7 @@ def _positions(
 
 
 def _bands(shape: tuple[int, int], matrix: Float64) -> Iterator[tuple[int, Float32, Float32]]:
-    """Yield the first row of each band, and where in the source its texels look."""
+    """Yield each band's first row, and the source columns and rows of its texels."""
     height, width = shape
     level, up, across = _row_column_parts(shape)
     inverse = np.asarray(matrix, np.float64).T
@@ -324,7 +325,7 @@ def _bands(shape: tuple[int, int], matrix: Float64) -> Iterator[tuple[int, Float
 
 
 def _gather(image: Picture, columns: Float32, rows: Float32, into: Picture) -> None:
-    """Sample a panorama at positions, bilinear, over the edge and the poles."""
+    """Sample a panorama at positions, bilinearly, across the edge and the poles."""
     last = np.float32(image.shape[0] - 1)
     inside = np.clip(rows, np.float32(0.0), last)
     cv2.remap(image, columns, inside, cv2.INTER_LINEAR, dst=into, borderMode=cv2.BORDER_WRAP)
@@ -334,7 +335,7 @@ def _gather(image: Picture, columns: Float32, rows: Float32, into: Picture) -> N
 
 
 def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
-    """Sample between the row next to a pole and the same row on the far side of it."""
+    """Sample between the row next to a pole and the same row on the opposite side of it."""
     at, shares = _corners(columns, rows, (image.shape[0], image.shape[1]))
     flat = image.reshape(image.shape[0] * image.shape[1], -1)
     value = np.einsum("kn,knc->nc", shares, flat[at].astype(np.float64))
@@ -345,14 +346,17 @@ def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
 
 
 def _total(radiance: Float32) -> Float64:
-    """Energy per channel, as `app.core.environment.environment.energy`, several times faster."""
+    """Return the energy per channel; several times faster than `environment.energy`."""
     sums = cv2.reduce(radiance, 1, cv2.REDUCE_SUM, dtype=cv2.CV_64F)
     shape = (radiance.shape[0], radiance.shape[1])
     return np.asarray(solid_angles(shape) @ sums.reshape(shape[0], -1), np.float64)
 
 
 def _runs(shape: tuple[int, int]) -> Int64:
-    """How many texels of each row are about as wide as one is high; a divisor of the width."""
+    """Return how many texels of each row are about as wide as one is high.
+
+    Each number divides the width.
+    """
     height, width = shape
     level, _, _ = _row_column_parts(shape)
     aspect = width / (2.0 * height) / level
@@ -362,7 +366,7 @@ def _runs(shape: tuple[int, int]) -> Int64:
 
 
 def _even_runs(values: Numbers, runs: Int64) -> None:
-    """Average each row over runs of texels, in place; the sums of the rows stay."""
+    """Average each row over runs of texels, in place; the sum of each row is preserved."""
     width = values.shape[1]
     for run in np.unique(runs[runs > 1]):
         rows = np.nonzero(runs == run)[0]
@@ -373,7 +377,7 @@ def _even_runs(values: Numbers, runs: Int64) -> None:
 
 
 def _opening(radiance: Float32) -> Float32:
-    """Take away bright detail narrower than `_DETAIL` texels (grey opening), over the edge."""
+    """Remove bright detail narrower than `_DETAIL` texels (grey opening), across the edge."""
     pad = 2 * (_DETAIL // 2)
     kernel = np.ones((_DETAIL, _DETAIL), np.uint8)
     opening = cv2.morphologyEx(wrapped(radiance, pad), cv2.MORPH_OPEN, kernel)
@@ -382,7 +386,7 @@ def _opening(radiance: Float32) -> Float32:
 
 
 def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) -> None:
-    """Rotate small bright spots onto an environment, the energy of each texel kept."""
+    """Rotate small bright spots onto an environment, and preserve the energy of each texel."""
     shape = (spots.shape[0], spots.shape[1])
     spot_mask = np.where(_brightest(spots) > 0, np.uint8(255), np.uint8(0))
     if not spot_mask.any():
@@ -391,7 +395,7 @@ def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) ->
     for start, columns, rows in _bands(shape, matrix):
         near = np.empty(rows.shape, np.uint8)
         _gather(spot_mask, columns, rows, near)
-        # One texel more all round, so that none is lost to the rounding of positions.
+        # One more texel all around, so that rounded positions lose none.
         row, column = np.nonzero(cv2.dilate(near, np.ones((3, 3), np.uint8)))
         maps.append((row + start, column, columns[row, column], rows[row, column]))
     row, column, columns, rows = (np.concatenate(parts) for parts in zip(*maps, strict=True))
@@ -409,7 +413,7 @@ def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: Int64) ->
 
 
 def _brightest(radiance: Float32) -> Float32:
-    """Return the largest channel; several times faster than `max` over so short an axis."""
+    """Return the largest channel, (H, W); several times faster than `max` over so short an axis."""
     largest = radiance[..., 0]
     for channel in range(1, radiance.shape[2]):
         largest = np.maximum(largest, radiance[..., channel])
@@ -417,7 +421,10 @@ def _brightest(radiance: Float32) -> Float32:
 
 
 def _corners(columns: Float32, rows: Float32, shape: tuple[int, int]) -> tuple[Int64, Float64]:
-    """Return the four texels around each position, (4, N), over edge and poles; their shares."""
+    """Return the four texels around each position, (4, N), and their shares, (4, N).
+
+    The texels lie across the panorama's edge or poles where necessary.
+    """
     height, width = shape
     top, left = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)
     low, right = (rows - top).astype(np.float64), (columns - left).astype(np.float64)

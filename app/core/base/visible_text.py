@@ -14,16 +14,16 @@ STEERING: Final = frozenset(
         *range(0xD800, 0xE000),
     )
 )
-"""Control characters, changes of direction and of line, bytes of names that are not text."""
+"""Control characters, direction and line marks, and the bytes of names that are not text."""
 
 _MARKS: Final = frozenset((0x061C, 0x200E, 0x200F))
-"""Invisible letters of right-to-left scripts, which are only left out."""
+"""Invisible marks in right-to-left scripts, which are removed without a replacement."""
 
 _REPLACEMENTS: Final = {code: "" if code in _MARKS else "\ufffd" for code in STEERING}
 
 
 def visible(text: str) -> str:
-    r"""Replace control and direction characters by U+FFFD.
+    r"""Replace control and direction characters with U+FFFD.
 
     Examples:
         >>> visible("photo\u202egpj.exe")

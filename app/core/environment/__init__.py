@@ -1,1 +1,1 @@
-"""Read, repair and reduce a panorama of light."""
+"""Read, repair and reduce panoramas of light."""

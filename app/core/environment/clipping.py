@@ -1,13 +1,13 @@
 """Detect undeclared clipping in a panorama: many texels at one maximum.
 
-Where a file was clipped, whatever was brighter has the same value in the end. Measured light hardly
-ever has: of 42 panoramas none has texels within 0.2 % of its maximum that outnumber those just
-below. Half floats, Radiance's shared exponent and resampling spread the value by up to a percent,
-so wider bands are tried, too, where more texels are needed. Lossy compression overshoots: then the
-common value is somewhat below the maximum (`benchmarks/light/marred_panoramas.py`).
+After clipping, all brighter light has the same value. Measured light hardly ever does: of 42
+panoramas, none has more texels within 0.2 % of its maximum than just below. Half floats, Radiance's
+shared exponent and resampling spread the value by up to a percent, so wider bands are tried too,
+which need more texels. Lossy compression overshoots: then the common value is slightly below the
+maximum (`benchmarks/light/marred_panoramas.py`).
 
-A panel of even radiance, as renderers make them, has a plateau too, but ends abruptly all around.
-Around whatever was clipped some light is nearly as bright.
+An evenly bright panel, as renderers make them, is a plateau too, but with abrupt edges all around.
+Around clipped light there is always some light that is nearly as bright.
 """
 
 from __future__ import annotations
@@ -22,24 +22,27 @@ from app.core.base.arrays import Bools, Floats
 from app.core.base.colour import FloatImage
 from app.core.base.sphere import wrapped
 
-# Width of the band under the maximum; least texels in it; least share of those in and under it.
+# Width of the band below the maximum; fewest texels in it; smallest ratio of these to the texels in
+# and below it.
 _BANDS: Final = ((0.002, 2, 0.5), (0.01, 6, 0.5), (0.03, 12, 0.6))
-_BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))  # of one channel
+_BANDS_OF_ONE: Final = ((0.002, 3, 0.5), (0.01, 12, 0.5), (0.03, 24, 0.6))  # for a single channel
 _BELOW: Final = 0.9  # of the band's lower end
-_LOSSY: Final = 0.02  # width to both sides of the common value
-_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # texels in the band; share of them that may be above it
-_LEAST_PANEL: Final = 10  # texels: a small clipped lamp may end as abruptly
+_LOSSY: Final = 0.02  # width on both sides of the common value
+_LOSSY_LEAST, _LOSSY_ABOVE = 20, 0.1  # fewest texels in the band; largest share of them above it
+_LEAST_PANEL: Final = 10  # texels: a small clipped lamp may have edges as abrupt
 _NEAR: Final = 0.25  # of the plateau
-_ALL: Final = -1  # channel: the largest of the three
+_ALL: Final = -1  # stands for the largest of the three channels
 _ROWS: Final = 256
 _RANKS: Final = (3, 10, 30, 100, 300, 1000, 3000)
 
 
 def plateau(radiance: FloatImage) -> Bools | None:
-    """Return a mask, (H, W), of texels at the maximum of all channels or one; None if few are.
+    """Return a mask, (H, W), of the texels that were clipped; None if too few share a value.
+
+    The common value is the maximum of one channel, or of the largest channel.
 
     Args:
-        radiance: Float32, (H, W, 3). Linear radiance, finite.
+        radiance: (H, W, 3) float32. Linear radiance, finite.
     """
     levels = [
         _level(_near(radiance, channel), _BANDS if channel == _ALL else _BANDS_OF_ONE)
@@ -55,7 +58,7 @@ def plateau(radiance: FloatImage) -> Bools | None:
 
 
 def _row_bands(radiance: FloatImage) -> list[slice]:
-    """Bands of rows: a large panorama has no room beside it for a plane of its own."""
+    """Return bands of rows: a large panorama leaves no memory for a whole extra plane."""
     return [slice(row, row + _ROWS) for row in range(0, len(radiance), _ROWS)]
 
 
@@ -64,7 +67,7 @@ def _plane(band: FloatImage, channel: int) -> Floats:
 
 
 def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
-    """Whether nothing beyond a plateau's very edge, two texels wide, comes near it."""
+    """Return whether no texel beyond a plateau's edge, two texels wide, is nearly as bright."""
     if int(marks.sum()) < _LEAST_PANEL:
         return False
     near = cv2.dilate(wrapped(marks.astype(np.uint8), 2), np.ones((5, 5), np.uint8))[:, 2:-2] > 0
@@ -78,7 +81,7 @@ def _is_panel(marks: Bools, radiance: FloatImage) -> bool:
 
 
 def _near(radiance: FloatImage, channel: int) -> Floats:
-    """The largest values of a channel or of all, rising."""
+    """Return the largest values of one channel or of all, in ascending order."""
     bands = _row_bands(radiance)
     top = max(float(_plane(radiance[rows], channel).max()) for rows in bands)
     if top <= 0.0:
@@ -91,7 +94,7 @@ def _near(radiance: FloatImage, channel: int) -> Floats:
 
 
 def _level(near: Floats, bands: tuple[tuple[float, int, float], ...]) -> float:
-    """Lower end of the values that light was clipped to; infinite where it was not."""
+    """Return the lowest value that counts as clipped; infinite if nothing was clipped."""
     if not near.size:
         return math.inf
     top = float(near[-1])

@@ -1,8 +1,8 @@
-"""Environments: linear HDR panoramas of the light at a place, and their exact reduction.
+"""Linear HDR panoramas of the light at a place, and their energy-preserving reduction.
 
-A panorama is equirectangular, row 0 at the zenith, azimuth 0 at the centre column and positive
-to the right (clockwise from above). Texel (i, j) of an H x W environment is the area
-u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
+A panorama is equirectangular, row 0 at the zenith, azimuth 0 at the centre column and positive to
+the right (clockwise from above). Texel (i, j) of an H x W environment is the area u in [j/W,
+(j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
 `app.core.environment.environment_file` reads the file formats.
 """
 
@@ -31,7 +31,7 @@ from app.core.text import tr
 
 _Mark = TypeVar("_Mark", bound=np.generic)
 SHAPE: Final = (32, 64)
-"""Rows and columns of the environment that the search works on."""
+"""Rows and columns of the environment that the search uses."""
 
 _ROUNDS: Final = 60
 _FINE: Final = 4096  # columns, for sums over a panorama
@@ -42,12 +42,13 @@ class Environment:
     """A repaired panorama of the light at one place.
 
     Attributes:
-        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 relative radiance, finite, not
-            negative, not all zero; read-only.
-        rough: Whether much of the light is a guess, by its file.
-        clipped: Float32, (H, 2 H). Clipped share of each texel, where the light is a lower bound,
-            or a guess if `rough`. None without clipping.
-        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings; None without gaps.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance, finite, not negative, not
+            all zero; read-only.
+        rough: Whether the file states that much of the light is estimated.
+        clipped: (H, 2 H) float32. Clipped share of each texel, where the light is a lower bound, or
+            an estimate if `rough`. None if nothing is clipped.
+        unseen: (H, 2 H) bool. Gaps that were filled from their surroundings; None if there are
+            none.
         layer, layers: The layer that was read, and all layers, if the file has several.
     """
 
@@ -67,7 +68,7 @@ class Environment:
 
     @property
     def shares(self) -> dict[str, Float32]:
-        """Extra channels of a file, by name: clipped shares and gaps."""
+        """Extra channels of the file, by name: clipped shares and gaps."""
         return kept_shares(self.clipped, self.unseen)
 
     @property
@@ -88,7 +89,7 @@ class Environment:
 
     @property
     def warnings(self) -> tuple[Remark, ...]:
-        """What to report: layer, repairs, what is a guess and what was not seen."""
+        """Remarks about the file: its layer, repairs, estimated light and gaps."""
         remarks: list[Remark] = list(self.repairs.remarks(self.name))
         if self.layers:
             others = tuple(each for each in self.layers if each != self.layer)
@@ -116,11 +117,11 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
     """Read a linear panorama, repair it and fill its gaps.
 
     Args:
-        layer: Of several layers the one to read; by default the beauty pass.
+        layer: Name of the layer to read, if there are several; by default the beauty pass.
 
     Raises:
-        EnvironmentFileError: When the file is missing, empty, damaged, not an HDR image, not 2:1,
-            too small or too large, or all black: one sentence, and what to do about it.
+        EnvironmentFileError: If the file is missing, empty, damaged, not an HDR image, not 2:1, too
+            small or too large, or all black.
     """
     panorama = read_panorama(path, layer)
     environment = from_radiance(panorama.radiance, panorama.name)
@@ -141,7 +142,7 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
 
 def _either(one: NDArray[_Mark] | None, other: NDArray[_Mark] | None) -> NDArray[_Mark] | None:
-    """The larger share of two planes, of which one may be missing."""
+    """Return the larger share at each texel of two planes; either may be None."""
     if one is None or other is None:
         return other if one is None else one
     return np.asarray(np.maximum(one, other))
@@ -151,12 +152,11 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     """Create an environment from radiance, repairing it in place.
 
     Args:
-        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance. Not copied, since
-            panoramas are large: it is repaired in place and becomes read-only.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 radiance. Not copied, since panoramas are
+            large: it is repaired in place and becomes read-only.
 
     Raises:
-        EnvironmentFileError: When nothing but black, NaN or infinite texels is in it, or the shape
-            is not 2:1.
+        EnvironmentFileError: If all texels are black, NaN or infinite, or the shape is not 2:1.
     """
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
@@ -177,10 +177,10 @@ def energy(radiance: Floats) -> Float64:
     """Integrate radiance over the sphere.
 
     Args:
-        radiance: Float, (H, W, ...). Radiance per texel.
+        radiance: (H, W, ...) float. Radiance per texel.
 
     Returns:
-        Float64, (...). Sum of radiance times solid angle (sr).
+        (...) float64. Sum of radiance times solid angle (sr).
     """
     sums = radiance.sum(axis=1, dtype=np.float64)
     return np.tensordot(solid_angles((radiance.shape[0], radiance.shape[1])), sums, axes=1)
@@ -192,11 +192,11 @@ def reduce(
     """Reduce an environment to the size of the transport, at a turn.
 
     Args:
-        shape: Rows and columns wanted; more than the panorama has is allowed.
+        shape: Rows and columns of the result; it may be larger than the panorama.
         turn_deg: Turn in degrees, clockwise from above.
 
     Returns:
-        Float32, (rows, columns, 3). See `reduce_light`.
+        (rows, columns, 3) float32. See `reduce_light`.
     """
     return reduce_light(environment.radiance, shape, turn_deg)
 
@@ -206,19 +206,19 @@ def reduce_radiance(
 ) -> FloatImage:
     """Average radiance over larger (or smaller) texels, weighted by solid angle.
 
-    Every texel wanted is the mean over its area of the piecewise constant radiance given:
-    overlaps are measured in sine of elevation and in azimuth, so that the integral of radiance
-    over the sphere is kept for any pair of sizes and any turn. At turn t the sitter faces
-    azimuth t, hence column u of the result is column u + t/360 of the panorama. A turn by k
-    whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
+    Each texel of the result is the mean of the piecewise constant input over its area. Overlaps are
+    measured in the sine of the elevation and in azimuth, so the integral of radiance over the
+    sphere is preserved for any pair of sizes and any turn. At turn t the sitter faces azimuth t, so
+    column u of the result is column u + t/360 of the panorama. A turn by k whole texels equals
+    ``rotate(reduce_radiance(radiance, shape), k)`` exactly.
 
     Args:
-        radiance: Float32, (H, W, C). Linear radiance.
-        shape: Rows and columns wanted.
+        radiance: (H, W, C) float32. Linear radiance.
+        shape: Rows and columns of the result.
         turn_deg: Turn in degrees, clockwise from above.
 
     Returns:
-        Float32, (rows, columns, C). Linear radiance in the same scale.
+        (rows, columns, C) float32. Linear radiance in the same scale.
     """
     height, width, _ = radiance.shape
     rows = _row_weights(height, shape[0])
@@ -230,9 +230,9 @@ def reduce_light(
 ) -> FloatImage:
     """Reduce a panorama for search and pictures, preserving the direction of small lamps.
 
-    Where it is at least twice as fine, each of its texels is shared by the two nearest rows and
-    columns wanted; any other size is averaged as by `reduce_radiance`. Either way energy is kept
-    and even light stays even; arguments and turns are as there.
+    If the panorama is at least twice as fine as the result, each of its texels is divided between
+    the two nearest rows and columns of the result; otherwise `reduce_radiance` averages it. Both
+    preserve the energy and keep even light even. Arguments and turns as in `reduce_radiance`.
     """
     height, width, _ = radiance.shape
     rows, columns = shape
@@ -244,14 +244,18 @@ def reduce_light(
 def _mixed(
     radiance: FloatImage, rows: tuple[tuple[int, Float64], ...], columns: Float64
 ) -> FloatImage:
-    """Mix rows, each of the few it takes from (first, shares), and columns (given, wanted)."""
+    """Combine input rows by (first, shares) for each output row, then columns by a matrix.
+
+    Args:
+        columns: (input columns, output columns). Weights.
+    """
     height, width, channels = radiance.shape
     bands = np.empty((len(rows), width * channels))
     if len(rows) == height:
         bands[:] = radiance.reshape(height, -1)
     else:
-        # Row bands first: one pass over a large panorama, in double precision without a
-        # double-precision copy of all of it.
+        # Row bands first: one pass over a large panorama, in double precision but without a
+        # double-precision copy of it.
         for row, (start, weights) in enumerate(rows):
             part = radiance[start : start + weights.size].reshape(weights.size, -1)
             bands[row] = weights @ part
@@ -261,17 +265,17 @@ def _mixed(
 
 
 def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
-    """Repeat texels, without interpolation, for reference renders of exactly these texels.
+    """Repeat texels without interpolation, for reference renders of exactly these texels.
 
     Args:
-        radiance: Float32, (H, W, ...). Environment.
-        shape: Rows and columns wanted, whole multiples of H and W.
+        radiance: (H, W, ...) float32. Environment.
+        shape: Rows and columns of the result, whole multiples of H and W.
 
     Returns:
-        Float32, (rows, columns, ...). The same light on a finer grid.
+        (rows, columns, ...) float32. The same light on a finer grid.
 
     Raises:
-        ValueError: When the sizes are not whole multiples.
+        ValueError: If the sizes are not whole multiples.
     """
     down, down_rest = divmod(shape[0], radiance.shape[0])
     across, across_rest = divmod(shape[1], radiance.shape[1])
@@ -282,7 +286,10 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
 
 @lru_cache(maxsize=16)
 def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
-    """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
+    """Return, for each output row, its first overlapping input row and the shares from there on.
+
+    The shares sum to 1.
+    """
     source_edges, target_edges = row_edges(height), row_edges(rows)
     result = []
     for row in range(rows):
@@ -290,7 +297,7 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
         last = -(-(row + 1) * height // rows)
         upper = np.minimum(source_edges[first:last], target_edges[row])
         lower = np.maximum(source_edges[first + 1 : last + 1], target_edges[row + 1])
-        # Edges that coincide in exact arithmetic can differ in the last bit.
+        # Edges that coincide in exact arithmetic may differ in the last bit.
         overlap = np.maximum(upper - lower, 0.0)
         result.append((first, overlap / overlap.sum()))
     return tuple(result)
@@ -298,12 +305,13 @@ def _row_weights(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 
 @lru_cache(maxsize=16)
 def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
-    """As `_row_weights`, each row given being shared by the two nearest rows wanted."""
+    """Return weights as `_row_weights` does, but split each input row between two output rows."""
     area, target_edges = -np.diff(row_edges(height)), row_edges(rows)
     place = (np.arange(len(area)) + 0.5) * rows / len(area) - 0.5
     shares = np.maximum(1.0 - np.abs(np.clip(place, 0, rows - 1) - np.arange(rows)[:, None]), 0.0)
     energy = shares * area
-    # Rows are not of one size: what each must hold in even light, and give away, is met in turns.
+    # Rows differ in area, so the totals of output and input rows are scaled alternately until both
+    # hold.
     for _ in range(_ROUNDS):
         energy *= (-np.diff(target_edges) / energy.sum(axis=1))[:, None]
         energy *= area / energy.sum(axis=0)
@@ -317,7 +325,7 @@ def _shared_rows(height: int, rows: int) -> tuple[tuple[int, Float64], ...]:
 
 
 def _shared_columns(width: int, columns: int, turn_deg: float) -> Float64:
-    """As `_column_weights`, each column given being shared by the two nearest ones wanted."""
+    """Return weights as `_column_weights` does, with each input column divided between two."""
     shift = turn_deg * width / 360.0
     away = (np.arange(width)[:, None] + 0.5 - shift) * columns / width - 0.5 - np.arange(columns)
     away = np.abs((away + columns / 2) % columns - columns / 2)
@@ -326,8 +334,11 @@ def _shared_columns(width: int, columns: int, turn_deg: float) -> Float64:
 
 
 def _column_weights(width: int, columns: int, turn_deg: float) -> Float64:
-    """Shares (width, columns) of the given columns in the wanted ones; each column sums to 1."""
-    # In units of given columns, moved into [0, width): turning is periodic.
+    """Return the weights of the input columns in the output columns, (width, columns).
+
+    Each column of the matrix sums to 1.
+    """
+    # In units of input columns, moved into [0, width): turning is periodic.
     shift = (turn_deg * width / 360.0) % width
     nearest = round(shift)
     if abs(shift - nearest) < 1e-9 * width:

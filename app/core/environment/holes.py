@@ -1,9 +1,8 @@
 """Find and fill the gaps of a panorama.
 
-Stitchers lay half a panorama, or one without its floor, on a black canvas. Darkness that was
-photographed is hardly ever black over a whole area, and what is around it is dark, too: canvas is
-black to its edge, and ends abruptly. A scene with lamps in a black void is mostly black and stays
-as it is.
+Stitching programs place a partial panorama, such as one without a floor, on a black canvas. A dark
+area in a photo is rarely black throughout, and its surroundings are dark too; canvas is black to
+its edge and ends abruptly. A scene of lamps in a black void is mostly black, and stays unchanged.
 """
 
 from __future__ import annotations
@@ -20,24 +19,30 @@ from app.core.measure.finish.inpainting import components, fill
 from app.core.measure.read.frame import MergedLight
 
 BLACK_OF_LIGHT: Final = 1e-5
-"""Of the median of what is not black: what rounding and lossy packing leave of black."""
+"""Largest value that counts as black, relative to the median of all other values.
+
+Rounding and lossy compression can turn black into such values.
+"""
 
 GOES_ON: Final = 8.0
-"""Times brighter than around: what a gap cuts, as a window, goes on in it."""
+"""Brightness, relative to its surroundings, of a light that continues into a gap.
+
+For example a window that the gap cuts off.
+"""
 
 _WIDEST: Final = 4096
 _COLUMNS: Final = 512
-_LEAST: Final = 0.01  # of the sphere, of one area
-_MOST: Final = 0.75  # of the sphere, of all areas
-_ABRUPT: Final = (0.005, 0.05)  # of the median: light just outside the edge; of codes
-_AT_EDGE: Final = 0.7  # of the edge, that is so bright
+_LEAST: Final = 0.01  # share of the sphere, for one area
+_MOST: Final = 0.75  # share of the sphere, for all areas
+_ABRUPT: Final = (0.005, 0.05)  # light just outside the edge: relative to the median; in codes
+_AT_EDGE: Final = 0.7  # share of the edge with that brightness
 
 
 def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
     """Fill gaps, (H, 2 H) bool, from the light around them.
 
     Raises:
-        ProbeError: When less than a tenth of the sphere was seen.
+        ProbeError: If less than a tenth of the sphere is visible.
     """
     if radiance.shape[1] > _WIDEST:
         return _filled_coarsely(radiance, unseen)
@@ -47,7 +52,7 @@ def filled(radiance: FloatImage, unseen: Bools) -> FloatImage:
 
 
 def _filled_coarsely(radiance: FloatImage, unseen: Bools) -> FloatImage:
-    """Fill a panorama that has no room beside it for another, in place."""
+    """Fill a panorama in place when there is no memory for a second one."""
     share = bounded(unseen.astype(np.float32), _WIDEST)
     small = filled(bounded(radiance, _WIDEST), np.asarray(share > 0.0))
     size = (radiance.shape[1], 1)
@@ -61,10 +66,10 @@ def _filled_coarsely(radiance: FloatImage, unseen: Bools) -> FloatImage:
 
 
 def canvas(radiance: FloatImage, black: float | None = None) -> Bools | None:
-    """Return a mask, (H, W), of black canvas; None without any.
+    """Return a mask, (H, W), of black canvas; None if there is none.
 
     Args:
-        radiance: Float32, (H, 2 H, 3). Linear radiance, finite, not negative.
+        radiance: (H, 2 H, 3) float32. Linear radiance, finite, not negative.
         black: Largest value of black in any channel; by default relative to the light.
     """
     if radiance.shape[1] > _WIDEST:
@@ -109,7 +114,7 @@ def _grown(part: Bools, steps: int) -> Bools:
 
 
 def _reduced(dark: Bools) -> Bools:
-    """Texels that are dark all over, at most `_COLUMNS` wide."""
+    """Return the texels that are entirely dark, on a grid at most `_COLUMNS` wide."""
     width = min(dark.shape[1], _COLUMNS)
     share = cv2.resize(dark.astype(np.float32), (width, width // 2), interpolation=cv2.INTER_AREA)
     return np.asarray(share > 0.999)
@@ -122,6 +127,6 @@ def _reduced_light(largest: Floats) -> Float32:
 
 
 def _share(part: Bools) -> float:
-    """Share of the sphere."""
+    """Return the mask's share of the sphere, 0 to 1."""
     areas = solid_angles((part.shape[0], part.shape[1])) * part.shape[1] / (4.0 * np.pi)
     return float((part.mean(axis=1, dtype=np.float64) * areas).sum())

@@ -1,7 +1,7 @@
-"""List the layers of an OpenEXR file and choose the one with the light.
+"""List the layers of an OpenEXR file, and choose the one with the light.
 
-Renderers write many pictures into one file: the beauty pass beside ambient occlusion, albedo,
-light groups. A layer's name is a channel's name up to its last dot, or the name of a part.
+Renderers write many pictures into one file: the beauty pass, ambient occlusion, albedo, light
+groups. A layer's name is the channel name up to its last dot, or the name of a part.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
 
 UNNAMED: Final = "RGB"
-"""Title of the layer without a name."""
+"""Title of the unnamed layer."""
 
 _BEAUTY: Final = ("combined", "beauty", "rgba", "composite")
 _MAX_PARTS: Final = 16
@@ -29,9 +29,10 @@ class Layer:
     """A layer of a file.
 
     Attributes:
-        name: "ViewLayer.Combined"; "" where the file gives none.
-        channels: Of red, green and blue, or of grey alone.
-        alpha: Channel of its coverage, None where there is none.
+        name: For example "ViewLayer.Combined"; empty if the file gives none.
+        part: Index of the file's part.
+        channels: Indices of red, green and blue, or of grey alone.
+        alpha: Index of the alpha channel; None if there is none.
     """
 
     name: str
@@ -41,12 +42,12 @@ class Layer:
 
     @property
     def title(self) -> str:
-        """The name by which the layer is chosen."""
+        """Name for choosing the layer."""
         return self.name or UNNAMED
 
 
 class LayerError(EnvironmentFileError):
-    """A file has several layers and no default one."""
+    """A file has several layers and no default one, or lacks the requested one."""
 
     def __init__(self, file_name: str, layers: tuple[str, ...], layer_name: str = "") -> None:
         names = ", ".join(layers[:_MOST_NAMES]) + (", …" if len(layers) > _MOST_NAMES else "")
@@ -61,7 +62,7 @@ class LayerError(EnvironmentFileError):
 
 
 def layers_of(source: ImageInput) -> tuple[Layer, ...]:
-    """List the layers with colours, in the order of the file; one grey channel where none has."""
+    """List the colour layers in file order; a single grey channel if there are none."""
     layers: list[Layer] = []
     grey: list[Layer] = []
     several = source.seek_subimage(1, 0)
@@ -79,7 +80,7 @@ def choose_layer(layers: Sequence[Layer], layer_name: str, file_name: str) -> La
     """Return a layer by name; by default the unnamed one, or the beauty pass.
 
     Raises:
-        LayerError: When there are several and none is it, or no layer has that name.
+        LayerError: If there are several without a default, or none has that name.
     """
     titles = tuple(layer.title for layer in layers)
     if layer_name:
@@ -104,7 +105,7 @@ def _last(name: str) -> str:
 
 
 def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
-    """Layers of red, green and blue of one part."""
+    """Return the RGB layers of one part."""
     names = [str(name).lower() for name in spec.channelnames]
     where = {name: index for index, name in reversed(list(enumerate(names)))}
     channel_names = [str(name) for name in spec.channelnames]
@@ -121,20 +122,20 @@ def _colours(spec: ImageSpec, part: int, place: str) -> list[Layer]:
 
 
 def _all_of(where: dict[str, int], prefix: str, names: tuple[str, ...]) -> tuple[int, ...]:
-    """Channels of these names; none where one of them is missing."""
+    """Return the indices of these channels; empty if one is missing."""
     channels = tuple(where[prefix + name] for name in names if prefix + name in where)
     return channels if len(channels) == len(names) else ()
 
 
 def _joined(place: str, own: str) -> str:
-    """Name of a layer by the name of its part and its own, which often repeats it."""
+    """Join the names of the part and the layer, which often repeat each other."""
     if not place or own.lower() == place.lower() or own.lower().startswith(f"{place.lower()}."):
         return own or place
     return f"{place}.{own}" if own else place
 
 
 def _grey(spec: ImageSpec, part: int, place: str) -> list[Layer]:
-    """The one grey channel of a part without colours."""
+    """Return the only grey channel of a part without colours."""
     names = [str(name).lower() for name in spec.channelnames]
     # Luminance with chroma (Y, RY, BY) is another colour space, not grey.
     if "ry" in names or "by" in names:

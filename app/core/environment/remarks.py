@@ -1,4 +1,4 @@
-"""What there is to report of a panorama's file."""
+"""Remarks about a panorama file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class Repaired(Remark):
-    """Texels that held no light; `level` is what infinite ones became."""
+    """Texels without valid light; `level` replaced the infinite ones."""
 
     name: str
     nan: int
@@ -20,7 +20,7 @@ class Repaired(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LayerChosen(Remark):
-    """One of several layers is read."""
+    """One of several layers was read."""
 
     name: str
     layer: str
@@ -29,21 +29,21 @@ class LayerChosen(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FromOnePhoto(Remark):
-    """A file that says that it was made from one photo; what was clipped there is a guess."""
+    """A file that states that it was made from one photo; its clipped light is an estimate."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class ClippedFile(Remark):
-    """The brightest areas may be brighter than the file says."""
+    """The brightest areas may be brighter than the file states."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class PartUnseen(Remark):
-    """A share of the sphere, 0 to 1, that the picture does not show and that was filled."""
+    """A share of the sphere, 0 to 1, that was filled because the picture does not show it."""
 
     name: str
     share: float

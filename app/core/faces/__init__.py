@@ -1,1 +1,1 @@
-"""Faces in photographs: where they are, how they are held, and what light falls on them."""
+"""Faces in photos: position, pose, and the light on them."""

@@ -1,9 +1,9 @@
-"""Finds which way a face looks in a place whose light is known.
+"""Find the direction in which a face looks, in a place with known light.
 
-The head is lit by the place at 128 turns, held as the face is. A real face differs from it by its
-own paint and shape: less where one half is compared with the other than where both are added, and
-more smoothly than pixel by pixel. What is left over is therefore weighed as a Gaussian process
-(Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 2.30).
+The head is lit by the place at 128 turns, in the pose of the face. A real face differs from it in
+colour and shape: less in the difference of its two halves than in their sum, and smoothly across
+pixels. The residual is therefore weighted as a Gaussian process (Rasmussen and Williams, Gaussian
+Processes for Machine Learning, 2006, eq. 2.30).
 """
 
 from __future__ import annotations
@@ -26,31 +26,36 @@ from app.core.solver.search import luminance_of
 Standing: TypeAlias = Literal["inside", "outside", "unsure"]
 
 WIDE_DEG: Final = 40.0
-"""Widest arc of which it is told how far away a face is: in a wider one light hardly changes."""
+"""Widest arc for which a face's angle to the goal is reported.
+
+Across a wider arc the light hardly changes.
+"""
 
 _TURNS: Final = 128
-_FLOOR: Final = 0.05  # of the 90th percentile: what is darker says nothing
+_FLOOR: Final = 0.05  # of the 90th percentile: darker values carry no information
 _BRIGHT: Final = 90
 _LEAST_SEEN: Final = 0.5
-# How far faces differ, natural logarithm: by themselves, and alike over so many pixels.
+# Standard deviation of log luminance between faces: independent per pixel, and correlated (size,
+# pixels).
 _DIFFERENCE: Final = (0.12, ((0.1, 4.0),))
 _SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
-_MOST_UNLIKE: Final = 5.0  # mean square of what is left over: 97 % of people leave less than 4.2
-_TRUST: Final = 20.0  # likelihood of a unit of the mean: pixels do not differ independently
+_MOST_UNLIKE: Final = 5.0  # mean square of the residual: for 97 % of people it is under 4.2
+_TRUST: Final = 20.0  # factor from mean cost to log likelihood: pixels are not independent
 _NEAR_DEG: Final = 15.0
-_LEAST_NEAR: Final = 0.5  # of the likelihood around the turn that is told
-_MARGIN_DEG: Final = 4.0  # as far as a face may be misread beside an arc
+_LEAST_NEAR: Final = 0.5  # share of the likelihood near the estimate that makes it reliable
+_MARGIN_DEG: Final = 4.0  # possible error of a face beside an arc
 _MOST_OUTSIDE: Final = 0.02
 _MOST_INSIDE: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FacingEstimate:
-    """Which way a face looks.
+    """Direction in which a face looks.
 
     Attributes:
-        azimuth_deg: In the panorama, the likeliest.
-        likelihood: (128,) float64. Of `azimuths`; sums to 1.
+        azimuth_deg: Most likely azimuth in the panorama.
+        azimuths: (128,) float64. Azimuths of the turns, deg.
+        likelihood: (128,) float64. Likelihoods of `azimuths`; they sum to 1.
     """
 
     azimuth_deg: float
@@ -58,24 +63,27 @@ class FacingEstimate:
     likelihood: Float64
 
     def share(self, middle_deg: float, within_deg: float) -> float:
-        """Likelihood that it is within some degrees of an azimuth."""
+        """Return the likelihood that the direction is within some degrees of an azimuth."""
         near = np.abs(_wrapped(self.azimuths - middle_deg)) <= within_deg
         return float(self.likelihood[near].sum())
 
     @property
     def sure(self) -> bool:
-        """Whether it is clear enough to be told as a number."""
+        """Whether the estimate is reliable enough to show as a number."""
         return self.share(self.azimuth_deg, _NEAR_DEG) >= _LEAST_NEAR
 
 
 def find_facing(
     grey: Float32, visible: Bools, pose: HeadPose, light: Floats
 ) -> FacingEstimate | None:
-    """Find which way a face looks; None where too little is seen, or it is lit as nowhere here.
+    """Find the direction in which a face looks.
 
     Args:
-        grey, visible: Of `on_head`.
+        grey, visible: Results of `on_head`.
         light: (H, W, 3) float. Linear Rec. 709 radiance of the place, panorama coordinates.
+
+    Returns:
+        None if too little of the face is visible, or its light fits no direction in this place.
     """
     right, left = head_map().halves
     both = visible[right] & visible[left]
@@ -94,14 +102,14 @@ def find_facing(
     # A face that is hardly turned counts as facing the lens, as in `read_light`.
     aside = pose.yaw_deg if abs(pose.yaw_deg) >= FRONTAL_DEG else 0.0
     azimuths = np.arange(_TURNS) * 360 / _TURNS - aside
-    # The worse the likeliest fits, the less is told by the difference.
+    # The worse the best fit, the less a difference in cost means.
     likelihood = np.exp(_TRUST * (least - cost) / max(least, 1.0))
     azimuth = (best + between) * 360 / _TURNS - aside
     return FacingEstimate(wrap(azimuth), _wrapped(azimuths), likelihood / likelihood.sum())
 
 
 def standing(facing: FacingEstimate, arc_deg: tuple[float, float]) -> Standing:
-    """Tell whether a face looks into an arc, going clockwise; or that it does not say."""
+    """Return whether a face looks into an arc (clockwise), or that this is unclear."""
     half = arc_width(arc_deg) / 2
     middle = arc_deg[0] + half
     if abs(wrap(facing.azimuth_deg - middle)) <= half + _MARGIN_DEG:
@@ -117,7 +125,7 @@ def _wrapped(angles: Float64) -> Float64:
 
 
 def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]:
-    """Differences and sums of both halves' logarithms, (n, M) each, 0 where one is not seen."""
+    """Return differences and sums of the halves' logarithms, (n, M) each; 0 in hidden pixels."""
     bright = np.percentile(np.concatenate([right[:, both], left[:, both]], axis=1), _BRIGHT, axis=1)
     scale = np.maximum(bright, 1e-12)[:, None]
     one, other = (np.log(np.maximum(half / scale, 0) + _FLOOR) for half in (right, left))
@@ -128,7 +136,7 @@ def _logs(right: Float32, left: Float32, both: Bools) -> tuple[Float64, Float64]
 
 @lru_cache(maxsize=2)
 def _whitening(alone: float, alike: tuple[tuple[float, float], ...]) -> Float64:
-    """What makes differences of halves independent and of size 1, (M, M)."""
+    """Return the matrix, (M, M), that makes the residuals independent, with variance 1."""
     places = np.stack(np.divmod(head_map().halves[0], head_map().side), axis=1).astype(np.float64)
     apart = np.square(places[:, None] - places[None]).sum(axis=2)
     covariance = alone**2 * np.eye(len(places))
@@ -139,13 +147,13 @@ def _whitening(alone: float, alike: tuple[tuple[float, float], ...]) -> Float64:
 
 @lru_cache(maxsize=1)
 def _basis() -> Float32:
-    """Both halves under the rows of the transport's basis, (R, 2 M)."""
+    """Return the light of both halves under each row of the transport's basis, (R, 2 M)."""
     head = head_map()
     return head.blurred(head.transport.luminance_basis.T, head.halves.ravel())
 
 
 def _light_on_head(light: Floats, pose: HeadPose) -> Float32:
-    """The transport's rows under the place at all turns of the lens, (128, R)."""
+    """Return the place's light as coefficients of the transport's basis, at all turns, (128, R)."""
     transport = head_map().transport
     shape = rows, columns = transport.environment_shape
     to_usual = (pose.facing_rotation @ usual_pose().facing_rotation.T).T.astype(np.float32)

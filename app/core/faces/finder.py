@@ -1,7 +1,7 @@
-"""Finds faces in a picture, and 468 places on each.
+"""Find faces in a picture, and 468 landmarks on each.
 
-Two networks of MediaPipe (Apache-2.0) in OpenCV: one finds faces in the picture and its parts, the
-other places on a face, as it is and in the mirror. A face is believed as far as both looks agree.
+Two MediaPipe networks (Apache-2.0) in OpenCV: one finds faces in the picture and its parts, the
+other finds landmarks on a face and on its mirror image. Confidence is high if both agree.
 """
 
 from __future__ import annotations
@@ -27,26 +27,28 @@ _AGAIN: Final = tr("Reinstall Turnlight.")
 
 Square: TypeAlias = tuple[float, float, float]  # left, top, side; pixels
 
-_LOOK: Final = 128  # side of what the first network takes
-_CLOSE: Final = 192  # and the second one
-_GRIDS: Final = ((16, 2), (8, 6))  # of the first network's answers: cells a side, answers a cell
-_CORNERS: Final = (33, 263)  # the eyes' outer ones
-_EYES: Final = slice(4, 8)  # of an answer: middle, size, right eye, left eye, ...
+_LOOK: Final = 128  # side of the first network's input, pixels
+_CLOSE: Final = 192  # side of the second network's input
+# of the first network's output: cells per side, candidates per cell
+_GRIDS: Final = ((16, 2), (8, 6))
+_CORNERS: Final = (33, 263)  # outer corners of the eyes
+_EYES: Final = slice(4, 8)  # in a candidate: centre, size, right eye, left eye, ...
 _WORTH_A_LOOK: Final = 0.35
-_SAME: Final = 0.5  # of the smaller one's area in common: one face
+_SAME: Final = 0.5  # share of the smaller box in common that makes two candidates one face
 _MOST: Final = 12
-_ROOM: Final = 1.5  # side of a close look by that of the face
+_ROOM: Final = 1.5  # side of a close-up relative to that of the face
 _LARGEST: Final = 1280  # longer side of the picture that is searched
-_SMALLEST_PART: Final = 240  # of which a face of 40 pixels is a sixth
-_STEP: Final = 2.4  # from parts to smaller ones, at most
-_STRIDE: Final = 0.6  # of a part: what two share holds any face that is too small for larger ones
-_APART: Final = 0.05  # of the face's side: both looks disagree
+_SMALLEST_PART: Final = 240  # six times the side of a face of 40 pixels
+_STEP: Final = 2.4  # largest ratio between sizes of parts
+_STRIDE: Final = 0.6  # in sides of a part: any face too small for larger parts fits into an overlap
+_APART: Final = 0.05  # of the face's side: beyond it, the two passes disagree
 _LEAST: Final = 0.37
-_LEAST_CONFIDENCE: Final = 0.5  # or it is looked for everywhere again
+_LEAST_CONFIDENCE: Final = 0.5  # below it, the whole picture is searched again
 _LOOKS: Final = 5
-_SHARP: Final = 0.35  # of the detail of the sharpest face: with less one is out of focus
+# relative to the detail of the sharpest face: below it, a face is out of focus
+_SHARP: Final = 0.35
 _STAYS: Final = 0.06  # of the face's side
-_DARK: Final = 80.0  # mean of a square that is exposed
+_DARK: Final = 80.0  # mean of a well-exposed square
 _MOST_GAIN: Final = 8.0
 
 
@@ -54,8 +56,10 @@ _MOST_GAIN: Final = 8.0
 class Face:
     """A face in a picture.
 
-    `landmarks`: (468, 3) float32, pixels from the upper left corner, and depth away from the camera
-    in the same unit; `confidence`: 0 to 1.
+    Attributes:
+        landmarks: (468, 3) float32. Pixels from the upper left corner, and the depth away from the
+            camera in the same unit.
+        confidence: 0 to 1.
     """
 
     landmarks: Float32
@@ -63,12 +67,12 @@ class Face:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom of all landmarks: forehead to chin."""
+        """Left, top, right and bottom of the landmarks, from forehead to chin, pixels."""
         low, high = self.landmarks[:, :2].min(axis=0), self.landmarks[:, :2].max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
     def scaled(self, scale: float) -> Face:
-        """The same in a picture of another size."""
+        """Return the same face in a resized picture."""
         return Face(self.landmarks * np.float32(scale), self.confidence)
 
     @property
@@ -80,12 +84,13 @@ class Face:
 
 @dataclass(frozen=True, slots=True)
 class FaceMesh:
-    """The canonical face.
+    """The canonical face model.
 
     Attributes:
         points: (468, 3) float32, cm. x toward the sitter's left, y up, z out of the face.
-        mirrored: (468,) intp. Each point's twin on the other side.
-        on_head: (468, 2) float32. In the transport's picture of the generic head, shares.
+        triangles: (T, 3) intp. Indices of points.
+        mirrored: (468,) intp. Index of each point's twin on the other side.
+        on_head: (468, 2) float32. Positions in the transport's picture of the generic head, 0 to 1.
     """
 
     points: Float32
@@ -96,7 +101,7 @@ class FaceMesh:
 
 @lru_cache(maxsize=1)
 def face_mesh() -> FaceMesh:
-    """Read the mesh of the landmarks; `CoreError` when it is missing or damaged."""
+    """Load the landmark mesh; raise `CoreError` if it is missing or damaged."""
     arrays = read_arrays(resources() / "faces" / "mesh.npz", tr("face mesh"), _AGAIN)
     points = arrays["points"].astype(np.float32)
     other = points * np.array([-1, 1, 1], np.float32)
@@ -110,10 +115,10 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright.
-        near: A face in the picture before: it is looked for there first, at a tenth of the cost.
-        small: Whether to search for faces of under a sixth of the picture, too.
+        near: A face in the previous frame. Its position is searched first, at a tenth of the cost.
+        small: Whether to search for faces smaller than a sixth of the picture, too.
 
-    Raises `CoreError` when the program's own networks are missing or damaged.
+    Raises `CoreError` if the program's own networks are missing or damaged.
     """
     networks = _networks()
     if near is not None:
@@ -135,7 +140,7 @@ def find_faces(picture: Bytes, near: Face | None = None, *, small: bool = True) 
 
 
 def _detail(picture: Bytes, face: Face) -> float:
-    """How much a face changes from pixel to pixel, all faces brought to one size and exposure."""
+    """Return the pixel-to-pixel change of a face, normalised for size and exposure."""
     left, top, right, bottom = face.box
     scale = _CLOSE / max(face.side, 1.0)
     way = np.array([[scale, 0, -left * scale], [0, scale, -top * scale]])
@@ -145,20 +150,20 @@ def _detail(picture: Bytes, face: Face) -> float:
 
 
 class _Networks:
-    """Both networks, for one thread at a time: a network keeps what it is fed."""
+    """Both networks, for use by one thread at a time: a network keeps its input."""
 
     def __init__(self, first: Any, second: Any) -> None:
         self._first, self._second, self._lock = first, second, threading.Lock()
 
     def faces(self, square: Bytes) -> tuple[Float32, Float32]:
-        """Likelihoods as log odds, (896,), and raw places, (896, 16)."""
+        """Return the candidates' log odds, (896,), and raw positions, (896, 16)."""
         with self._lock:
             self._first.setInput(cv2.dnn.blobFromImage(square, 1 / 127.5, mean=(127.5,) * 3))
             scores, places = self._first.forward(["classificators", "regressors"])
         return scores.ravel(), places[0]
 
     def landmarks(self, crop: Bytes) -> tuple[Float32, float]:
-        """Landmarks, (468, 3), in a close look, and the log odds of a face."""
+        """Return the landmarks, (468, 3), in a close-up, and the log odds of a face."""
         with self._lock:
             self._second.setInput(cv2.dnn.blobFromImage(crop, 1 / 255))
             places, likely = self._second.forward(["conv2d_21", "conv2d_31"])
@@ -179,7 +184,7 @@ def _networks() -> _Networks:
 
 @lru_cache(maxsize=1)
 def _anchors() -> Float64:
-    """Middles of the first network's answers, (896, 2), shares of the square."""
+    """Return the centres of the first network's candidates, (896, 2), as shares of the square."""
     parts = []
     for cells, count in _GRIDS:
         y, x = np.mgrid[:cells, :cells]
@@ -189,7 +194,7 @@ def _anchors() -> Float64:
 
 
 def _squares(height: int, width: int, small: bool) -> Iterator[Square]:
-    """The whole picture, and its parts, each over another, down to the smallest."""
+    """Yield the whole picture, then its overlapping parts, down to the smallest."""
     longer = max(height, width)
     yield (width - longer) / 2, (height - longer) / 2, float(longer)
     smaller = max(longer / _SMALLEST_PART, 1.0)
@@ -208,7 +213,7 @@ def _starts(length: int, side: float) -> list[float]:
 
 
 def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[float, Float64]]:
-    """Likelihoods and places, (16,), of what may be a face: middle, size, six points; pixels."""
+    """Return each candidate's likelihood, and its centre, size and six points, (16,) pixels."""
     height, width = picture.shape[:2]
     scale = min(_LARGEST / max(height, width), 1.0)
     if scale < 1.0:
@@ -232,11 +237,11 @@ def _answers(networks: _Networks, picture: Bytes, small: bool) -> list[tuple[flo
 
 
 def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
-    """A square of the picture, black beyond it."""
+    """Cut a square from the picture; outside it is black."""
     shrink = math.hypot(way[0, 0], way[0, 1])
     source = picture
     if shrink < 0.5:
-        # What is left out would come back as a pattern.
+        # Shrink first: undersampling would cause aliasing.
         half = 2 ** math.floor(math.log2(1 / shrink))
         size = max(picture.shape[1] // half, 1), max(picture.shape[0] // half, 1)
         source = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
@@ -244,19 +249,19 @@ def _cut(picture: Bytes, way: Float64, side: int) -> Bytes:
     cut = cv2.warpAffine(source, way, (side, side), flags=cv2.INTER_LINEAR)
     dark = float(cut.mean())
     if dark < _DARK:
-        # As if it had been exposed for what it shows.
+        # Brighten it to a normal exposure.
         cut = cv2.LUT(cut, _brightened(min(_DARK / max(dark, 1.0), _MOST_GAIN)))
     return np.asarray(cut, np.uint8)
 
 
 def _brightened(gain: float) -> Bytes:
-    """A curve for 8-bit values that lifts shadows and keeps white, (256,)."""
+    """Return a curve for 8-bit values that lifts shadows and keeps white, (256,)."""
     shares = np.arange(256) / 255
     return np.asarray(np.round(255 * gain * shares / (1 + (gain - 1) * shares)), np.uint8)
 
 
 def _distinct(answers: list[tuple[float, Float64]]) -> list[tuple[float, Float64]]:
-    """The likeliest answer of those that are one face."""
+    """Keep the most likely of the candidates that show the same face."""
     distinct: list[tuple[float, Float64]] = []
     for score, answer in sorted(answers, key=lambda one: -one[0]):
         if all(_shared(_box(answer), _box(other)) < _SAME for _, other in distinct):
@@ -265,12 +270,12 @@ def _distinct(answers: list[tuple[float, Float64]]) -> list[tuple[float, Float64
 
 
 def _box(answer: Float64) -> Float64:
-    """Corners of an answer, (2, 2)."""
+    """Return the corners of a candidate's box, (2, 2)."""
     return np.asarray(answer[:2] + np.array([[-0.5], [0.5]]) * answer[2:4])
 
 
 def _shared(one: Float64, other: Float64) -> float:
-    """Common area of two boxes, (2, 2), by the smaller one's."""
+    """Return the common area of two boxes, (2, 2), relative to the smaller one."""
     sides = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
     smaller = min(float(np.prod(box[1] - box[0])) for box in (one, other))
     return float(np.prod(np.maximum(sides, 0))) / max(smaller, 1e-9)
@@ -283,7 +288,7 @@ def _looked_at(
     score: float,
     eyes: Float32 | Float64 | None = None,
 ) -> Face | None:
-    """Look closely at what may be a face until it stays where it is, and once in the mirror."""
+    """Find a candidate's landmarks: repeat the close-up until it is stable, then mirror it once."""
     eyes = points[list(_CORNERS)] if eyes is None else eyes
     for number in range(_LOOKS):
         transform = _close_look(points, eyes)
@@ -308,14 +313,14 @@ def _looked_at(
 
 
 def _mirrored(landmarks: Float32) -> Float32:
-    """Landmarks of a close look in the mirror."""
+    """Mirror the landmarks of a close-up."""
     flipped = landmarks.copy()
     flipped[:, 0] = _CLOSE - flipped[:, 0]
     return flipped
 
 
 def _close_look(points: Float32 | Float64, eyes: Float32 | Float64) -> Float64 | None:
-    """How a face goes into a close look with level eyes, (2, 3)."""
+    """Return the transform, (2, 3), from the picture to a close-up of a face with level eyes."""
     low, high = points.min(axis=0), points.max(axis=0)
     side = float((high - low).max()) * _ROOM
     if not (math.isfinite(side) and side > 4):
@@ -329,13 +334,13 @@ def _close_look(points: Float32 | Float64, eyes: Float32 | Float64) -> Float64 |
 
 
 def _landmarks(networks: _Networks, crop: Bytes) -> tuple[Float32, float]:
-    """Landmarks, (468, 3), in a close look, and how likely it shows a face."""
+    """Return the landmarks, (468, 3), in a close-up, and the likelihood of a face."""
     places, odds = networks.landmarks(crop)
     return places, 1 / (1 + math.exp(-min(max(odds, -50.0), 50.0)))
 
 
 def _back(landmarks: Float32, way: Float64) -> Float32:
-    """Landmarks of a close look in the picture's own pixels."""
+    """Convert a close-up's landmarks to pixels of the picture."""
     back = cv2.invertAffineTransform(way)
     flat = landmarks[:, :2] @ back[:, :2].T + back[:, 2]
     depth = landmarks[:, 2:] * math.hypot(back[0, 0], back[0, 1])

@@ -1,6 +1,6 @@
-"""Brings a face in a photograph onto the transport's picture of the generic head.
+"""Map a face in a photo onto the transport's picture of the generic head.
 
-Triangles between landmarks that are known on both say which pixels show the same place of skin.
+Triangles between shared landmarks determine which pixels show the same point of the skin.
 """
 
 from __future__ import annotations
@@ -25,25 +25,27 @@ _HOLES: Final = (
 )
 _NOSTRIL: Final = (79, 166, 75, 60, 20, 238, 239, 240, 59, 99, 97, 242, 141)
 _RIGHT_CHEEK: Final = (117, 118, 101, 36, 205, 187, 123)
-_CORNER, _BROWS, _CHIN = 263, 8, 200  # the left eye's outer corner, between brows, over the chin
-_GROWN: Final = 3  # pixels by which the holes are made larger
+_CORNER, _BROWS, _CHIN = 263, 8, 200  # left eye's outer corner, between the brows, above the chin
+_GROWN: Final = 3  # pixels by which the holes are enlarged
 _BLUR: Final = 1.0  # pixels of the head's picture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadMap:
-    """The head's picture, N by N pixels, by landmarks.
+    """Pixels of the head's picture, N x N, expressed by landmarks.
 
     Attributes:
-        transport: The head's.
+        transport: Transport of the generic head.
         coverage: (N * N,) bool. Pixels between landmarks.
         corners, weights, triangle: (N * N, 3) intp and float32, (N * N,) intp. Landmarks around
-            each pixel, how much each counts, and which triangle they are.
-        whole: (N * N,) bool. What hair, beard and hats leave of most faces: from brows to chin
-            between the eyes' outer corners, without eyes, brows and lips; `skin`: every second.
-        cheeks: (2, N * N) bool. The sitter's right one and the left one.
-        halves: (2, M) intp. Pixels of `whole` on the sitter's right and their twins on the left, a
-            little farther from lids and lips and without nostrils: real ones are darker than ours.
+            each pixel, their weights, and the number of their triangle.
+        skin: (N * N,) bool. Every second pixel of `whole`.
+        whole: (N * N,) bool. Skin that hair, beard and hats leave free on most faces: from brows to
+            chin between the outer corners of the eyes, without eyes, brows and lips.
+        cheeks: (2, N * N) bool. The sitter's right cheek, then the left one.
+        halves: (2, M) intp. Pixels of `whole` on the sitter's right and their twins on the left,
+            without nostrils and slightly farther from lids and lips, which are darker on real
+            faces.
     """
 
     transport: Transport
@@ -58,15 +60,15 @@ class HeadMap:
 
     @property
     def side(self) -> int:
-        """N."""
+        """N, pixels."""
         return self.transport.size
 
     def blurred(self, pictures: Floats, where: Bools | Indices | None = None) -> Float32:
-        """Pictures of the head at pixels of skin, (n, Q), blurred among these.
+        """Return pictures of the head at skin pixels, (n, Q), blurred among these.
 
         Args:
             pictures: (n, P) float. At the transport's pixels.
-            where: Pixels of `whole` that are wanted, as a mask or by number; by default `skin`.
+            where: Pixels of `whole` to return, as a mask or as indices; by default `skin`.
         """
         where = self.skin if where is None else where
         inside, shape = self.whole[self.transport.pixels], (self.side, self.side)
@@ -83,7 +85,7 @@ class HeadMap:
 
 @lru_cache(maxsize=1)
 def head_map() -> HeadMap:
-    """Map the generic head."""
+    """Build the map of the generic head."""
     transport, mesh = load_named("generic"), face_mesh()
     side = transport.size
     rows, columns = np.mgrid[:side, :side] + 0.5
@@ -137,7 +139,7 @@ def _halves(whole: Bools, side: int) -> Indices:
 
 
 def _filled(marks: tuple[int, ...], side: int, grown: int = 1) -> Bools:
-    """Pixels of the head's picture within an outline of landmarks, (N * N,)."""
+    """Return the pixels of the head's picture inside an outline of landmarks, (N * N,)."""
     area = np.zeros((side, side), np.uint8)
     places = np.round(face_mesh().on_head[list(marks)] * side - 0.5).astype(np.int32)
     cv2.fillConvexPoly(area, cv2.convexHull(places), 1)
@@ -149,11 +151,11 @@ def _mirrored(area: Bools, side: int) -> Bools:
 
 
 def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
-    """Light on a face in a picture, (H, W, 3) uint8 sRGB, at the head's pixels.
+    """Return the light on a face in a picture, (H, W, 3) uint8 sRGB, at the head's pixels.
 
     Returns:
-        (N * N,) float32 linear luminance, as blurred as `HeadMap.blurred`, and (N * N,) bool: where
-        the picture shows it.
+        (N * N,) float32 linear luminance, blurred as in `HeadMap.blurred`, and (N * N,) bool, true
+        where the picture shows the pixel.
     """
     head = head_map()
     coverage = head.coverage
@@ -175,7 +177,7 @@ def on_head(picture: Bytes, face: Face) -> tuple[Float32, Bools]:
 
 
 def _facing(face: Face) -> Bools:
-    """Which triangles of the mesh face the camera, (T,)."""
+    """Return a mask of the mesh's triangles that face the camera, (T,)."""
     a, b, c = (face.landmarks[face_mesh().triangles[:, corner], :2] for corner in range(3))
     first, second = b - a, c - a
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]

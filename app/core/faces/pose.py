@@ -1,4 +1,4 @@
-"""How a head is held, from its landmarks and the lens."""
+"""Estimate a head's pose from its landmarks and the lens."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _STIFF: Final = (
     *(4, 6, 10, 33, 54, 67, 117, 119, 121, 127, 129, 132, 133, 136, 143, 147, 198, 205),
     *(263, 284, 297, 346, 348, 350, 356, 358, 361, 362, 365, 372, 376, 420, 425),
 )
-"""Landmarks that stay where they are when lips and lids move."""
+"""Landmarks that do not move with lips and lids."""
 USUAL_FOCAL: Final = 1.3
-"""Focal length by the longer side where no lens is known: some 47 mm on 24 x 36."""
+"""Focal length over the longer side, assumed for an unknown lens: 47 mm on 24 x 36."""
 
 
 @dataclass(frozen=True, slots=True)
 class HeadPose:
-    """How a head is held towards the lens, deg.
+    """Pose of a head relative to the lens, deg.
 
     Attributes:
         yaw_deg: Positive when the face turns toward the sitter's own left, right in the picture.
@@ -44,7 +44,7 @@ def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) 
 
     Args:
         size: Height and width of the picture, pixels.
-        focal_px: Focal length, pixels; `USUAL_FOCAL` where it is not known.
+        focal_px: Focal length, pixels; None for `USUAL_FOCAL`.
     """
     height, width = size
     focal = focal_px or USUAL_FOCAL * max(size)
@@ -69,7 +69,7 @@ def head_pose(face: Face, size: tuple[int, int], focal_px: float | None = None) 
 
 
 def _facing(toward: Float64) -> Float64:
-    """Turn the lens's frame until its z axis points from the head to the lens, (3, 3)."""
+    """Return the rotation, (3, 3), that points the lens frame's z axis from head to lens."""
     across = np.cross([0.0, 1.0, 0.0], toward)
     across /= np.linalg.norm(across)
     return np.stack([across, np.cross(toward, across), toward])

@@ -1,4 +1,4 @@
-"""Holds the light on a face in a photograph against what a style promises in a place."""
+"""Compare the light on a face in a photo with the light that a style promises in a place."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ from app.core.styles.style_pack import StylePack, load_named_pack
 
 @dataclass(frozen=True, eq=False)
 class Promise:
-    """What a style looks like: at the turn that a place offers, or in the studio.
+    """The light that a style promises, at the turn offered for a place or in the studio.
 
     Attributes:
-        pack, name: What grades the style: of the generic head; None for one that has no grade.
+        pack, name: Style and the pack that grades it, of the generic head; `pack` is None for a
+            style without grades.
         place: None for the studio.
-        goal_deg, arc_deg: Panorama azimuths: where the face is to look, and from where to where,
-            clockwise, it is in the light.
+        goal_deg: Panorama azimuth where the face should look.
+        arc_deg: Panorama azimuths, from and to clockwise, between which the face is in the light.
+        transport: Transport of the head on screen; None for the generic one.
     """
 
     pack: StylePack | None = field(repr=False)
@@ -45,7 +47,7 @@ class Promise:
 
     @cached_property
     def ratio_stops(self) -> float | None:
-        """The lighting ratio that the screens state for it, stops; None where no face shows it."""
+        """Lighting ratio as the screens state it, stops; None if no face shows it."""
         if self.light.ratio_stops is None:
             return None
         if self.place is None:
@@ -56,9 +58,9 @@ class Promise:
         return lighting_ratio(transport, render(transport, light)).stops
 
     def on_its_scale(self, stops: float | None) -> float | None:
-        """Bring a ratio read off a photo to the scale of `ratio_stops`.
+        """Convert a ratio read from a photo to the scale of `ratio_stops`.
 
-        A photo of exactly the promised light then reads as exactly what was promised.
+        A photo in exactly the promised light then reads as exactly the promised ratio.
         """
         if stops is None or self.ratio_stops is None or self.light.ratio_stops is None:
             return stops
@@ -66,14 +68,14 @@ class Promise:
 
     @cached_property
     def light(self) -> FaceLight:
-        """What the head shows there."""
+        """Light on the generic head at the goal."""
         head = head_map()
         grey = np.zeros(head.side**2, np.float32)
         grey[head.transport.pixels] = self.luminance_at(self.goal_deg)
         return light_on_head(grey, np.ones(grey.size, bool), usual_pose())
 
     def luminance_at(self, facing_deg: float) -> Float32:
-        """The head that looks to an azimuth of the place, or in the studio, (P,)."""
+        """Return the head's luminance, (P,), facing an azimuth of the place or in the studio."""
         transport = head_map().transport
         if self.place is not None:
             light = turned(self.place, facing_deg, transport.environment_shape)
@@ -96,19 +98,19 @@ def promise_of_place(
     name: str,
     transport: Transport | None = None,
 ) -> Promise:
-    """Return what a place promises; without an arc there is only the goal.
+    """Return the promise of a place; without an arc, only the goal itself counts.
 
     Args:
-        transport: Of the head that the screens show; the generic one by default.
+        transport: Transport of the head on screen; by default the generic one.
     """
     return Promise(pack, name, place, goal_deg, arc_deg or (goal_deg, goal_deg), transport)
 
 
 def graded_by(head: str, pack: StylePack, name: str) -> StylePack | None:
-    """Choose what grades a style on a photographed face; None for one that was painted.
+    """Choose the pack that grades a style on a photographed face; None for a painted style.
 
     Args:
-        head, pack: The head that the user has chosen, and its styles.
+        head, pack: The head chosen by the user, and its styles.
     """
     pack = pack if head == "generic" else _generic_pack()
     return pack if any(style.name == name for style in pack.styles) else None
@@ -121,14 +123,14 @@ def _generic_pack() -> StylePack:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What a face shows of a promise.
+    """A face compared with a promise.
 
     Attributes:
-        light: What it shows without the place.
-        facing_deg: Panorama azimuth that it looks to; None where that is not known.
-        turn_error_deg: From there to the goal, positive clockwise; None where it is not told.
-        key_difference_deg: Azimuth of the key less that of the promised one.
-        match: Of 100, of what is seen with the style's target.
+        light: Light on the face, whatever the place.
+        facing_deg: Panorama azimuth in which the face looks; None if unknown.
+        turn_error_deg: Angle from there to the goal, positive clockwise; None if unreliable.
+        key_difference_deg: Azimuth of the key light minus that of the promised one.
+        match: Similarity of the visible skin and the style's target, 0 to 100.
     """
 
     light: FaceLight
@@ -149,12 +151,13 @@ def check_face(
     *,
     key: bool = True,
 ) -> Check:
-    """Read a face and hold it against a promise.
+    """Read the light on a face and compare it with a promise.
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
-        lens_deg: Panorama azimuth of the lens from the sitter, where the background tells it.
-        key: Whether key and ratio are read, too, and not the pose and the grade alone.
+        focal_px: Focal length, pixels; None if unknown.
+        lens_deg: Panorama azimuth of the lens from the sitter, if the background shows it.
+        key: Whether to read key light and ratio too, not only pose and grade.
     """
     pose = head_pose(face, (picture.shape[0], picture.shape[1]), focal_px)
     grey, visible = on_head(picture, face)
@@ -202,7 +205,7 @@ def _graded(result: Check, grey: Float32, visible: Bools, promise: Promise) -> C
 
 
 def _completed(grey: Float32, visible: Bools, target: Float32) -> Float64:
-    """Skin as it is seen, and of the head what is not: hair, eyes, and what is hidden, (P,)."""
+    """Return the visible skin completed by the head: hair, eyes and hidden areas, (P,)."""
     head = head_map()
     skin = (head.whole & visible)[head.transport.pixels]
     values = grey[head.transport.pixels].astype(np.float64)

@@ -1,1 +1,1 @@
-"""From where the camera looks to what to do next, in words."""
+"""From the camera's heading to the next step of a turn."""

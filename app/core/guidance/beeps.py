@@ -1,7 +1,8 @@
-"""Sounds of the guidance, made of sines: mono, 16 bit, nothing to load.
+"""Sounds of the guidance, synthesised from sines: mono, 16 bit, no files.
 
-While one turns a beep comes, quicker and a little higher the nearer the goal is; inside the arc it
-is a pair, and within two degrees of the goal a steady tone, so that eyes can stay on the sitter.
+During a turn, beeps get faster and slightly higher toward the goal. Inside the arc they come in
+pairs, and within two degrees of the goal they become a steady tone, so that the photographer can
+keep looking at the sitter.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from app.core.guidance.guide import Guide, Phase
 
 Pcm: TypeAlias = NDArray[np.int16]
 Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
-"""What is to be heard while one turns."""
+"""Sound during a turn."""
 
 RATE: Final = 44_100
 """Samples per second."""
 
-_LEVEL: Final = 0.35  # of full scale: loud enough outdoors, no start for the sitter
-_FADE_S: Final = 0.008  # without it every tone begins and ends with a click
+_LEVEL: Final = 0.35  # of full scale: audible outdoors, without startling the sitter
+_FADE_S: Final = 0.008  # without it, every tone begins and ends with a click
 _STEADY_HZ: Final = 880.0
 _STEADY_S: Final = 1.0
 _BEEP_S: Final = 0.07
@@ -33,17 +34,17 @@ _SLOWEST_S: Final = 1.2
 _QUICKEST_S: Final = 0.16
 _LOWEST_HZ: Final = 520.0
 _HIGHEST_HZ: Final = 830.0
-_STEPS: Final = 8  # so many pitches, so that few sounds are made and kept
+_STEPS: Final = 8  # number of pitches, so that only a few sounds are made and cached
 
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """What to play.
+    """The sound to play.
 
     Attributes:
-        sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (to be looped) or
-            ``none``.
-        every_s: From one beep's start to the next, seconds; 0 for a steady tone and for none.
+        sound: ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (a loop) or ``none``.
+        every_s: Time between the starts of two beeps, seconds; 0 for ``steady`` and ``none``.
+        step: Pitch, 0 to 8; rises toward the goal.
     """
 
     sound: Sound
@@ -52,11 +53,7 @@ class Cue:
 
 
 def cue(guidance: Guide) -> Cue:
-    """Return what is to be heard with a guide.
-
-    Returns:
-        None while there is no number to go by.
-    """
+    """Return the sound for a guide; ``none`` while there is no number to show."""
     if guidance.to_go is None:
         return Cue("none")
     if guidance.phase is Phase.HOLD:
@@ -75,8 +72,8 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
     """Return the samples of one sound.
 
     Returns:
-        (N,) int16. Mono, at `RATE`; not to be written to. ``steady`` is one second whose end joins
-        its start; ``none`` is empty.
+        (N,) int16, read-only. Mono, at `RATE`. ``steady`` is a one-second loop without a seam;
+        ``none`` is empty.
     """
     if sound == "none":
         wave = np.zeros(0, np.int16)
@@ -93,10 +90,10 @@ def samples(sound: Sound, step: int = 0) -> Pcm:
 
 @cache
 def chime() -> Pcm:
-    """Return the chime that says "You may move now": three rising notes that ring out.
+    """Return the chime for "You may move now": three rising notes that fade out.
 
     Returns:
-        (N,) int16. Mono, at `RATE`, about 1.2 s; not to be written to.
+        (N,) int16, read-only. Mono, at `RATE`, about 1.2 s.
     """
     length = round(1.2 * RATE)
     mixed = np.zeros(length)

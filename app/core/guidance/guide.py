@@ -1,14 +1,13 @@
-"""What to do next during a turn: a pure function of goal, arc, heading and the last state.
+"""Choose the next step of a turn: a pure function of goal, arc, heading and previous state.
 
-`guide` takes the current reading and the `GuideMemory` that the last call returned, and returns the
-numbers that the screen shows together with the next memory; `app.words.guidance` makes the words.
-Nothing here knows of time but the seconds that are handed in, and nothing is rounded apart: the
-whole degrees of goal, now and the arc's ends are made first, and everything else is a difference of
-these.
+`guide` takes the current reading and the `GuideMemory` returned by the previous call, and returns
+the numbers to show and the next memory; `app.words.guidance` makes the words. Time enters only as
+the seconds of the reading. Goal, current turn and the ends of the arc are rounded to whole degrees
+first, and all other numbers are their differences, so that the numbers on screen always add up.
 
-Which way round: the shorter one, kept until the other is 10 deg shorter, so that a sitter half-way
-round is not sent to and fro. Too far: whoever came into the arc from one side and left it at the
-other is told how far it is back *to the arc*, as before it was said how far it was into it.
+Direction: the shorter way, kept until the other one is 10 deg shorter, so that a sitter half-way
+round is not sent back and forth. Overshoot: a sitter who entered the arc on one side and left it on
+the other sees the distance back *to the arc*, just as they first saw the distance into it.
 """
 
 from __future__ import annotations
@@ -20,39 +19,40 @@ from typing import Final
 from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 
 HOLD_DEG: Final = 2
-"""So near to the goal there is nothing to correct."""
+"""Largest distance from the goal that needs no correction."""
 
 KEEP_DEG: Final = 10
-"""The other way round has to be shorter by so much before the way changes."""
+"""Advantage of the other way round at which the direction changes."""
 
 LOCK_DEG: Final = 1
-"""Whoever is in the light has left it only when they are further out than this."""
+"""Distance outside the light at which it counts as left."""
 
 LOST_AFTER_S: Final = 1.0
-"""So long the last number stays when no heading is found."""
+"""How long the last number stays after the heading is lost."""
 
 NOSE_DEG: Final = 8
-"""So far the nose may be off: a face does not tell it more closely."""
+"""Tolerance of the nose's direction: a face cannot be read more precisely."""
 
-_BESIDE_DEG: Final = 5  # so far the lens may stand beside its goal where the nose is read
-_SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
-_NOSE_SETTLE_DEG: Final = 3.0  # the same, of what a face tells
-_WELL_DEG: Final = 3.0  # how far inside the arc the nose is sent
-_SWAYS_DEG: Final = 1.5  # a head sways by this much: closer to the arc's ends it is not lit
-# A face is read 1.5 deg off, of a head that sways. In light so narrow the mean decides of the faces
-# since the head moved last.
+_BESIDE_DEG: Final = 5  # largest offset of the lens from its goal at which the nose is read
+_SETTLE_DEG: Final = 0.7  # a number on screen stays while the heading is within this distance
+_NOSE_SETTLE_DEG: Final = 3.0  # the same for numbers read from a face
+_WELL_DEG: Final = 3.0  # distance inside the arc that the nose is sent to
+# a head sways by this much, so it is not reliably lit closer to the arc's ends
+_SWAYS_DEG: Final = 1.5
+# A face's yaw has an error of 1.5 deg, on a head that sways. In an arc this narrow, the mean of the
+# faces since the last movement decides.
 _NARROW_DEG: Final = 10.0
-_STILL_S: Final = 2.5  # how far back they have to reach
+_STILL_S: Final = 2.5  # time span that these faces must cover
 _KEPT_S: Final = 6.0
-_MOVED_DEG: Final = 4.0  # so far from those after it, a face was read before the head moved
-_SPARED_DEG: Final = 2.0  # the middle of the light stays lit, however narrow that is
-_OUT_DEG: Final = 1.0  # so far out of the light, no further face is waited for
-_LEFT_DEG: Final = 0.5  # what was lit stays so until it is out by so much
-_BEYOND_DEG: Final = 90  # further from the goal than this, the turn is not just too far
+_MOVED_DEG: Final = 4.0  # a face that differs by more from the later ones is from before a movement
+_SPARED_DEG: Final = 2.0  # the middle of the arc counts as lit, however narrow the arc is
+_OUT_DEG: Final = 1.0  # this far outside the light, no more faces are awaited
+_LEFT_DEG: Final = 0.5  # a lit face stays lit until it is outside by more than this
+_BEYOND_DEG: Final = 90  # beyond this distance from the goal, the turn is not an overshoot
 
 
 class HeadingSource(StrEnum):
-    """Where the heading comes from, and how that is."""
+    """Source and condition of the heading."""
 
     NONE = "none"
     STARTING = "starting"
@@ -61,7 +61,7 @@ class HeadingSource(StrEnum):
 
 
 class Phase(StrEnum):
-    """What the screen shows."""
+    """State of the guidance on screen."""
 
     NO_WEBCAM = "no webcam"
     STARTING = "starting"
@@ -77,16 +77,16 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Where to turn.
+    """The target of a turn.
 
     Attributes:
-        turn_deg: The turn of the lens to reach, deg, positive clockwise.
-        arc_deg: tuple of float or None. Tolerance arc, (from, to) clockwise, deg. None, or an arc
-            without the goal on it, where somebody chose a turn of their own: then only the goal
-            itself counts, give or take `HOLD_DEG`.
-        lamp: What is to be held there: "hold the LED panel in front, raised 28°, at full power";
-            empty where the light of the place is enough.
-        yaw_deg: How far the face turns toward the sitter's own left from the lens, deg.
+        turn_deg: Turn of the lens to reach, deg, positive clockwise.
+        arc_deg: Tolerance arc, (from, to) clockwise, deg. None, or an arc that does not contain the
+            goal, if the user chose their own turn: then only the goal itself counts, within
+            `HOLD_DEG`.
+        lamp: Instruction for the second light, such as "hold the LED panel in front, raised 28°, at
+            full power"; empty if the light of the place is enough.
+        yaw_deg: Turn of the face toward the sitter's own left, away from the lens, deg.
     """
 
     turn_deg: float
@@ -95,7 +95,11 @@ class Goal:
     yaw_deg: float = 0.0
 
     def facing(self, front_deg: float) -> tuple[float, tuple[float, float] | None]:
-        """Where the nose is to point, and its arc, as azimuths in the panorama, deg."""
+        """Return the nose's goal and arc as azimuths in the panorama, deg.
+
+        Args:
+            front_deg: Panorama azimuth of the photographer at turn 0, deg.
+        """
         arc, nose = self.arc_deg, front_deg - self.yaw_deg
         face_arc = None if arc is None else (arc[0] + nose, arc[1] + nose)
         return wrap(self.turn_deg + nose), face_arc
@@ -103,15 +107,16 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What is known at one moment.
+    """Measurements at one moment.
 
     Attributes:
-        turn_deg: How far the sitter has turned, from the heading; None where none was found.
-        left_behind: The camera stands where it stood while the photographer walks: what it sees
-            says nothing of how far the sitter has turned.
-        from_deg: Where the sitter was turned to before, without a heading: 0 at the start, later
-            the turn of the last photograph.
-        yaw_deg: How the face is turned, as in `Goal`; None where none is read.
+        turn_deg: The sitter's turn, from the heading; None if no heading was found.
+        time_s: Time of the reading, seconds; any origin.
+        left_behind: The camera stayed where it was while the photographer walks, so its view says
+            nothing about the sitter's turn.
+        from_deg: Turn to start from without a heading: 0 at first, later the turn of the last
+            photo.
+        yaw_deg: Yaw of the face, as in `Goal`; None if none was read.
     """
 
     turn_deg: float | None
@@ -124,16 +129,21 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class GuideMemory:
-    """What one call tells the next; begin with `FRESH`.
+    """State that one call passes to the next; start with `FRESH`.
 
     Attributes:
-        way: Way round that was shown: 1 clockwise, -1 counter-clockwise, 0 none yet.
-        approach: int or None. Way by which the arc was, or is to be, entered; 0 for who was inside
-            from the start.
-        shown_deg: int or None. Whole degrees of the turn that was shown last.
-        nose: As in the `Guide`, steady.
-        faces: When each was read, s, and how it was turned, deg; the newest first, back to when
-            the head moved.
+        goal: Goal, reach of the arc on both sides and yaw; None before the first call.
+        way: Direction on screen: 1 clockwise, -1 counter-clockwise, 0 none yet.
+        approach: Direction in which the arc was or will be entered; 0 if the turn started inside
+            it.
+        shown_deg: Last turn on screen, whole degrees.
+        turn_deg: Last turn, deg.
+        seen_s: Time of the last heading, seconds; None if there is none.
+        inside: Whether the turn was inside the arc.
+        hold: Whether the turn was at the goal.
+        nose: As in `Guide`, but steady.
+        faces: Time, s, and yaw, deg, of each face since the last movement of the head, newest
+            first.
         on_target: Whether the nose was in the light.
     """
 
@@ -151,28 +161,31 @@ class GuideMemory:
 
 
 FRESH: Final = GuideMemory()
-"""Nothing has been shown yet."""
+"""The memory before the first call."""
 
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """What to do at one moment.
+    """Instructions for one moment.
 
     Attributes:
-        goal, now: int, int or None. Whole degrees in (-180, 180]; None where no heading is shown.
-        to_go: int or None. goal - now going the way that is shown: positive clockwise, in (-360,
-            360), and equal to goal - now but for whole circles.
-        number: The large number, whole degrees going in `direction`: to the goal, back to the
-            light, or of the nose; without a webcam the whole turn. None where none may be shown.
-        has_arc: Whether there is light to be in; not for a style out of reach, or a turn of one's
-            own.
-        until_light: int or None. Whole degrees to the arc on the way shown; 0 inside, and until it
-            has been left.
-        nose: int or None. Whole degrees that the nose has to go further toward the sitter's left;
-            None where it is to point to the lens, or no face is read.
-        lamp: As in the `Goal`.
-        yaw: As in the `Goal`, whole degrees.
-        start: Whole degrees that the whole turn counts from, where no heading is shown.
+        goal, now: Whole degrees in (-180, 180]; `now` is None without a heading.
+        to_go: goal - now in the direction on screen: positive clockwise, in (-360, 360). Equal to
+            goal - now except for full circles.
+        number: The large number, whole degrees in `direction`: to the goal, back to the light, or
+            for the nose; without a webcam, the whole turn. None if none may be shown.
+        has_arc: Whether there is light to be in; false for a style out of reach and for a turn
+            chosen by the user.
+        inside: Whether the turn is inside the arc.
+        hold: Whether the turn is at the goal.
+        beyond: Whether the turn went through the arc and out at its far end.
+        until_light: Whole degrees to the arc in the direction on screen; 0 inside, and until the
+            arc counts as left.
+        lamp: As in `Goal`.
+        nose: Whole degrees that the nose still has to turn toward the sitter's left; None if it
+            should point to the lens, or no face was read.
+        yaw: As in `Goal`, whole degrees.
+        start: Turn, whole degrees, from which the whole turn counts without a heading.
     """
 
     phase: Phase
@@ -193,18 +206,18 @@ class Guide:
 
     @property
     def further(self) -> int:
-        """How much further to their left the nose alone has to go, deg; 0 to hold still."""
-        # Toward one's left is counter-clockwise.
+        """Degrees that the nose alone still has to turn to their left; 0 to hold still."""
+        # Toward the sitter's left is counter-clockwise.
         number = self.number or 0
         return -number if self.direction == "clockwise" else number
 
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """Goal and arc in whole degrees; the arc as how far it reaches to both sides of the goal.
+    """Goal and arc in whole degrees; the arc as its reach on both sides of the goal.
 
     Attributes:
-        ends: How far to both sides before rounding, for the nose, deg.
+        ends: Reach on both sides before rounding, for the nose, deg.
     """
 
     goal: int
@@ -231,17 +244,17 @@ class _Target:
         return 0 if to_go <= near or 360 - to_go <= far else to_go - near
 
     def within(self, nose: float) -> float:
-        """How far within the light a nose is that points so far clockwise of the goal, deg."""
+        """Return how far inside the light a nose is, deg, given its angle clockwise of the goal."""
         return min(nose + self.ends[0], self.ends[1] - nose)
 
     def further(self, past: float, off: float) -> float:
-        """How much further to the left the nose has to go, deg; the lens is `past` the goal."""
+        """Return how far the nose still has to turn left, deg; the lens is `past` the goal."""
         well = min(_WELL_DEG, sum(self.ends) / 2)
         return off + past - min(max(past, well - self.ends[0]), self.ends[1] - well)
 
 
 def guide(goal: Goal, reading: Reading, memory: GuideMemory = FRESH) -> tuple[Guide, GuideMemory]:
-    """Find what to do, and what to hand to the next call as its `memory`."""
+    """Return the instructions, and the `memory` for the next call."""
     target = _target(goal)
     if memory.goal != target.key:
         memory = GuideMemory(goal=target.key, shown_deg=memory.shown_deg, seen_s=memory.seen_s)
@@ -277,20 +290,20 @@ def _target(goal: Goal) -> _Target:
 
 
 def _settled(turn_deg: float, shown_deg: int | None) -> int:
-    """Round, but do not flicker between two numbers when the heading lies between them."""
+    """Round the turn, but keep the previous number if the turn is close enough to it."""
     if shown_deg is not None and abs(wrap(turn_deg - shown_deg)) <= _SETTLE_DEG:
         return shown_deg
     return whole(turn_deg)
 
 
 def _looked_at(target: _Target, reading: Reading, memory: GuideMemory) -> GuideMemory:
-    """Remember how the face is turned; one that is missed for a moment changes nothing."""
+    """Add the yaw of the face to the memory; a face missing for a moment changes nothing."""
     now, yaw, before = reading.time_s, reading.yaw_deg, memory.faces
     if not target.yaw or yaw is None:
         expired = not before or now - before[0][0] >= LOST_AFTER_S
         return replace(memory, nose=None, faces=()) if expired else memory
     if before and before[0][1] == yaw:
-        before = before[1:]  # the same face, handed in again
+        before = before[1:]  # the same face as before
     faces = ((now, yaw), *(face for face in before if now - face[0] <= _KEPT_S))
     for count in range(2, len(faces)):
         if abs(faces[count][1] - _mean_yaw(faces[:count])) > _MOVED_DEG:
@@ -306,11 +319,11 @@ def _mean_yaw(faces: tuple[tuple[float, float], ...]) -> float:
 
 
 def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
-    """How much further to the left the nose has to go, deg: 0 if lit, None if not sure yet."""
+    """Return how far the nose still has to turn to the left, deg: 0 if lit, None if unsure yet."""
     past, faces = wrap(memory.turn_deg - target.goal), memory.faces
     off = target.yaw - faces[0][1]
     within = target.within(past + off)
-    # The steady number may say 0 of a head that has swayed out since.
+    # The steady number may still be 0 after the head has swayed out.
     further = round(target.further(past, memory.nose or 0)) or round(target.further(past, off))
     if abs(off) > NOSE_DEG:
         return further
@@ -334,7 +347,7 @@ def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
 
 
 def _way(clockwise: int, before: int) -> int:
-    """Which way to show, where it is so many degrees clockwise and was shown `before`."""
+    """Return the direction to show for a goal so many degrees clockwise, given the previous one."""
     if clockwise == 0:
         return 0
     if before == 0:
@@ -349,7 +362,7 @@ def _turning(target: _Target, memory: GuideMemory, now: int) -> tuple[Guide, Gui
     to_go = clockwise if way >= 0 else 360 - clockwise
     until, away = target.outside(way, to_go), min(to_go, 360 - to_go)
     if memory.nose is not None and away <= _BESIDE_DEG + (LOCK_DEG if memory.hold else 0):
-        # The nose makes up for where the lens stands.
+        # The nose makes up for the lens's offset.
         until = away = 0
     inside, hold = _locked(memory, until, away)
     until = 0 if inside else until
@@ -384,7 +397,7 @@ def _turning(target: _Target, memory: GuideMemory, now: int) -> tuple[Guide, Gui
 
 
 def _aside(guidance: Guide, off: int) -> Guide:
-    """Where the lens is right and the nose is not, the face alone has to turn."""
+    """Ask for a turn of the face alone: the lens is right and the nose is not."""
     return replace(
         guidance,
         phase=Phase.NOSE,
@@ -397,13 +410,13 @@ def _aside(guidance: Guide, off: int) -> Guide:
 
 
 def _locked(memory: GuideMemory, until: int, away: int) -> tuple[bool, bool]:
-    """Tell whether one is in the light, and at the goal; both are left later than entered."""
+    """Return whether the turn is in the light, and at the goal, with hysteresis."""
     inside = until <= (LOCK_DEG if memory.inside else 0)
     return inside, inside and away <= HOLD_DEG + (LOCK_DEG if memory.hold else 0)
 
 
 def _passed(approach: int | None, way: int, to_go: int, inside: bool) -> tuple[bool, int | None]:
-    """Tell whether the arc was left at its far end, and the way by which it was entered."""
+    """Return whether the arc was left at its far end, and the direction of entry."""
     if inside:
         return False, 0 if approach is None else approach
     if approach is None or way == approach or to_go > _BEYOND_DEG:
@@ -412,12 +425,12 @@ def _passed(approach: int | None, way: int, to_go: int, inside: bool) -> tuple[b
 
 
 def _silent(target: _Target, phase: Phase) -> Guide:
-    """Show no number."""
+    """Return a guide without a number."""
     return Guide(phase, target.goal, has_arc=target.has_arc, lamp=target.lamp)
 
 
 def _without(target: _Target, reading: Reading) -> Guide:
-    """Without a heading the whole turn stands at once, to be made by eye."""
+    """Return the whole turn, to be made by eye without a heading."""
     if reading.source is HeadingSource.AWAY:
         return _silent(target, Phase.AWAY)
     start = whole(reading.from_deg)

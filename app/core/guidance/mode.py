@@ -1,4 +1,4 @@
-"""Who moves while one turns to the light."""
+"""Who moves during a turn."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Mode(StrEnum):
-    """Who moves: the photographer around the sitter, or one person on the spot."""
+    """Who moves: the photographer around the sitter, or a single person on the spot."""
 
     WALK = "walk"
     SELFIE = "selfie"

@@ -1,8 +1,8 @@
-"""The walk from above as plain data: where everybody stands and where the light comes from.
+"""The turn seen from above, as plain data: positions of people and light.
 
-Up in the drawing is where one looks at the start. Who walks around the sitter looks at them and
-starts at the foot of it, so that their left is on the left. In a selfie the camera is ahead, at the
-top: the one in the middle is oneself, and what goes around is the camera.
+Up in the drawing is the photographer's view at the start. A photographer who walks around the
+sitter starts at the bottom and looks at the sitter, so that their left is on the left. In a selfie
+the camera is ahead, at the top: the photographer is in the middle, and the camera moves around.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from app.core.guidance.guide import Goal, Guide
 from app.core.guidance.mode import Mode
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
-"""What a mark is; the first three lie on the ring that is walked on."""
+"""Kind of a mark; the first three are on the ring of the photographer's path."""
 
-_APART_DEG: Final = 5.0  # nearer marks would hide each other
+_APART_DEG: Final = 5.0  # closer marks would hide each other
 
 
 @dataclass(frozen=True, slots=True)
 class PlanMark:
-    """Something around the sitter; a lamp has its name."""
+    """An object around the sitter; a lamp has its name in `lamp`."""
 
     kind: Kind
     turn_deg: float
@@ -32,12 +32,15 @@ class PlanMark:
 
 @dataclass(frozen=True, slots=True)
 class PlanDrawing:
-    """What the drawing shows; all angles are turns, deg, positive clockwise.
+    """Contents of the drawing; all angles are turns, deg, positive clockwise.
 
-    `up_deg` is at the top, the face in the middle points to `nose_deg` and is seen from the lens
-    at `lens_deg`, `way` is the walk that is left, (from, signed degrees), and `arc_deg` what is in
-    the light, (from, to) clockwise. At the goal the nose is `yaw_deg` to the sitter's left of the
-    lens.
+    Attributes:
+        up_deg: Turn at the top of the drawing.
+        nose_deg: Direction of the face in the middle.
+        lens_deg: Turn of the lens.
+        way: The remaining walk, (from, signed degrees).
+        arc_deg: Turns in the light, (from, to) clockwise.
+        yaw_deg: Turn of the nose to the sitter's left of the lens at the goal.
     """
 
     marks: tuple[PlanMark, ...] = ()
@@ -58,9 +61,11 @@ def plan_of(
     start_deg: float = 0.0,
     lights: Sequence[PlanMark] = (),
 ) -> PlanDrawing:
-    """Draw up the walk that a guide asks for.
+    """Lay out the walk that a guide asks for.
 
-    `start_deg`: where one stands while no heading is known; `lights`: what lights the sitter.
+    Args:
+        start_deg: Turn to start from while there is no heading.
+        lights: Light sources that light the sitter.
     """
     selfie = mode is Mode.SELFIE
     here = float(whole(start_deg) if guidance.now is None else guidance.now)
@@ -68,7 +73,7 @@ def plan_of(
     yaw = round(goal.yaw_deg)
     nose = wrap(here - yaw + (guidance.nose or 0))
     marks: list[PlanMark] = []
-    if guidance.number is not None:  # without one the place on the ring is not known
+    if guidance.number is not None:  # otherwise the position on the ring is unknown
         marks.append(PlanMark("now", here))
     if here != guidance.goal:
         marks.append(PlanMark("goal", float(guidance.goal)))

@@ -1,13 +1,12 @@
-"""Align the live view with the goal view, by the best homography.
+"""Align the live view with the goal view by the best-fitting homography.
 
 Both are perspective pictures of the place behind the sitter, one from the probe, one from the
 camera. Points are matched as for the live heading, and a homography is fitted to them
-(`app.core.localization.homography`). It is right for a plane only; with more depth it is the best
-fit, and what is behind the sitter, which decides the turn, is interpolated from what is around
-them.
+(`app.core.localization.homography`). It is exact only for a plane; with more depth it is the best
+fit, and the area behind the sitter, which decides the turn, is interpolated from its surroundings.
 
-The live heading (`app.core.localization.heading`) is more exact, knows the whole panorama, and is
-what the numbers come from. The homography is what the overlay needs.
+The live heading (`app.core.localization.heading`) is more accurate, knows the whole panorama, and
+provides the numbers on screen. The homography is only for the overlay.
 """
 
 from __future__ import annotations
@@ -35,9 +34,9 @@ from app.core.localization.homography import (
 from app.core.localization.temporal_filters import Leash, Steady, steadied
 from app.core.localization.views import Lens
 
-_LEASH: Final = Leash(0.015, 0.10)  # widths of the goal
-_STEP: Final = 0.06  # so far a corner may be from where it was, in widths,
-_STEP_PER_S: Final = 0.8  # and so much more for each second since: a camera that turns
+_LEASH: Final = Leash(0.015, 0.10)  # in widths of the goal
+_STEP: Final = 0.06  # how far a corner may move between pictures, in widths of the goal,
+_STEP_PER_S: Final = 0.8  # and how much more per second in between, for a camera that turns
 _STAYS_S: Final = 0.5
 
 
@@ -46,9 +45,11 @@ class SteadyOverlay:
     """Overlay of the live picture on the goal; start with `BARE`.
 
     Attributes:
-        corners: Steady or None. Of the live picture on the goal, (4, 2) in widths of the goal.
-        rival: tuple of ((4, 2) float64, float) or None. Corners that wait to be seen again, and
-            when they were seen.
+        alignment: Last alignment.
+        corners: Corners of the live picture on the goal, (4, 2) in widths of the goal; None if the
+            picture is not aligned.
+        rival: Corners far from the previous ones, (4, 2) in widths of the goal, and their time, s.
+            They are used when a second picture confirms them.
     """
 
     alignment: Alignment = UNSURE
@@ -57,16 +58,17 @@ class SteadyOverlay:
 
 
 BARE: Final = SteadyOverlay()
-"""Nothing lies on the goal yet."""
+"""No overlay yet."""
 
 
 def steady_overlay(
     before: SteadyOverlay, alignment: Alignment, sizes: tuple[Size, Size], now_s: float
 ) -> SteadyOverlay:
-    """Warp a picture onto the goal.
+    """Update the overlay with the alignment of a new picture.
 
     Args:
-        sizes: tuple of (columns, rows). Of the picture and of the goal.
+        sizes: Columns and rows of the picture, then of the goal.
+        now_s: Time of the picture, seconds; any origin.
     """
     steady = before.corners
     if alignment.homography is None:
@@ -91,7 +93,7 @@ def _followed(alignment: Alignment, steady: Steady, sizes: tuple[Size, Size]) ->
     start = corners_of(sizes[0]).astype(np.float32)
     stop = (steady.position * sizes[1][0]).astype(np.float32)
     matrix = np.asarray(cv2.getPerspectiveTransform(start, stop), np.float64)
-    # Between two sound pictures lies a sound one, but nothing has to be taken on trust.
+    # A blend of two valid alignments should be valid too, but check it.
     if not sound(matrix, *sizes):
         return SteadyOverlay(alignment, Steady.at(steady.measured, steady.time_s))
     return SteadyOverlay(replace(alignment, homography=matrix), steady)
@@ -112,22 +114,23 @@ def align(
     view_fov_deg: float | None = None,
     mask: Bools | None = None,
 ) -> Alignment:
-    """Find the homography that lays a view over a target.
+    """Find the homography from a view to a target.
 
     Args:
-        target: (H, W, 3) uint8. sRGB; what the camera should see, with the goal in its middle.
-        view: (h, w, 3) uint8. sRGB; what it sees, not mirrored.
-        fov_deg: Horizontal field of view of the target, in the panorama's frame, deg: that of
+        target: (H, W, 3) uint8. sRGB; the intended view, with the goal in its middle.
+        view: (h, w, 3) uint8. sRGB; the current view, not mirrored.
+        fov_deg: Horizontal field of view of the target, in the panorama's frame, deg, as from
             `app.core.localization.views.goal_lens`.
-        sitter_deg: Where the sitter is in the view, from its axis, deg, positive to the right.
-        view_fov_deg: Horizontal field of view of the camera, deg; needed only where the sitter is
-            off the axis. The target's by default.
-        mask: (h, w) bool. Where the view shows background. By default all but the usual place of a
-            sitter (`sitter_mask`), if that leaves enough, else everything.
+        sitter_deg: Angle of the sitter in the view from its axis, deg, positive to the right.
+        view_fov_deg: Horizontal field of view of the camera, deg; needed only if the sitter is off
+            the axis. By default that of the target.
+        mask: (h, w) bool. True where the view shows background. By default everything except the
+            usual position of a sitter (`sitter_mask`), or everything if too few points remain.
 
     Returns:
-        ``unsure`` where too few points agree, or the view would be mirrored, folded, or stretched
-        as no turn of a camera stretches it.
+        An alignment, ``unsure`` if too few points agree, or if the view would be mirrored, folded,
+        or
+        stretched more than the turn of a camera can do.
     """
     if min(*target.shape[:2], *view.shape[:2]) < 32:
         return UNSURE
@@ -142,7 +145,7 @@ def align(
 
 
 def sitter_mask(shape: tuple[int, ...]) -> Bools:
-    """Return where the background usually is: all but a head and shoulders in the middle.
+    """Return a mask of the usual background: everything except head and shoulders in the middle.
 
     Args:
         shape: Rows and columns.
@@ -165,19 +168,19 @@ def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: f
     Args:
         target: (H, W, 3) uint8. sRGB.
         view: (h, w, 3) uint8. sRGB.
-        homography: (3, 3) float64 or None. As in `Alignment`; None fits the view's frame to the
-            target's.
-        opacity: Of the view, 0 to 1.
+        homography: (3, 3) float64. As in `Alignment`; None to fit the view's frame to the target's.
+        opacity: Opacity of the view, 0 to 1.
 
     Returns:
-        (H, W, 3) uint8. The target where the view does not reach.
+        (H, W, 3) uint8. sRGB; the target where the view does not reach.
     """
     size = (target.shape[1], target.shape[0])
     if homography is None:
         scale = np.diag([size[0] / view.shape[1], size[1] / view.shape[0], 1.0])
         homography = np.asarray(scale, np.float64)
     half = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
-    centred = np.linalg.inv(half) @ homography @ half  # OpenCV's pixels have their middle at (0, 0)
+    # OpenCV's pixels have their centres at whole numbers
+    centred = np.linalg.inv(half) @ homography @ half
     warped = cv2.warpPerspective(view, centred, size, flags=cv2.INTER_LINEAR)
     full = np.full(view.shape[:2], 255, np.uint8)
     there = cv2.warpPerspective(full, centred, size, flags=cv2.INTER_LINEAR)
@@ -200,7 +203,7 @@ def _aligned(
     if alignment.homography is None:
         return alignment
     error = _turn_error(alignment.homography, sizes[0], sizes[1][0], angles)
-    # Sides are whole numbers of pixels: both scales of a picture differ a little.
+    # Sides are whole numbers of pixels, so the two scales of a picture differ slightly.
     (columns, rows), (view_columns, view_rows) = (
         (small.shape[1] / whole.shape[1], small.shape[0] / whole.shape[0])
         for small, whole in ((small_target, target), (small_view, view))
@@ -213,7 +216,7 @@ def _aligned(
 def _turn_error(
     matrix: Float64, size: tuple[int, int], width: int, angles: tuple[float, float, float]
 ) -> float:
-    """Goal minus view: what is behind the sitter in the view, against the target's middle."""
+    """Return goal minus view, deg: the background behind the sitter against the target's middle."""
     fov, sitter, view_fov = angles
     lens = Lens(view_fov, size)
     column = size[0] / 2.0 + math.tan(math.radians(sitter)) * lens.focal_px
@@ -226,6 +229,6 @@ def _size(picture: Bytes) -> Size:
 
 
 def _scale(picture: Bytes) -> float:
-    """By how much a picture is larger than is looked at, as a factor that undoes it."""
+    """Return the factor that shrinks a picture to the working size."""
     columns, rows = _size(picture)
     return min(_WIDTH / columns, math.sqrt(_PIXELS / (columns * rows)), 1.0)

@@ -1,24 +1,24 @@
-"""How a camera stands and is turned, and its lens, and how likely that is right.
+"""Estimate a camera's position, rotation and lens, and the probability that they are right.
 
-First as if it were on the line to the sitter (`app.core.localization.rotation`), with the lens that
-then explains the enlargement (`lens_factor`); and for a picture that may be anywhere, from how near
-things are shifted against far ones (`app.core.localization.parallax`), which works without knowing
-where the sitter is.
+The pose is first fitted as if the camera were on the line to the sitter
+(`app.core.localization.rotation`), with the lens that then explains the enlargement
+(`lens_factor`). For a picture from anywhere, it is then refined from the parallax between near and
+far points (`app.core.localization.parallax`), which works without the position of the sitter.
 
-A heading counts as right within 3 deg, of a camera on the sitter's line. Three things can go wrong.
-The picture shows something else: against that speak how many points agree, how widely they are
-spread, and how much better the whole picture fits there than beside
+A heading counts as right within 3 deg, for a camera on the sitter's line. Three errors are
+possible. The picture shows another place: evidence against this is the number of points that agree,
+their spread, and how much better the whole picture fits there than beside it
 (`app.core.localization.heading`). It shows this place from beside the line through the sitter:
-against that, that no camera which stands elsewhere explains more, and slopes that a room has. Or
-the place is right and the angle is not: that is the standard error of the fit. The three are
-independent:
+evidence against this is that no camera elsewhere explains more points, and that the slopes are
+those of a room. Or the place is right and the angle is not: this follows from the standard error of
+the fit. The three are independent:
 
     P = 1 / (1 + exp(-p)) * 1 / (1 + exp(-l)) * (1 - exp(-3 deg / (k error))).
 
-Errors have longer tails than a normal distribution's, as matches that are wrong are wrong together.
-p and l are sums over the evidence, `place_signs` and `line_signs`, with weights in their order.
-They and k are by greatest likelihood over photographs and live pictures, at the spot, beside it and
-of other places (`benchmarks/heading/confidence_fit.py`). How that holds elsewhere:
+Errors have longer tails than a normal distribution, because wrong matches agree with each other. p
+and l are sums over the evidence, `place_signs` and `line_signs`, weighted in their order. The
+weights and k maximise the likelihood over photos and live pictures at the spot, beside it and of
+other places (`benchmarks/heading/confidence_fit.py`). Results for other data:
 `benchmarks/heading.md`.
 """
 
@@ -37,53 +37,59 @@ from app.core.localization.parallax import Aim, Line, lined_up, straightened
 from app.core.localization.rotation import CameraPose, Outlook
 
 CLOSE_DEG: Final = 3.0
-"""A heading counts as right up to this error."""
+"""Largest error of a heading that counts as right, deg."""
 
 LEAST_CONFIDENCE: Final = 0.8
-"""With less a heading is not shown."""
+"""Least confidence of a heading that is shown."""
 
 PLACE_SIGNS: Final = ("one", "points", "support", "spread", "share", "strays")
 LINE_SIGNS: Final = (
     "one", "points", "gain", "aside", "tilt", "steep", "odd", "flat", "loose",
 )  # fmt: skip
-"""What the numbers of `place_signs` and `line_signs` are of."""
+"""Names of the terms of `place_signs` and `line_signs`."""
 
 _PLACE_WEIGHTS: Final = (3.75, 0.36, 0.24, 1.52, 4.37, -1.0)
 _LINE_WEIGHTS: Final = (3.49, 0.22, -0.69, -0.78, -2.66, -6.57, -3.0, -9.58, -0.78)
-_GUIDED: Final = (1.5, 2.0)  # odds for place, and for line with another lens, as logarithms
-_ERROR_FACTOR: Final = (0.82, 0.5)  # of photographs, and of live pictures
+# log odds added for a live picture: for the place, and for the line with an estimated lens
+_GUIDED: Final = (1.5, 2.0)
+_ERROR_FACTOR: Final = (0.82, 0.5)  # for photos, and for live pictures
 _SPREAD: Final = (0.05, 0.5)
 _SUPPORT: Final = (-2.0, 15.0)
-_POINTS: Final = 100  # many more come from a picture of many, true or not
-_SHARE: Final = (0.02, 0.4)  # more depends on the camera
-_TILT: Final = (0.55, 1.5)  # less is that of any wall
-_STEEP: Final = (0.9, 3.0)  # slope over enlargement: less is that of a room behind the sitter
-_GAIN_RANGE: Final = (0.7, 15.0)  # less is by chance
+_POINTS: Final = 100  # a larger number depends on the picture's detail, not on the pose
+_SHARE: Final = (0.02, 0.4)  # a larger share depends on the camera
+_TILT: Final = (0.55, 1.5)  # any wall may have less
+_STEEP: Final = (0.9, 3.0)  # slope over enlargement: a room behind the sitter may have less
+_GAIN_RANGE: Final = (0.7, 15.0)  # less is chance
 _ASIDE: Final = (1.0, 12.0)
-_STRAYS: Final = 0.2  # as many are there by chance
+_STRAYS: Final = 0.2  # as many occur by chance
 _FLAT: Final = 0.7
 _LOOSE_DEG: Final = (0.3, 2.0)
 _LEAST_ERROR_DEG: Final = 0.05
 _WIDE: Final = (0.315, 1.036)  # half angles of 17.5 and 46 deg: tangents of usual lenses
-_LEAST_ZOOM: Final = 0.8  # things look larger from the probe, unless the field of view is wrong
+_LEAST_ZOOM: Final = 0.8  # objects look larger from the probe, unless the field of view is wrong
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What speaks for a pose.
+    """Evidence for a pose.
 
     Attributes:
-        share: Of the points that look like one thing in the panorama only, those that agree, 0 to
-            1.
-        spread: Standard deviation of the points that agree, in half widths of the picture, in the
-            direction in which it is least: 0 on a line.
+        points: Number of points that agree.
+        share: Share of agreeing points among those with only one match in the panorama, 0 to 1.
+        spread: Smallest standard deviation of the agreeing points in any direction, in half widths
+            of the picture: 0 on a line.
+        support: How much better the pose fits all points than its neighbours, standard deviations.
         error_deg: Standard error of the heading, deg.
-        wide: Tangent of half the field of view along the longer side, where it is estimated; None
-            where it is known.
-        strays: Of the certain matches about where the pose says, those that do not agree, 0 to 1.
-        loose_deg: Likewise, deg.
-        guided: Whether it is a live picture: of this place, and by someone who follows the way
-            shown.
+        tilt: Slope of the enlargement across the picture.
+        zoom: Enlargement in the middle of the picture.
+        wide: Tangent of half the field of view along the longer side, if it was estimated; None if
+            it was given.
+        strays: Share of disagreeing points among the certain matches near the pose's prediction, 0
+            to 1.
+        gain, aside, flat, agree: As in `app.core.localization.parallax.Line`.
+        loose_deg: As `loose_rad` there, in deg.
+        guided: Whether it is a live picture: of this place, by a photographer who follows the
+            guidance.
     """
 
     points: int
@@ -104,7 +110,7 @@ class Evidence:
 
 
 def place_signs(evidence: Evidence) -> tuple[float, ...]:
-    """Return what says that a picture shows this place, in the order of `PLACE_SIGNS`."""
+    """Return the evidence that a picture shows this place, in the order of `PLACE_SIGNS`."""
     share = _within(evidence.share, _SHARE)
     return (
         1.0,
@@ -117,7 +123,7 @@ def place_signs(evidence: Evidence) -> tuple[float, ...]:
 
 
 def line_signs(evidence: Evidence) -> tuple[float, ...]:
-    """Return what says that a camera is on the sitter's line, in the order of `LINE_SIGNS`."""
+    """Return the evidence that a camera is on the sitter's line, in the order of `LINE_SIGNS`."""
     steep = evidence.tilt / (max(evidence.zoom - 1.0, 0.0) + 0.2)
     free = evidence.wide is not None
     wide = max(evidence.wide or 0.0, 0.01)
@@ -144,7 +150,7 @@ def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
 
     Returns:
-        0 to 1; the heading of about nine in ten with 0.9 is within 3 deg.
+        0 to 1; of headings with 0.9, about nine in ten are within 3 deg.
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
@@ -174,47 +180,49 @@ def _beyond(value: float, limits: tuple[float, float]) -> float:
 
 
 _TRIES: Final = 1200
-_SITTER_SPREAD: Final = 0.015  # of the picture plane, some 1 deg: how well a face is placed
-_NO_SITTER_SPREAD: Final = 0.04  # more would let the fit step aside to explain depth
-_AIM_DEG: Final = 5.0  # how far beside the sitter a camera is aimed
-_AIM_AWAY_DEG: Final = 6.5  # how far from who carries it, who is not looked at meanwhile
+_SITTER_SPREAD: Final = 0.015  # of the picture plane, about 1 deg: how precisely a face is located
+_NO_SITTER_SPREAD: Final = 0.04  # with more, the fit would move aside to explain depth
+_AIM_DEG: Final = 5.0  # how far beside the sitter a camera may be aimed
+_AIM_AWAY_DEG: Final = 6.5  # the same from its holder, who is not being watched
 _BESIDE_DEG: Final = 5.0
-_CLEARLY: Final = 1.05  # so many times as many points
-_SITTER_SHARE: Final = 0.3  # of the angle itself, where the lens is not known
-_ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and a field of view that is not quite what is said
+_CLEARLY: Final = 1.05  # factor by which more points must agree
+_SITTER_SHARE: Final = 0.3  # share of the angle itself, if the lens is unknown
+_ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and some error of the field of view
 _LIKELY: Final = (1.3, 0.3)
 _ANY_ZOOM: Final = (0.5, 3.2)
 _LIKELY_ANY: Final = (1.3, 0.6)
-_AWAY_ZOOM: Final = (0.3, 1.25)  # 1 - d / D: the camera is nearer to what it sees than the probe
+# 1 - d / D: the camera is nearer to the background than the probe was
+_AWAY_ZOOM: Final = (0.3, 1.25)
 _LIKELY_AWAY: Final = (0.75, 0.2)
 _AWAY_ANY_ZOOM: Final = (0.2, 1.7)
 _LIKELY_AWAY_ANY: Final = (0.75, 0.4)
-_AWAY_SPREAD: Final = 0.1  # of the picture plane: who carries it is about on that line
+_AWAY_SPREAD: Final = 0.1  # of the picture plane: the holder is roughly on that line
 _AWAY_UNSEEN: Final = 0.2
-_LENS_ERROR: Final = 0.07  # of an angle, where the lens is estimated
-_GUESS_SPREAD: Final = (0.12, 0.05)  # spread of a lens that is guessed, at first and again
-_UNSAID: Final = 0.4  # of a step aside, what parallax leaves open
-_ALIKE: Final = 2.0  # neighbours err together
+_LENS_ERROR: Final = 0.07  # share of an angle, if the lens is estimated
+_GUESS_SPREAD: Final = (0.12, 0.05)  # spread of an estimated lens, at first and in the second round
+_UNSAID: Final = 0.4  # share of a sideways offset that parallax leaves undetermined
+_ALIKE: Final = 2.0  # neighbouring points have related errors
 _TOWARD: Final = (
     0.018,
     0.15,
-)  # radians: a face beside the probe's place; of its tangent
+)  # radians: offset of a face from the probe's position; share of its tangent
 _SOMEBODY_ELSE: Final = 4.0
 _SURE: Final = 0.01
-_UNEVEN: Final = 0.12  # of an enlargement: depth that is not the plane's
+_UNEVEN: Final = 0.12  # share of an enlargement: depth that is not the plane's
 _SLOPE: Final = 0.4
 _ROUNDS: Final = 6
-_NEAREST: Final = 4.5  # enlarged more, a thing is too near, and a match wrong
+_NEAREST: Final = 4.5  # a larger enlargement would need too near an object: the match is wrong
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Matches:
-    """Points of a picture and what they look like.
+    """Points of a picture and their matches in the panorama.
 
     Attributes:
-        rays: (N, 2) float64. In the picture plane, for the lens that is assumed.
-        bearings: (N, 3) float64. In the panorama, unit vectors.
-        ratio: (N,) float32. By `app.core.localization.features.pair`.
+        rays: (N, 2) float64. In the picture plane, for the assumed lens.
+        bearings: (N, 3) float64. Unit vectors in the panorama.
+        ratio: (N,) float32. As from `app.core.localization.features.pair`.
+        shape: Longer over shorter side of the picture.
     """
 
     rays: Float64
@@ -225,12 +233,14 @@ class Matches:
 
 @dataclass(frozen=True, slots=True)
 class CameraPrior:
-    """What is known of a camera before.
+    """Prior knowledge about a camera.
 
     Attributes:
-        lens: How well the field of view is known: spread of the logarithm of its tangent; None
-            where it is unknown.
-        sitter_deg: Where the sitter is from the axis; None where that is not known.
+        lens: Uncertainty of the field of view: spread of the logarithm of its tangent; None if the
+            field of view is unknown.
+        sitter_deg: Angle of the sitter from the axis, deg; None if unknown.
+        away: Whether the camera looks away from the sitter.
+        near: Whether the search is limited to the last heading's surroundings.
     """
 
     lens: float | None
@@ -240,7 +250,7 @@ class CameraPrior:
 
     @property
     def lens_known(self) -> bool:
-        """Whether it is known at all."""
+        """Whether the field of view is known."""
         return self.lens is not None
 
 
@@ -259,19 +269,19 @@ class Stand:
 
     @property
     def factor(self) -> float:
-        """By what the picture plane is larger than was assumed."""
+        """Factor by which the picture plane is larger than was assumed."""
         return math.exp(float(self.lens[0]))
 
     def rays(self, rays: Float64) -> Float64:
-        """Points of the picture plane as `pose` takes them."""
+        """Convert points of the picture plane for use with `pose`."""
         return straightened(rays, self.lens)
 
     def error_deg(self, question: CameraPrior) -> float:
-        """Return the standard error of the heading, of the points and of what is not known.
+        """Return the standard error of the heading, from the points and from the unknowns.
 
-        With a wrong lens what is behind the sitter stays where it is, and the axis, beside it,
-        moves; and where the sitter's place is unknown, a step aside looks like a turn of things
-        nearby.
+        With a wrong lens, the background behind the sitter stays in place, and the axis beside it
+        moves. If the sitter's position is unknown, a sideways offset looks like a turn of the near
+        objects.
         """
         aside = math.degrees(math.atan(float(self.pose.sitter[0])))
         lens = 0.0 if question.lens_known else _LENS_ERROR * aside
@@ -286,11 +296,11 @@ class Stand:
 def find_stand(
     matches: Matches, question: CameraPrior, hint: CameraPose | None = None
 ) -> Stand | None:
-    """Find how a camera stands."""
+    """Find the position, rotation and lens of a camera."""
     tries = _TRIES // 3 if question.near else _TRIES
     outlooks = _outlooks(question)
     poses = [rotation.fit(matches.rays, matches.bearings, o, tries) for o in outlooks]
-    # A face on a poster is found like one of flesh, and would be taken for the place of the probe.
+    # A face on a poster is detected like a real one, and would be taken for the probe's position.
     agree = [0 if p is None else int(p.inside.sum()) for p in poses]
     best = len(poses) - 1 if agree[-1] > _CLEARLY * agree[0] else 0
     pose, outlook = poses[best], outlooks[best]
@@ -299,7 +309,7 @@ def find_stand(
     stand: Stand | None = Stand(pose, np.zeros(3), outlook)
     if not question.lens_known:
         stand = _scaled(Stand(pose, np.zeros(3), outlook), matches, question)
-    # Near the last heading the search has looked; who carries a camera is a hint, no line.
+    # Near the last heading the search is done; the holder of a camera is a hint, not a line.
     if stand is None or question.near or question.away:
         return stand
     others = [p for p in (*poses, hint) if p is not None and p is not pose]
@@ -307,7 +317,7 @@ def find_stand(
 
 
 def _scaled(stand: Stand, matches: Matches, question: CameraPrior) -> Stand | None:
-    """Take the lens that is likeliest for a pose."""
+    """Choose the most likely lens for a pose."""
     rays = stand.rays(matches.rays)
     zooms = stand.pose.zooms(rays, matches.bearings)[stand.pose.inside]
     factor = lens_factor(zooms, matches.shape, away=question.away)
@@ -325,12 +335,12 @@ def _lined(
     question: CameraPrior,
     outlook: Outlook,
 ) -> Stand:
-    """Refine by parallax; where the lens is guessed, guess it again from there."""
+    """Refine a pose by parallax; if the lens was estimated, estimate it again from there."""
     poses, scale = [stand.pose, *others], float(stand.lens[0])
     for spread in _GUESS_SPREAD if question.lens is None else [question.lens]:
         aims = [Aim(0.0, math.radians(_AIM_DEG))]
         if question.sitter_deg is not None:
-            # Who was found may be somebody else.
+            # The detected person may not be the sitter.
             aims = [aims[0]._replace(unlikely=_SOMEBODY_ELSE)]
             sitter = outlook.sitter * math.exp(scale)
             unsure = 0.0 if question.lens_known else _TOWARD[1] * sitter
@@ -349,7 +359,7 @@ def _lined(
 
 
 def _refined(line: Line, lens: Float64, matches: Matches, prior: Outlook) -> Stand:
-    """Take over a line, and fit the plane that its points are about in."""
+    """Convert a line to a pose, and fit the plane that contains most of its points."""
     rays = straightened(matches.rays, lens)
     pose = CameraPose(line.rotation, line.probe, np.zeros(3), line.inside, line.error_rad)
     zooms = pose.zooms(rays, matches.bearings)
@@ -361,7 +371,7 @@ def _refined(line: Line, lens: Float64, matches: Matches, prior: Outlook) -> Sta
 
 
 def _plane(rays: Float64, zooms: Float64) -> Float64:
-    """Fit enlargement less 1 in the middle, and its slopes, to that of points."""
+    """Fit enlargement minus 1 in the middle, and its slopes, to the points' enlargements."""
     usual = float(np.median(zooms)) if len(zooms) else 1.0
     plane = np.array([usual - 1.0, 0.0, 0.0])
     rows = np.column_stack([np.ones(len(rays)), rays])
@@ -397,7 +407,7 @@ def _outlook(question: CameraPrior, sitter_deg: float | None) -> Outlook:
 
 
 def _narrowed(outlook: Outlook, factor: float, away: bool) -> Outlook:
-    """Say what is known of a camera once its lens is."""
+    """Update the prior knowledge about a camera with its lens."""
     limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
     sitter, spread = outlook.sitter * factor, outlook.sitter_spread * factor
     if away and outlook.sitter_known:

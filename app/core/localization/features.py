@@ -1,10 +1,11 @@
 """Feature points that survive changes of light: RootSIFT after local equalisation.
 
 Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
-show one wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR 2012.
+render the same wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR
+2012.
 
-`build_index` describes a whole panorama, in perspective views that are about as a camera's. What
-was learnt stays beside the panorama (`keep_index`): a cache that can be lost at any time.
+`build_index` describes a whole panorama, in perspective views similar to a camera's. `keep_index`
+saves the index beside the panorama, as a cache that may be deleted at any time.
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.localization.views import Lens, bearings, look
 from app.core.text import tr
 
-_LEAST_POINTS: Final = 48  # of a panorama
+_LEAST_POINTS: Final = 48  # for a panorama
 _EVERY_DEG: Final = 40
 _VIEW_DEG: Final = 70.0
 _PITCHES_DEG: Final = (17.0, -17.0)
-_VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, tall and wide: each view reaches over the horizon
+_VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, wide and tall: each view includes the horizon
 _PER_DEG: Final = 10.0  # pixels of a view, at most
 _VIEW_POINTS: Final = 900
 _FILE: Final = "background.points"
-_FORM: Final = b"turnlight background 1"  # of the file and of how points are described
+_FORM: Final = b"turnlight background 1"  # version of the file format and of the descriptors
 _COLUMNS: Final = 128 + 3 + 1  # descriptor, bearing, azimuth
 _MOST_POINTS: Final = 20 * _VIEW_POINTS
 _SEAL: Final = 32  # bytes
@@ -55,14 +56,15 @@ class HeadingIndex:
     azimuths: Float32 = field(repr=False)
 
     def __len__(self) -> int:
-        """Return how many points there are."""
+        """Return the number of points."""
         return len(self.azimuths)
 
     def near(self, azimuth_deg: float, reach_deg: float) -> Int64:
-        """Return the indices of the points around an azimuth.
+        """Return the indices of the points near an azimuth.
 
         Args:
-            azimuth_deg, reach_deg: The middle, and how far to both sides, deg.
+            azimuth_deg: Middle of the range, deg.
+            reach_deg: Reach on both sides, deg.
         """
         away = np.abs((self.azimuths - azimuth_deg + 180.0) % 360.0 - 180.0)
         return np.flatnonzero(away <= reach_deg)
@@ -74,10 +76,10 @@ def build_index(
     """Compute the feature points of a panorama.
 
     Args:
-        panorama: (H, W, 3) uint8. Equirectangular, 2:1, sRGB as shown
-            (`app.core.measure.finish.display.display_panorama`); 2,048 to 4,096 columns are best.
+        panorama: (H, W, 3) uint8. Equirectangular, 2:1, display sRGB
+            (`app.core.measure.finish.display.display_panorama`); best with 2,048 to 4,096 columns.
 
-    Raises `CoreError` when it has next to none: a blank wall all around; `Cancelled`.
+    Raises `CoreError` if it has too few points, such as a blank wall all around; `Cancelled`.
     """
     per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
     focal = per_degree * 180.0 / math.pi
@@ -106,7 +108,7 @@ def build_index(
 
 
 def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
-    """Read the saved index of a panorama; None without a valid one.
+    """Read the saved index of a panorama; return None if there is no valid one.
 
     Args:
         panorama: As for `build_index`.
@@ -125,10 +127,10 @@ def read_index(folder: Path, panorama: Bytes) -> HeadingIndex | None:
 
 
 def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
-    """Save the index of a panorama in a folder; failures are ignored.
+    """Save the index of a panorama in a folder, ignoring failures.
 
     Args:
-        panorama: What `index` was built of.
+        panorama: Panorama that `index` was built from.
     """
     if len(index) > _MOST_POINTS or read_index(folder, panorama) is not None:
         return
@@ -139,7 +141,7 @@ def keep_index(folder: Path, panorama: Bytes, index: HeadingIndex) -> None:
 
 
 def _seal(panorama: Bytes, values: bytes) -> bytes:
-    """Digest of form, panorama and content: what fits nothing else is not believed."""
+    """Return a digest of format, panorama and content; a file with another digest is ignored."""
     digest = hashlib.blake2b(_FORM + repr(panorama.shape).encode(), digest_size=_SEAL)
     digest.update(np.ascontiguousarray(panorama).data)
     digest.update(values)
@@ -149,7 +151,7 @@ def _seal(panorama: Bytes, values: bytes) -> bytes:
 def _squarely_seen(
     features: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
 ) -> tuple[Features, Float64]:
-    """Keep the points that no other view shows more squarely."""
+    """Keep only the points that no other view shows closer to its axis."""
     vectors = bearings(lens, azimuth_deg, pitch_deg, features.places.astype(np.float64))
     azimuth = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
     away = np.abs((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
@@ -159,18 +161,18 @@ def _squarely_seen(
 
 _TILES: Final = (8, 8)
 _CLIP_LIMIT: Final = 3.0
-_CONTRAST: Final = 0.02  # weaker points than by default, as backgrounds are often soft
-_USUAL: Final = 0.75  # likeness of a rival, where none is near
-_AROUND: Final = 0.4  # cosine-like: what is further from the middle is in no picture
+_CONTRAST: Final = 0.02  # lower than the default, as backgrounds are often soft
+_USUAL: Final = 0.75  # similarity of the rival, if none is close
+_AROUND: Final = 0.4  # cosine-like: points further from the middle are outside any picture
 _RIVALS: Final = 3  # one corner is often described twice, for two directions of its gradient
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Features:
-    """Described points of a picture.
+    """Described feature points of a picture.
 
     Attributes:
-        places: (N, 2) float32. Columns and rows in pixels; the middle of the first pixel is (0.5,
+        places: (N, 2) float32. Columns and rows in pixels; the centre of the first pixel is (0.5,
             0.5).
         descriptors: (N, 128) float32. RootSIFT, of unit length.
     """
@@ -179,16 +181,16 @@ class Features:
     descriptors: Float32 = field(repr=False)
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of points."""
         return len(self.places)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """Points of one set and what they look like in another.
+    """Points of one set and their matches in another.
 
     Attributes:
-        first, second: (N,) int64. Indices in the two sets; none of the first twice.
+        first, second: (N,) int64. Indices in the two sets; each first index occurs once.
         ratio: (N,) float32. Distance to the match over distance to the next best elsewhere: 0 is
             unique.
     """
@@ -199,7 +201,7 @@ class Pairs:
 
 
 def equalised(picture: Bytes) -> Bytes:
-    """Return a picture in grey, its contrast equalised in tiles.
+    """Return a picture in grey, with its contrast equalised in tiles.
 
     Args:
         picture: (H, W, 3) or (H, W) uint8. sRGB.
@@ -212,15 +214,16 @@ def equalised(picture: Bytes) -> Bytes:
 
 
 def describe(picture: Bytes, most: int, mask: Bools | None = None) -> Features:
-    """Find and describe a picture's points.
+    """Find and describe a picture's feature points.
 
     Args:
         picture: (H, W, 3) or (H, W) uint8. sRGB.
-        mask: (H, W) bool. Where points may lie.
+        most: Largest number of points.
+        mask: (H, W) bool. True where points are allowed.
     """
     where = None if mask is None else mask.astype(np.uint8)
     places, descriptors = root_sift(equalised(picture), most, where)
-    # OpenCV keeps some more where several are equally strong.
+    # OpenCV returns a few more if several are equally strong.
     return Features(places[:most] + np.float32(0.5), descriptors[:most])
 
 
@@ -228,12 +231,13 @@ def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Floa
     """Find points and describe them by RootSIFT.
 
     Args:
-        grey: (H, W) uint8. Its contrast equalised.
-        mask: (H, W) uint8. Not 0 where points may lie.
+        grey: (H, W) uint8. With equalised contrast.
+        most: Largest number of points.
+        mask: (H, W) uint8. Non-zero where points are allowed.
 
     Returns:
-        (N, 2) float32 columns and rows, the middle of the first pixel (0, 0); and (N, 128) float32
-        of unit length.
+        (N, 2) float32 columns and rows, where the centre of the first pixel is (0, 0); and (N, 128)
+        float32 of unit length.
     """
     finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
     points, descriptors = finder.detectAndCompute(grey, mask)
@@ -245,12 +249,12 @@ def root_sift(grey: Bytes, most: int, mask: Bytes | None) -> tuple[Float32, Floa
 
 
 def shrunk(picture: Bytes, scale: float, mask: Bools | None = None) -> tuple[Bytes, Bools | None]:
-    """Make a picture smaller, and the mask that goes with it.
+    """Shrink a picture together with its mask.
 
     Args:
         picture: (H, W, 3) uint8.
-        scale: Of its sides; from 1 on it stays as it is.
-        mask: (h, w) bool, of any size. It gets the picture's.
+        scale: Factor for the sides; from 1 on, the picture stays as it is.
+        mask: (h, w) bool, of any size. It is resized to the picture.
     """
     size = picture.shape[1], picture.shape[0]
     if scale < 1.0:
@@ -270,7 +274,9 @@ def pair(
     Args:
         first: (N, 128) float32. Of unit length.
         second: (M, 128) float32. Of unit length.
-        spots: (M, K) float32. Where the second set's points are, in any coordinates.
+        spots: (M, K) float32. Positions of the second set's points, in any coordinates.
+        apart: Distance in these coordinates from which a point counts as elsewhere.
+        limit: Largest ratio of a match.
     """
     if len(first) == 0 or len(second) < 2:
         nothing = np.zeros(0, np.int64)
@@ -287,14 +293,14 @@ def pair_near(
     apart: float,
     limit: float,
 ) -> Pairs:
-    """Match descriptors as `pair` does, but only near where a first answer expects each.
+    """Match descriptors as `pair` does, but only near the position predicted for each.
 
-    What stands twice in a place, or looks like much else, is unique there: so a picture has about
-    twice as many matches.
+    A pattern that repeats in the place, or resembles many others, is unique in a small area, so a
+    picture has about twice as many matches.
 
     Args:
-        positions: (N, 3) float32. Where the first set's points should be, unit vectors.
-        reach: How far from there they may be, radians.
+        positions: (N, 3) float32. Predicted positions of the first set's points, unit vectors.
+        reach: Largest distance from the prediction, radians.
     """
     around = np.flatnonzero(spots @ positions.mean(axis=0) > _AROUND)
     if len(first) == 0 or len(around) < 2:
@@ -306,13 +312,15 @@ def pair_near(
 
 
 def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
-    """Keep the most certain matches: one of each point found, and few from one part of a picture.
+    """Keep the most certain matches: one for each point, and few from one part of a picture.
 
-    A striped carpet makes scores of points look like two or three of the panorama, and whatever
-    explains these would outweigh all else.
+    A striped carpet matches dozens of points to two or three of the panorama, and a pose that
+    explains these would outweigh everything else.
 
     Args:
-        places: (N, 2) float32. Where the first set's points are.
+        places: (N, 2) float32. Positions of the first set's points.
+        cell: Size of a part of the picture, in the unit of `places`.
+        most: Largest number of matches from one part.
     """
     order = np.argsort(pairs.ratio, kind="stable")
     _, once = np.unique(pairs.second[order], return_index=True)
@@ -329,7 +337,7 @@ def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
 def _told_apart(
     likeness: Float32, spots: Float32, apart: float, limit: float, usual: float = -1.0
 ) -> Pairs:
-    """Choose the most alike, where nothing elsewhere is nearly as much, or as `usual`."""
+    """Choose the most similar points, unless one elsewhere, or `usual`, is nearly as similar."""
     rows = np.arange(len(likeness))
     best = np.argmax(likeness, axis=1)
     top = likeness[rows, best]

@@ -1,10 +1,10 @@
 """Find a camera's heading in the panorama from its picture.
 
-A picture of the camera is described and matched with the points of the panorama
-(`app.core.localization.features`), all of them or those near the last heading;
-`app.core.localization.rotation` finds the rotation, knowing that the camera stands away from where
-the probe stood; `app.core.localization.heading` asks the rest of the picture, and
-`app.core.localization.camera_pose` says how likely it is to be right.
+The picture's feature points are matched with those of the panorama
+(`app.core.localization.features`), all of them or those near the last heading.
+`app.core.localization.rotation` finds the rotation, allowing for the distance between camera and
+probe; this module checks it against the rest of the picture, and
+`app.core.localization.camera_pose` estimates the probability that it is right.
 
 A heading that cannot be trusted is `unsure`, without a number: better none than a wrong one.
 """
@@ -50,7 +50,7 @@ _ASIDE: Final = ((0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))
 _AROUND_RAD: Final = math.radians(62.0)
 _LEAST: Final = 12
 _STRAY_RAD: Final = math.radians(10.0)
-_SOME: Final = 4  # as if so many more agreed: of a few points two strays say little
+_SOME: Final = 4  # as if so many more agreed: with few points, two strays mean little
 
 
 def support(
@@ -65,12 +65,12 @@ def support(
     Args:
         rays: (N, 2) float64. All points of the picture, in its picture plane as in
             `app.core.localization.rotation.fit`.
-        own_descriptors: (N, 128) float32. What they look like; unit length.
+        own_descriptors: (N, 128) float32. Their descriptors, of unit length.
         spots: (M, 3) float32. Points of the panorama, unit vectors in its axes.
-        index_descriptors: (M, 128) float32. What they look like.
+        index_descriptors: (M, 128) float32. Their descriptors.
 
     Returns:
-        Standard deviations above what chance would give: about 0 for a wrong pose.
+        Standard deviations above chance: about 0 for a wrong pose.
     """
     axis = pose.rotation[:, 2].astype(np.float32)
     near = np.flatnonzero(spots @ axis > math.cos(_AROUND_RAD))
@@ -94,15 +94,15 @@ def support(
 
 
 def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) -> float:
-    """Measure how many points are beside where a pose says, and not there.
+    """Measure how many certain matches are near the pose's prediction but do not agree with it.
 
     Args:
-        rays: (N, 2) float64. Points in the picture plane whose likeness in the panorama is certain.
-        bearings: (N, 3) float64. Where the panorama shows that, unit vectors in its axes.
+        rays: (N, 2) float64. Points in the picture plane with a certain match.
+        bearings: (N, 3) float64. Their matches in the panorama, unit vectors in its axes.
         inside: (N,) bool. Whether they agree with the pose.
 
     Returns:
-        Their share, 0 to 1, of them and those that agree.
+        Their share among these and the agreeing points, 0 to 1.
     """
     beside = np.einsum("nk,nk->n", pose.predict(rays), bearings @ pose.rotation)
     count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
@@ -110,7 +110,7 @@ def strays(rays: Float64, bearings: Float64, inside: Bools, pose: CameraPose) ->
 
 
 def _most_alike(ahead: Float64, rotation: Float64, spots: Float32, likeness: Float32) -> Float32:
-    """Likeness of the most alike point near where each is expected; -1 where there is none."""
+    """Return the similarity of the best match near each prediction; -1 if there is none."""
     beside = (ahead @ rotation.T).astype(np.float32) @ spots.T > math.cos(_REACH_RAD)
     return np.asarray(np.where(beside, likeness, np.float32(-1.0)).max(axis=1), np.float32)
 
@@ -118,32 +118,32 @@ def _most_alike(ahead: Float64, rotation: Float64, spots: Float32, likeness: Flo
 _LEAST_SIDE: Final = 32
 _SAME: Final = math.radians(1.5)
 _RATIO: Final = 0.9  # generous: the fit and the whole picture decide
-_REACH: Final = math.radians(8.0)  # about where a first answer says
+_REACH: Final = math.radians(8.0)  # around the first prediction
 _CLOSER_RATIO: Final = 0.85
-_PARTS: Final = 16  # of the longer side
+_PARTS: Final = 16  # parts of the longer side
 _MOST: Final = 6  # matches from one part
 _NEAR_DEG: Final = 60.0
-_CARRIER_DEG: Final = 25.0  # who is further to the side carries no camera
+_CARRIER_DEG: Final = 25.0  # a person further to the side is not the holder of the camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
-_STATED: Final = 0.03  # spread of the logarithm of a lens that EXIF states: rounded, steadied
-_ABOUT: Final = 0.1  # of a camera's that somebody has set
+_STATED: Final = 0.03  # spread of the logarithm of a lens from EXIF: rounding, stabilisation
+_ABOUT: Final = 0.1  # the same for a field of view set by the user
 _FIELDS: Final = (25.0, 110.0)
 
 
 class Effort(NamedTuple):
-    """Pixels of a picture that are looked at, and points in them."""
+    """Working size of a picture, pixels, and the number of points in it."""
 
     pixels: int
     points: int
 
 
 SEARCHING: Final = Effort(640 * 480, 1000)
-"""For a live picture, anywhere."""
+"""For a live picture, anywhere in the panorama."""
 
-_TRACKING: Final = Effort(320 * 240, 350)  # nearly as exact, and three times as quick
+_TRACKING: Final = Effort(320 * 240, 350)  # nearly as accurate, and three times as fast
 
 FINE: Final = Effort(1200 * 900, 2500)
-"""For photographs, which need not be quick."""
+"""For photos, which may take longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,10 +153,11 @@ class Heading:
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
         pitch_deg, roll_deg: Up, and clockwise in the picture; deg. 0 when unsure.
+        inliers: Number of points that agree.
         confidence: Probability that the heading is within 3 deg of the truth, 0 to 1.
-        zoom: How much larger things near the sitter are in the panorama, as angles, than in the
-            picture; it shows how far behind the sitter the background is. 1 when unsure.
-        fov_deg: Horizontal field of view, deg: as given, or estimated; 0 when unsure.
+        zoom: Angular size of objects near the sitter in the panorama over that in the picture; it
+            depends on the distance of the background. 1 when unsure.
+        fov_deg: Horizontal field of view, deg, given or estimated; 0 when unsure.
     """
 
     status: Literal["found", "unsure"]
@@ -170,7 +171,7 @@ class Heading:
 
 
 UNSURE: Final = Heading("unsure", None)
-"""Nothing was found."""
+"""No heading was found."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,7 +179,8 @@ class Sight:
     """The features of a camera's picture.
 
     Attributes:
-        size: Columns and rows that they are in.
+        size: Columns and rows of the picture that contains them.
+        fine: Whether the picture was described in full detail.
     """
 
     features: Features
@@ -214,19 +216,18 @@ def find_heading(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
-        fov_deg: The camera's horizontal field of view, deg; 20 % off does no harm. None when it is
-            not known: it is estimated.
-        near_deg: The last heading, deg: only what lies around it is searched, which is quicker and
-            more certain. Without it, and when that fails, everything should be.
-        sitter_deg: Where the sitter is from the axis, deg, positive to the right; where the field
-            of view is not known, as if it were 60 deg along the longer side. None when that is not
-            known either.
-        mask: (H, W) bool. Where the background is; by default all of it, since points on the sitter
+        fov_deg: The camera's horizontal field of view, deg; an error of 20 % does no harm. None to
+            estimate it.
+        near_deg: The last heading, deg, to search only around it, which is faster and more certain.
+            If that fails, search everything (None).
+        sitter_deg: Angle of the sitter from the axis, deg, positive to the right; if the field of
+            view is unknown, as for 60 deg along the longer side. None if unknown.
+        mask: (H, W) bool. True on the background; by default everywhere, since points on the sitter
             match nothing.
-        fine: Look closer, at up to a million pixels: for photographs, which need not be quick.
-        away: Whether the camera looks away from the sitter, as the own camera of a laptop does that
-            is carried around them: it is then nearer to what it sees than the probe was, and
-            `sitter_deg` is that of who carries it, who is about on the line from the sitter.
+        fine: Use up to a million pixels, for photos, which may take longer.
+        away: Whether the camera looks away from the sitter, like a laptop's own camera when it is
+            carried around them. It is then nearer to the background than the probe was, and
+            `sitter_deg` is that of the holder, who is roughly on the line from the sitter.
     """
     effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
@@ -236,7 +237,7 @@ def find_heading(
     heading = UNSURE if match is None else to_heading(match)
     if not away or heading.heading_deg is not None or near_deg is not None:
         return heading
-    # Who carries the camera is but a hint, and may have been seen where there is none.
+    # The holder of the camera is only a hint, and may be a false detection.
     match = compare(see(frame, None, effort), index, fov_deg, away=True, sitter_deg=None)
     return heading if match is None else to_heading(match)
 
@@ -309,7 +310,7 @@ def _evidence(
     inside = pose.inside[certain]
     wide = stand.factor * max(lens.size) / 2.0 / lens.focal_px
     return Evidence(
-        # One thing in the panorama that several points look like counts once.
+        # A point of the panorama that matches several points counts once.
         points=len(np.unique(pairs.second[pose.inside])),
         # As if two more of the certain matches were undecided.
         share=(float(inside.sum()) + 1.0) / (len(inside) + 2.0),
@@ -331,7 +332,7 @@ def _evidence(
 def to_heading(
     match: HeadingMatch, least: float = LEAST_CONFIDENCE, confidence: float | None = None
 ) -> Heading:
-    """Decide whether to trust a pose."""
+    """Return a heading if its confidence suffices, otherwise an unsure one."""
     confidence = trust(match.evidence) if confidence is None else confidence
     points = match.evidence.points
     heading, pitch, roll = match.pose.angles_deg
@@ -348,7 +349,7 @@ def _field(lens: Lens, factor: float) -> float:
 
 
 def _spread(rays: Float64, lens: Lens) -> float:
-    """Return the least standard deviation of points in any direction, in half widths."""
+    """Return the smallest standard deviation of points in any direction, in half widths."""
     if len(rays) < 2:
         return 0.0
     least = float(np.linalg.eigvalsh(np.cov(rays.T))[0])
@@ -356,6 +357,6 @@ def _spread(rays: Float64, lens: Lens) -> float:
 
 
 def _rays(places: Float32, lens: Lens) -> Float64:
-    """Points in the picture plane, right and down, (N, 2)."""
+    """Convert pixels to points of the picture plane, right and down, (N, 2)."""
     middle = np.array(lens.size, np.float64) / 2.0
     return np.asarray((places.astype(np.float64) - middle) / lens.focal_px)

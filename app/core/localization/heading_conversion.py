@@ -1,21 +1,20 @@
 """Convert between a camera's heading and the sitter's turn.
 
-A camera that looks at the sitter, its axis at panorama azimuth h, sees the sitter's face at the
-horizontal angle s from that axis. The line from the camera through the sitter then points to
-h + s, and that is what lies behind the sitter; the sitter, who faces the camera, faces the opposite
-way: turn = h + s - 180, less the azimuth at which the photographer stood at turn 0.
+A camera that looks at the sitter, with its axis at panorama azimuth h, sees the sitter's face at
+the horizontal angle s from that axis. The line from the camera through the sitter then points to h
++ s, the background behind the sitter. The sitter faces the camera, in the opposite direction: turn
+= h + s - 180, minus the azimuth of the photographer at turn 0.
 
-A laptop's own camera looks at the person before it instead. When the photographer carries it around
-the sitter it points away from the sitter, and so the same way as the sitter faces: turn = h. When
-the photographer is the sitter, it looks at the sitter after all.
+A laptop's own camera looks at the person in front of it. When the photographer carries it around
+the sitter, it points away from the sitter, in the direction that the sitter faces: turn = h. When
+the photographer is the sitter, it does look at the sitter.
 
-The field of view of a camera may be unknown. What the panorama shows wider than the picture does
-may be so for two reasons: the lens is wider than was thought, which enlarges everything by one
-factor, or the camera stands further from things than the probe did, which enlarges near things more
-than far ones and never makes any smaller. So where all points are enlarged alike it is the lens;
-else it is what the furthest of them show, which are hardly any nearer to the probe than to the
-camera. How much nearer is unknown: so the lens is taken that is most likely, and phones and cameras
-have few.
+The field of view of a camera may be unknown. An object can look larger in the panorama than in the
+picture for two reasons. Either the lens is wider than assumed, which enlarges everything by one
+factor; or the camera is further away than the probe was, which enlarges near objects more than far
+ones and never shrinks any. So if all points are enlarged equally, it is the lens. Otherwise the
+farthest points decide, whose distance from probe and camera is nearly the same. How nearly is
+unknown, so the most likely lens is chosen: phones and cameras have only a few.
 """
 
 from __future__ import annotations
@@ -31,24 +30,24 @@ from app.core.base.arrays import Float64
 from app.core.guidance.mode import Mode
 
 ASSUMED_DEG: Final = 60.0
-"""Field of view along the longer side of a picture, where it is not known."""
+"""Assumed field of view along the longer side of a picture, deg."""
 
-_ALIKE: Final = 0.0045  # standard deviation of the factors where the probe itself stood
-_FARTHEST: Final = 0.10  # share of the points that are as good as far away
+_ALIKE: Final = 0.0045  # standard deviation of the factors at the probe's own position
+_FARTHEST: Final = 0.10  # share of the points that count as far away
 _ENLARGEMENT: Final = (
     0.20,
     0.10,
-)  # logarithm of how much those are still enlarged: mean and spread
-_LENSES: Final = (  # focal length for a frame of 36 x 24 mm, and of how many in a hundred pictures
+)  # logarithm of the enlargement that these still have: mean and spread
+_LENSES: Final = (  # focal length for a frame of 36 x 24 mm, and share of all pictures, %
     (26.0, 26), (24.0, 20), (28.0, 16), (23.0, 7), (35.0, 10), (50.0, 13), (13.0, 5), (77.0, 5),
     (31.0, 5), (70.0, 2),
 )  # fmt: skip
-_SAME_LENS: Final = 0.025  # spread of the logarithm of a lens: rounded, bent, steadied
-_OTHER_LENS: Final = 0.05  # density of all others
+_SAME_LENS: Final = 0.025  # spread of the logarithm of a lens: rounding, distortion, stabilisation
+_OTHER_LENS: Final = 0.05  # density of all other lenses
 _FRAME_MM: Final = math.hypot(36.0, 24.0)
-_LEFT_AWAY: Final = 0.25  # made smaller: a wall at 7 m, as it is from 1.5 m nearer
+_LEFT_AWAY: Final = 0.25  # shrinkage of a wall 7 m away from 1.5 m closer
 _FEWEST: Final = 8
-_WITHIN: Final = (0.4, 3.5)  # what a lens and parallax can do together
+_WITHIN: Final = (0.4, 3.5)  # range of lens and parallax together
 
 
 def assumed_fov(size: tuple[int, int]) -> float:
@@ -62,12 +61,13 @@ def assumed_fov(size: tuple[int, int]) -> float:
 
 
 def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False) -> float:
-    """Return by what factor of the picture plane a lens is wider than was assumed.
+    """Return the factor by which a lens is wider than was assumed, in the picture plane.
 
     Args:
-        zooms: (N,) float64. By how much each point is enlarged; nan where that cannot be said.
-        away: Whether the camera looks away from the sitter: it is then nearer to things than the
-            probe was, which makes near things smaller in the panorama and none any larger.
+        zooms: (N,) float64. Enlargement of each point; nan where it is undefined.
+        shape: Longer over shorter side of the picture.
+        away: Whether the camera looks away from the sitter. It is then nearer to the background
+            than the probe was, so near objects look smaller in the panorama, and none look larger.
     """
     plausible = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
     if len(plausible) < _FEWEST:
@@ -84,7 +84,7 @@ def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False)
 
 
 def _likely_lens(farthest: float, shape: float) -> float:
-    """Return the most likely factor by how much the farthest points are enlarged."""
+    """Return the most likely factor, given the enlargement of the farthest points."""
     enlargement = np.linspace(0.0, 0.8, 401)
     mean, spread = _ENLARGEMENT
     tangents = math.log(farthest * math.tan(math.radians(ASSUMED_DEG) / 2.0)) - enlargement
@@ -98,25 +98,27 @@ def _likely_lens(farthest: float, shape: float) -> float:
 
 
 CAMERA_M: Final = 1.5
-"""How far a camera stands from the sitter by default: a head-and-shoulders portrait."""
+"""Default distance from the sitter to the camera, m: a head-and-shoulders portrait."""
 
 BACKGROUND_M: Final = 5.0
-"""How far behind the sitter the background is taken to be: that of a large room. In the demo
-location the middle of what a camera sees behind the sitter is 4 to 6 m away indoors, 10 to 17 m in
-the court."""
+"""Assumed distance from the sitter to the background, m: that of a large room.
+
+In the demo place, the median distance behind the sitter is 4 to 6 m indoors, and 10 to 17 m in the
+court.
+"""
 
 _WIDEST_DEG: Final = 160.0
 
 
 class Looks(StrEnum):
-    """Whether a camera looks at the sitter, or at its holder."""
+    """Whether a camera looks at the sitter or at its holder."""
 
     SITTER = "sitter"
     PHOTOGRAPHER = "photographer"
 
 
 def sees_sitter(looks: Looks, mode: Mode) -> bool:
-    """Tell whether a camera sees the sitter: in a selfie the photographer is the sitter."""
+    """Return whether a camera sees the sitter; in a selfie, the photographer is the sitter."""
     return looks is Looks.SITTER or mode is Mode.SELFIE
 
 
@@ -128,14 +130,13 @@ def turn_of_heading(
     sitter_deg: float = 0.0,
     front_deg: float = 0.0,
 ) -> float:
-    """Return the turn at which a camera has a heading.
+    """Return the turn for a camera's heading.
 
     Args:
         heading_deg: Panorama azimuth of the camera's axis, deg.
-        sitter_deg: Where the sitter's face is from the axis, deg, positive to the right in the
-            picture as the camera took it (not mirrored). Without meaning where the camera does not
-            see the sitter.
-        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        sitter_deg: Angle of the sitter's face from the axis, deg, positive to the right in the
+            unmirrored picture. Ignored if the camera does not see the sitter.
+        front_deg: Panorama azimuth of the photographer at turn 0, deg.
 
     Returns:
         In (-180, 180], deg.
@@ -173,20 +174,21 @@ def heading_of_turn(
 
 
 def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
-    """Return the panorama azimuth behind the sitter, in (-180, 180] deg.
+    """Return the panorama azimuth of the background behind the sitter, in (-180, 180] deg.
 
     Args:
         turn_deg: Deg, positive clockwise.
-        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        front_deg: Panorama azimuth of the photographer at turn 0, deg.
     """
     return wrap(turn_deg + 180.0 + front_deg)
 
 
 def offset_angle(column: float, width: int, fov_deg: float) -> float:
-    """Return the horizontal angle of a picture's column from the camera's axis.
+    """Return the horizontal angle of a picture's column from the camera's axis, deg.
 
     Args:
-        column: Position from the left edge in pixels; the middle of the first pixel is 0.5.
+        column: Position from the left edge in pixels; the centre of the first pixel is 0.5.
+        width: Columns of the picture.
         fov_deg: Horizontal field of view, deg, in (0, 180).
     """
     share = 2.0 * column / width - 1.0
@@ -200,20 +202,21 @@ def widened_fov(
     *,
     sees_the_sitter: bool = True,
 ) -> float:
-    """Return how much of the panorama fills a camera's field of view.
+    """Return the part of the panorama, in degrees, that fills a camera's field of view.
 
-    The probe stood where the sitter is; the camera stands d in front of that, and what it sees lies
-    in a plane D behind the sitter, square to the axis. A point of that plane at x from the axis is
-    at the angle b from the camera, tan b = x / (D + d), and at the angle a from the probe,
-    tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's picture is a *wider* crop of the
-    panorama, and as both are perspective pictures of one plane, nothing but its scale differs. A
-    camera that looks away from the sitter stands d nearer to what it sees: (D - d) / D.
+    The probe was at the position of the sitter. The camera is at distance d in front of it, and its
+    background is a plane at distance D behind the sitter, square to the axis. A point of that plane
+    at x from the axis is at angle b from the camera, tan b = x / (D + d), and at angle a from the
+    probe, tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's picture is a *wider* crop of
+    the panorama. As both are perspective pictures of one plane, they differ only in scale. A camera
+    that looks away from the sitter is closer to its background by d: (D - d) / D.
 
     Args:
         fov_deg: The camera's horizontal field of view, deg, in (0, 180).
-        camera_m: d: from the sitter's head to the camera, metres.
-        background_m: D: from the sitter's head to what lies behind, metres. It is not known; the
-            default is `BACKGROUND_M`. Infinity leaves the field as it is.
+        camera_m: d, from the sitter's head to the camera, metres.
+        background_m: D, from the sitter's head to the background, metres; unknown, so the default
+            is `BACKGROUND_M`. Infinity leaves the field of view unchanged.
+        sees_the_sitter: Whether the camera looks at the sitter.
 
     Returns:
         Horizontal field of view in the panorama, deg, at most 160.

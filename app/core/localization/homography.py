@@ -1,9 +1,9 @@
-"""Homographies from pairs of points, and whether one shows what a camera in somebody's hands sees.
+"""Fit homographies to pairs of points, and check whether a handheld camera could cause them.
 
-A homography is fitted by MAGSAC++ (D. Barath et al., CVPR 2020), then closely to the points that
-agree. Eight numbers fit many absurd pictures to a few points, so it is only believed when all of
-the view lies before the camera, nothing is mirrored or turned over, nothing is stretched as no turn
-of a camera stretches it, and the points hold the view's corners fast.
+A homography is fitted by MAGSAC++ (D. Barath et al., CVPR 2020), then refined on the points that
+agree. Eight numbers can fit many absurd views to a few points. So it is accepted only if all of the
+view is in front of the camera, nothing is mirrored or upside down, nothing is stretched more than
+the turn of a camera can do, and the points determine the view's corners precisely.
 """
 
 from __future__ import annotations
@@ -21,35 +21,37 @@ Size: TypeAlias = tuple[int, int]
 """Columns and rows."""
 
 LEAST_INLIERS: Final = 12
-"""Fewer points in agreement may be chance."""
+"""Fewest agreeing points; fewer may be chance."""
 
 _REPROJECTION: Final = 0.008  # of the picture's width
 _ITERATIONS: Final = 3000
 _CONFIDENCE: Final = 0.999
 _SCALES: Final = (0.35, 2.8)
-_STRETCH: Final = 2.2  # how much more a view may be stretched one way than the other
+_STRETCH: Final = 2.2  # largest ratio between a view's stretch in two directions
 _LEAST_SHARE: Final = 0.16
-_STRETCH_SEEN: Final = 3.5  # the same at the edges of what is shown
+_STRETCH_SEEN: Final = 3.5  # the same at the edges of the visible area
 _SCALES_SEEN: Final = (0.2, 5.0)
-_LEAST_DEPTH: Final = 0.15  # of a corner, for 1 in the middle; 0 is at infinity
+_LEAST_DEPTH: Final = 0.15  # of a corner, with 1 in the middle; 0 is at infinity
 _MOST_ROLL_DEG: Final = 40.0
 _ROUNDS: Final = 6
 _WORST_CONDITION: Final = 1e12
-_CORNERS_KNOWN: Final = 0.05  # of the width: standard deviation of a corner that is held fast
-_LEAST_SPREAD: Final = 0.04  # of the width, standard deviation in the direction where it is least
+_CORNERS_KNOWN: Final = 0.05  # of the width: largest standard deviation of a corner
+# of the width: standard deviation in the direction where it is smallest
+_LEAST_SPREAD: Final = 0.04
 _LEAST_OVERLAP: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """How a view lies on a target.
+    """Alignment of a view with a target.
 
     Attributes:
-        homography: (3, 3) float64 or None. From the view's pixels to the target's, bottom right
-            element 1; (0, 0) is the corner of the first pixel. None when unsure.
+        homography: (3, 3) float64. From the view's pixels to the target's, bottom right element 1;
+            (0, 0) is the corner of the first pixel. None when unsure.
+        inliers: Number of points that agree.
         overlap: Share of the target that the view covers, 0 to 1.
-        turn_error_deg: float or None. Goal minus view: how far there still is to turn, positive
-            clockwise, deg.
+        turn_error_deg: Goal minus view: the rest of the turn, positive clockwise, deg; None when
+            unsure.
         confidence: 0 to 1.
     """
 
@@ -62,15 +64,15 @@ class Alignment:
 
 
 UNSURE: Final = Alignment("unsure", None, 0, 0.0, None, 0.0)
-"""Nothing was found."""
+"""No alignment was found."""
 
 
 def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignment:
-    """Fit a homography to pairs of points, wrong ones among them.
+    """Fit a homography to pairs of points, some of which are wrong.
 
     Args:
-        start, stop: (N, 2) float32. Where they are in the view and in the target, pixels.
-        sizes: tuple of (columns, rows). Of view and target.
+        start, stop: (N, 2) float32. Positions in the view and in the target, pixels.
+        sizes: Columns and rows of view and target.
     """
     if len(start) < LEAST_INLIERS:
         return UNSURE
@@ -79,7 +81,7 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     if solution is None:
         return UNSURE
     matrix, inside = solution
-    # Several points that all go to one place are one match.
+    # Several points that match the same position are one match.
     count = len(np.unique(np.round(stop[inside]), axis=0))
     share = float(inside.mean())
     unsure = replace(UNSURE, inliers=count)
@@ -88,7 +90,7 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
     close = _refined(matrix, start[inside], stop[inside], sizes)
     if close is None or not sound(close, *sizes):
         return unsure
-    # Share of the target that is covered, by counting on a coarse grid.
+    # Covered share of the target, counted on a coarse grid.
     overlap = len(_back(close, _grid(sizes[1], 64), sizes[0])) / 64.0**2
     if overlap < _LEAST_OVERLAP:
         return unsure
@@ -97,22 +99,23 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
 
 
 def sound(matrix: Float64, size: Size, target: Size) -> bool:
-    """Tell whether a homography shows a view as the turn of a camera in somebody's hands does.
+    """Return whether a homography is possible for the turn of a handheld camera.
 
     Args:
         matrix: (3, 3) float64. From the view's pixels to the target's.
         size, target: Columns and rows of the view and of the target.
 
     Returns:
-        False where any of the view is mirrored, folded over or at infinity, where it is turned in
-        its plane by more than 40 deg, or stretched or scaled too much: in its middle half, or
-        anywhere in the target.
+        False if any of the view is mirrored, folded over or at infinity, if it is turned in its
+        plane
+        by more than 40 deg, or if it is stretched or scaled too much in its middle half or anywhere
+        in the target.
     """
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         return False
     width, height = size
     middle = float(matrix[2] @ [width / 2.0, height / 2.0, 1.0])
-    # Depth is linear in the picture: what holds in its corners holds everywhere.
+    # Depth is linear in the picture: a limit that holds in its corners holds everywhere.
     corners = corners_of(size) @ matrix[2, :2] + matrix[2, 2]
     if abs(middle) < 1e-9 or (corners / middle).min() < _LEAST_DEPTH:
         return False
@@ -140,7 +143,7 @@ def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float
         )
     except cv2.error:  # points on one line
         return None
-    # None where nothing fits, whatever the types say.
+    # None if nothing fits, despite the type stubs.
     homography = np.asarray(matrix, np.float64)
     if (
         homography.shape != (3, 3)
@@ -152,7 +155,7 @@ def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float
 
 
 def _enough(start: Float32, stop: Float32, count: int, share: float, width: int) -> bool:
-    """Whether points are many, and spread in both directions of the plane, not along a line."""
+    """Return whether there are enough points, spread in both directions and not along a line."""
     if count < LEAST_INLIERS or share < _LEAST_SHARE:
         return False
     spreads = [np.linalg.eigvalsh(np.cov(points.T.astype(np.float64))) for points in (start, stop)]
@@ -163,10 +166,10 @@ def _enough(start: Float32, stop: Float32, count: int, share: float, width: int)
 def _refined(
     matrix: Float64, start: Float32, stop: Float32, sizes: tuple[Size, Size]
 ) -> Float64 | None:
-    """Fit the agreeing points closely; None where they do not hold the view's corners fast.
+    """Refine the fit to the agreeing points; None if they leave the view's corners too uncertain.
 
-    Gauss-Newton on the first eight elements, with weights that fall off as the residuals' own
-    spread says; the error that is left is propagated to the corners.
+    Gauss-Newton on the first eight elements, with weights that depend on the spread of the
+    residuals; the remaining error is propagated to the corners.
     """
     width = float(sizes[1][0])
     unit = np.diag([1.0 / width, 1.0 / width, 1.0])
@@ -193,7 +196,7 @@ def _refined(
 
 
 def by_elements(matrix: Float64, points: Float64) -> Float64:
-    """Return how places, (N, 2), move with a homography's first eight elements: (2 N, 8)."""
+    """Return the derivatives of points, (N, 2), by the first eight elements, (2 N, 8)."""
     full = np.column_stack([points, np.ones(len(points))])
     depth = (full @ matrix[2])[:, None]
     place = apply_homography(matrix, points)
@@ -204,11 +207,11 @@ def by_elements(matrix: Float64, points: Float64) -> Float64:
 
 
 def apply_homography(matrix: Float64, points: Float64) -> Float64:
-    """Return where a homography takes points.
+    """Apply a homography to points.
 
     Args:
         matrix: (3, 3) float64. The homography.
-        points: (N, 2) float64. In front of it.
+        points: (N, 2) float64. In front of the camera.
 
     Returns:
         (N, 2) float64.
@@ -218,7 +221,7 @@ def apply_homography(matrix: Float64, points: Float64) -> Float64:
 
 
 def _slopes(matrix: Float64, points: Float64) -> Float64:
-    """Return a homography's derivatives at points (N, 2) before the camera: (N, 2, 2)."""
+    """Return a homography's derivatives at points, (N, 2), in front of the camera: (N, 2, 2)."""
     depth = points @ matrix[2, :2] + matrix[2, 2]
     rows = matrix[:2, :2] - apply_homography(matrix, points)[:, :, None] * matrix[2, :2]
     return np.asarray(rows / depth[:, None, None], np.float64)
@@ -227,7 +230,7 @@ def _slopes(matrix: Float64, points: Float64) -> Float64:
 def _moderate(
     matrix: Float64, points: Float64, scales: tuple[float, float], stretch: float
 ) -> bool:
-    """Whether nothing around some points is scaled or stretched too much."""
+    """Return whether the scale and stretch around some points are within limits."""
     if len(points) == 0:
         return True
     large, small = np.linalg.svd(_slopes(matrix, points), compute_uv=False).T
@@ -237,7 +240,7 @@ def _moderate(
 
 
 def corners_of(size: Size) -> Float64:
-    """Return a picture's corners, (4, 2) pixels: clockwise from the top left.
+    """Return a picture's corners, (4, 2) pixels, clockwise from the top left.
 
     Args:
         size: Columns and rows.
@@ -247,14 +250,14 @@ def corners_of(size: Size) -> Float64:
 
 
 def _grid(size: Size, count: int = 9) -> Float64:
-    """Return places evenly spread over a picture, (count², 2)."""
+    """Return points evenly spread over a picture, (count², 2)."""
     step = (np.arange(count) + 0.5) / count
     x, y = np.meshgrid(step * size[0], step * size[1])
     return np.column_stack([x.ravel(), y.ravel()])
 
 
 def _back(matrix: Float64, places: Float64, size: Size) -> Float64:
-    """Return where in the view places of the target are, those that are in it."""
+    """Map target positions back to the view, and return those inside it."""
     full = np.column_stack([places, np.ones(len(places))]) @ np.linalg.inv(matrix).T
     ahead = full[:, 2] > 1e-9
     points = full[ahead, :2] / full[ahead, 2:]
@@ -266,6 +269,6 @@ def scaled(matrix: Float64) -> Float64:
     """Return the same homography with 1 at the bottom right.
 
     Args:
-        matrix: (3, 3) float64. One that takes the pixel (0, 0) somewhere.
+        matrix: (3, 3) float64. Maps pixel (0, 0) to a finite position.
     """
     return np.asarray(matrix / matrix[2, 2], np.float64)

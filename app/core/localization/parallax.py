@@ -1,15 +1,14 @@
-"""Where the probe stood as a picture sees it, by how near things are shifted against far ones.
+"""Find the direction from a camera to the probe's position from parallax.
 
-Each point lies in one plane with its counterpart in the panorama and the way from the camera to the
-probe. So matches alone tell the camera's rotation and that way (D. Nister, PAMI 2004), and whether
-the way is toward the sitter: a camera on the line through them has it there, one that stands
-elsewhere has it anywhere. Both are fitted; how many more points the second explains is
-`Line.freed`.
-A camera at the probe's own place sees no shift at all; then the way says nothing, and need not.
-What a lens bends, a little more or less of it, and a hand that turns while the rows are read, are
-unknowns, too.
+Each point lies in one plane with its match in the panorama and the direction from the camera to the
+probe. So matches alone determine the camera's rotation and that direction (D. Nister, PAMI 2004),
+and whether it is the direction of the sitter: for a camera on the line through the sitter it is,
+for one elsewhere it can be any. Both are fitted; `Line.gain` is the number of points that the
+second explains in addition. A camera at the probe's own position has no parallax; then the
+direction is undetermined, and not needed. The lens's residual distortion and the motion of the hand
+during the sensor's readout are further unknowns.
 
-Axes of the camera are right, down, front; of the panorama as in `app.core.base.sphere`.
+The camera's axes are right, down, front; those of the panorama are as in `app.core.base.sphere`.
 """
 
 from __future__ import annotations
@@ -26,28 +25,31 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.localization.rotation import CameraPose
 
 _NOISE: Final = 0.0015  # radians
-_STILL_NOISE: Final = 1.5  # times as much of a point in any direction as out of a plane
+_STILL_NOISE: Final = 1.5  # factor for errors in any direction over errors out of a plane
 _LEAST: Final = 8
 _ROUNDS: Final = 7
-_NEAR: Final = 0.03  # sine of the angle from the way: nearer a point says little
-_AHEAD: Final = 0.2  # cosine: what is further to the side is behind the camera
+# sine of the angle from the direction to the probe: nearer points carry little information
+_NEAR: Final = 0.03
+_AHEAD: Final = 0.2  # cosine: points further to the side count as behind the camera
 _BEND: Final = 0.03  # of the picture plane's radius, at its square
 _SKEW: Final = 0.005  # of the picture plane: 0.6 deg from the first row to the last
-_LEVEL: Final = 0.1  # radians: how far the camera is above or below the probe
-_ANY: Final = 1.0  # radians: a way that is free
+_LEVEL: Final = 0.1  # radians: height of the camera relative to the probe
+_ANY: Final = 1.0  # radians: for an unconstrained direction
 _SAMPLES: Final = 1000
 _SAMPLE_NOISE: Final = 0.003
 _AS_FREE: Final = 0.3  # spread of an unknown lens
 _BEST: Final = 3
 _ALIKE_RAD: Final = 0.005
-_UNMOVED: Final = 0.75  # of the points, without any shift: what bends otherwise takes the rest
+# share of the points without parallax, even if another distortion has to explain the rest
+_UNMOVED: Final = 0.75
 _MOST_TURN: Final = 0.3
 
 
 class Aim(NamedTuple):
-    """Where the probe's place is expected: radians to the right of the axis, and their spread.
+    """Expected direction of the probe's position, radians to the right of the axis, and its spread.
 
-    `unlikely` is a cost, as of so many points.
+    Attributes:
+        unlikely: Cost of this assumption, in points.
     """
 
     angle: float
@@ -61,15 +63,17 @@ class Line:
 
     Attributes:
         rotation: (3, 3) float64. From the camera's axes to the panorama's.
-        lens: (3,) float64. Logarithm of the scale of the picture plane, its bend, and its skew.
-        probe: (2,) float64. Where the probe's place is in the picture plane.
-        inside: (N,) bool. The points that agree.
-        aside: How much less likely the place of the sitter is than that camera's way: a cost, as of
-            so many points.
-        loose_rad: How exactly the points tell where the probe's place is: a standard deviation. 0
-            where nothing is shifted, and it does not matter.
-        flat: Of the points that agree, those that lie in one plane, 0 to 1: another lens elsewhere
-            would show that alike.
+        lens: (3,) float64. Logarithm of the scale of the picture plane, distortion, and skew.
+        probe: (2,) float64. Position of the probe in the picture plane.
+        inside: (N,) bool. Points that agree.
+        error_rad: Standard error of the heading, radians.
+        agree: Weighted number of points that agree.
+        gain: Points that a camera elsewhere explains in addition.
+        aside: Cost of the sitter's direction over that of such a camera, in points.
+        loose_rad: Standard deviation of the probe's direction as determined by the points alone. 0
+            without parallax, where it does not matter.
+        flat: Share of the agreeing points that lie in one plane, 0 to 1. A camera elsewhere with
+            another lens could show the same plane.
     """
 
     rotation: Float64
@@ -86,7 +90,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Solution:
-    """A rotation, a lens, the way to the probe in camera axes; and how they fit."""
+    """A rotation, a lens, the direction to the probe in camera axes, and their fit."""
 
     rotation: Float64
     lens: Float64
@@ -99,7 +103,7 @@ class _Solution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Pairs:
-    """Points of the picture plane, and of the panorama; how uncertain their lens is."""
+    """Points of the picture plane and of the panorama, and the uncertainty of the lens."""
 
     rays: Float64
     bearings: Float64
@@ -114,7 +118,7 @@ class _Pairs:
 
 
 def straightened(rays: Float64, lens: Float64) -> Float64:
-    """Undo what a lens and a turning hand did to points of the picture plane, (N, 2)."""
+    """Correct points of the picture plane, (N, 2), for the lens and the motion of the hand."""
     plain = rays * math.exp(lens[0])
     flat = plain * (1.0 + lens[1] * (plain**2).sum(axis=1, keepdims=True))
     flat[:, 0] += lens[2] * plain[:, 1]
@@ -131,14 +135,16 @@ def lined_up(
     *,
     lens_known: bool,
 ) -> Line | None:
-    """Find the camera on the line to the sitter that explains a picture best, and a freer one.
+    """Find the best camera on the line to the sitter, and compare it with one that may be anywhere.
 
     Args:
+        poses: Poses to start from.
         rays, bearings: (N, 2) and (N, 3) float64. As in `app.core.localization.rotation.fit`: all
             matches, right and wrong.
-        ratio: (N,) float32. Of the matches, as `app.core.localization.features.pair` gives it.
-        lens_known: Whether anybody has said how wide the lens is, or that is no more than what is
-            likely.
+        ratio: (N,) float32. Ratios of the matches, from `app.core.localization.features.pair`.
+        aims: Possible directions of the probe.
+        scale: Spread of the logarithm of the lens's scale.
+        lens_known: Whether the lens was given rather than estimated.
     """
     ahead = bearings @ poses[0].rotation[:, 2] > _AHEAD
     if int(ahead.sum()) < _LEAST:
@@ -156,7 +162,8 @@ def lined_up(
     most = max(free, key=_worth)
     still = max((_unmoved(pairs, one, lens_known) for one in (best_way, *free[:_BEST])), key=_worth)
     if still.points > _UNMOVED * max(best_way.points, most.points):
-        # Nothing is shifted: the probe's own place, and whatever is bent otherwise is no parallax.
+        # No parallax: the camera is at the probe's own position, and any distortion is not
+        # parallax.
         best_way, loose, gain, aside = replace(still, way=best_way.way), 0.0, 0.0, 0.0
     else:
         unaimed = _settled(
@@ -190,7 +197,7 @@ def _worth(way: _Solution) -> float:
 def _aimed(
     pairs: _Pairs, starts: list[_Solution], free: list[_Solution], aim: Aim
 ) -> list[_Solution]:
-    """Hold the way where the sitter may be."""
+    """Fit the solutions with the direction constrained to that of the sitter."""
     ways = []
     for one in (*free, *starts):
         way = one.way if one.way[2] > 0.0 else -one.way
@@ -203,7 +210,7 @@ def _aimed(
 
 
 def _best(ways: list[_Solution]) -> list[_Solution]:
-    """Choose those that explain most, and differ."""
+    """Choose the best solutions that differ from each other."""
     picks: list[_Solution] = []
     for one in sorted(ways, key=_worth, reverse=True):
         if all(
@@ -219,7 +226,7 @@ def _best(ways: list[_Solution]) -> list[_Solution]:
 def _settled(
     pairs: _Pairs, start: _Solution, aim: Aim | None = None, rounds: int = _ROUNDS
 ) -> _Solution:
-    """Gauss-Newton with weights that fall off, from loose to strict."""
+    """Fit by Gauss-Newton with robust weights, from loose to strict."""
     state = start
     for step in range(rounds + 1):
         noise = _NOISE * max(rounds - 2.0 - step, 1.0)
@@ -253,14 +260,14 @@ def _add_step(state: _Solution, change: Float64) -> _Solution:
 
 
 def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
-    """Angles out of the common plane, (N,), and their derivatives, (N, 8)."""
+    """Return the points' angles out of the common plane, (N,), and their derivatives, (N, 8)."""
     full, there, way = _full(pairs, state), pairs.bearings @ state.rotation, state.way
     size = _scale_of(full, there, way)[:, None]
     normal = _cross(there, way) / size
     both = _cross(full, there) / size
     by_rotation = (full * (there @ way)[:, None] - way * (full * there).sum(axis=1)[:, None]) / size
     miss = (normal * full).sum(axis=1)
-    # A lens that brings points nearer to the way makes them no truer.
+    # A lens that moves points closer to the direction to the probe does not make them more right.
     reach = _cross(way, full)
     nearer = _cross(reach, way) / np.maximum((reach**2).sum(axis=1), _NEAR**2)[:, None]
     bent = np.einsum(
@@ -271,10 +278,10 @@ def _out_of_plane(pairs: _Pairs, state: _Solution) -> tuple[Float64, Float64]:
 
 
 def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
-    """Return what makes an angle of a distance from the common plane, (N,).
+    """Return the divisor that converts a distance from the common plane to an angle, (N,).
 
-    A point that is nearer to the way than its counterpart is, by more than others are, swings it
-    further about the way when it is off.
+    A point closer to the direction to the probe than its match, by more than usual, turns its match
+    further around that direction when it is wrong.
     """
     here, beyond = (np.linalg.norm(_cross(way, one), axis=1) for one in (full, there))
     here = np.maximum(here, _NEAR)
@@ -284,7 +291,7 @@ def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
 
 
 def _priors(pairs: _Pairs, state: _Solution, aim: Aim | None) -> list[tuple[Float64, float, float]]:
-    """Return what is known before: rows of unknowns, how far off each is, and its spread."""
+    """Return the priors: a row of the unknowns, its deviation, and its spread."""
     rows = []
     for number, spread in enumerate((pairs.scale, _BEND, _SKEW)):
         rows.append((np.eye(8)[3 + number], float(state.lens[number]), spread))
@@ -300,7 +307,7 @@ def _priors(pairs: _Pairs, state: _Solution, aim: Aim | None) -> list[tuple[Floa
 
 
 def _in_front(pairs: _Pairs, state: _Solution, normal: Float64) -> Bools:
-    """Which points are before both cameras, or not shifted enough to say."""
+    """Return a mask of points in front of both cameras, or with too little parallax to decide."""
     full, there, way = _full(pairs, state), pairs.bearings @ state.rotation, state.way
     length = np.linalg.norm(full, axis=1)
     shift = _cross(full, there)
@@ -313,14 +320,15 @@ def _in_front(pairs: _Pairs, state: _Solution, normal: Float64) -> Bools:
 
 
 def _unmoved(pairs: _Pairs, start: _Solution, lens_known: bool) -> _Solution:
-    """Fit a camera at the probe's own place."""
+    """Fit a camera at the probe's own position."""
     state, noise = start, _NOISE * _STILL_NOISE
     wide = np.array([pairs.scale if lens_known else _AS_FREE, _BEND, _SKEW])
     for step in range(_ROUNDS + 1):
         loose = noise * max(_ROUNDS - 2.0 - step, 1.0)
         flat, there = straightened(pairs.rays, state.lens), pairs.bearings @ state.rotation
         x, y = (there[:, :2] / np.maximum(there[:, 2:], _AHEAD)).T
-        small = 1.0 / (1.0 + (pairs.rays**2).sum(axis=1))  # an angle, of a step in the plane
+        # converts a step in the plane to an angle
+        small = 1.0 / (1.0 + (pairs.rays**2).sum(axis=1))
         miss = (flat - np.stack([x, y], axis=1)) * small[:, None]
         by_rotation = np.stack([-x * y, 1.0 + x * x, -y, -1.0 - y * y, x * y, x], axis=1)
         slopes = np.concatenate(
@@ -341,7 +349,7 @@ def _unmoved(pairs: _Pairs, start: _Solution, lens_known: bool) -> _Solution:
 
 
 def _sampled(pairs: _Pairs, rotation: Float64, ratio: Float32) -> list[_Solution]:
-    """Cameras that stand anywhere, from samples of five certain points."""
+    """Find cameras in any position, from random samples of five certain points."""
     there = pairs.bearings @ rotation
     rows = np.flatnonzero((there[:, 2] > 1.5 * _AHEAD) & (ratio < 0.8))
     if len(rows) < _LEAST:
@@ -367,7 +375,7 @@ def _sampled(pairs: _Pairs, rotation: Float64, ratio: Float32) -> list[_Solution
 
 
 def _mirrored(pairs: _Pairs, way: _Solution) -> tuple[float, list[_Solution]]:
-    """Return the share of the points in one plane, and the cameras that see them alike."""
+    """Return the share of the points in one plane, and other cameras that explain that plane."""
     inside = way.agree > 0.3
     there = pairs.bearings[inside] @ way.rotation
     here = straightened(pairs.rays, way.lens)[inside]
@@ -396,13 +404,13 @@ def _full(pairs: _Pairs, state: _Solution) -> Float64:
 
 
 def _beside(way: Float64) -> tuple[Float64, Float64]:
-    """Two axes square to a way: to the right, and down or up."""
+    """Return two axes perpendicular to a direction: to the right, and up or down."""
     across = _unit(np.array([way[2], 0.0, -way[0]]))
     return across, _cross(way, across)
 
 
 def _cross(first: Float64, second: Float64) -> Float64:
-    """Cross product of (..., 3) as `numpy.cross`, in a fifth of its time."""
+    """Return the cross product of (..., 3), as `numpy.cross` does in five times the time."""
     a, b, c = first[..., 0], first[..., 1], first[..., 2]
     x, y, z = second[..., 0], second[..., 1], second[..., 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)

@@ -1,8 +1,8 @@
 """Check a photo: read it, locate it, and measure how far it missed the light.
 
-A photograph is a live picture with more pixels and more to say: EXIF knows which way is up, when it
-was taken and how wide the lens was. A photo that is not found with that width is looked for without
-it; then it has been cropped since, for nothing makes a picture wider than its lens.
+A photo is a live picture with more pixels and more information: EXIF states its orientation, its
+time and the width of its lens. A photo that is not found with that width is searched without it. It
+must then be cropped, since nothing makes a picture wider than its lens.
 """
 
 from __future__ import annotations
@@ -39,46 +39,48 @@ from app.core.solver.solve import StyleResult
 from app.core.text import tr
 
 Photo = PictureFile
-"""A photograph, upright and small enough to work on."""
+"""A photo, upright and reduced to a working size."""
 
 PHOTO_ENDINGS: Final = RAW_ENDINGS | {
     *(".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif")
 }
-"""Endings of files that may be a photograph. Of HEIC it is said how to make a JPEG of it."""
+"""Suffixes of files that may be photos. For HEIC, the error explains how to make a JPEG."""
 
-_LONGEST: Final = 1600  # pixels of the longer side: more show nothing more of the background
+_LONGEST: Final = 1600  # pixels of the longer side: more add no detail to the background
 _SHORTEST: Final = 200
 _PANORAMA: Final = 2.0
 _PANORAMA_OFF: Final = 0.01
 _NO_SITTER: Final = 0.7
 _SEARCH: Final = Progress(Task.FINDING_BACKGROUND)
-_CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
+_CROPPED: Final = 0.87  # of the width in EXIF, as tangents: a smaller one cannot be due to rounding
 _WIDER: Final = 1.15
-_PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, without one
-_FREE_PROOF: Final = (0.92, 0.97, 0.96)  # an unknown lens takes the place of a step aside
+# required confidence: with the sitter, with a sitter ignored, without one
+_PROOF: Final = (0.8, 0.88, 0.96)
+_FREE_PROOF: Final = (0.92, 0.97, 0.96)  # an unknown lens can stand in for a sideways offset
 _SAME_DEG: Final = 1.0
-_SAME_PROOF: Final = (0.45, 0.65)  # of two answers that agree, the less and the more certain one
+# for two answers that agree: of the less and the more certain one
+_SAME_PROOF: Final = (0.45, 0.65)
 _FREE_SAME_PROOF: Final = (0.9, 0.9)
-_OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
-_ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
-_AGREE: Final = 25  # points of a mirror image never do
-_NEARER: Final = 0.97  # things never look smaller from the probe: then the lens is narrower
+_OTHER_PROOF: Final = 0.97  # the stated lens was already tried, and nothing makes a picture wider
+_ALIKE: Final = (0.8, 1.0)  # share of the points: at the probe's own position, and elsewhere
+_AGREE: Final = 25  # points: a mirror image never has so many
+_NEARER: Final = 0.97  # objects never look smaller from the probe, so the lens must be narrower
 
 
 @dataclass(frozen=True, slots=True)
 class PhotoLocation:
-    """Where a photo was taken.
+    """Direction in which a photo was taken.
 
     Attributes:
         heading_deg: Panorama azimuth of the camera's axis, deg; None when unsure.
-        facing_deg: float or None. Panorama azimuth that the sitter faced, deg: the turn, but for
-            where it is counted from.
-        sitter_deg: The sitter from the axis, deg, positive to the right; None where none was seen,
-            and they are taken to be in the middle.
-        fov_deg: float or None. Horizontal, as it turned out, deg.
+        facing_deg: Panorama azimuth that the sitter faced, deg; minus the photographer's azimuth at
+            turn 0, it is the turn. None when unsure.
+        sitter_deg: Angle of the sitter from the axis, deg, positive to the right; None if no sitter
+            was detected, who is then assumed to be in the middle.
+        fov_deg: Horizontal field of view, deg, stated or estimated; None when unsure.
         confidence: 0 to 1.
-        mirrored: Whether only its mirror image shows this place; the angles are those of the mirror
-            image.
+        mirrored: Whether only the photo's mirror image shows this place; the angles are those of
+            the mirror image.
     """
 
     status: Literal["found", "unsure"]
@@ -95,10 +97,9 @@ class PhotoSearch:
     """Result of searching for a photo.
 
     Attributes:
-        sitter: The person it was found with; None if no person was seen, or it was found without.
-            In the frame that is not mirrored.
-        stated_deg: float or None. The field of view that its EXIF states where that cannot be
-            right, deg.
+        sitter: The sitter with whom the heading was found, in the unmirrored frame; None if it was
+            found without one.
+        stated_deg: Field of view stated in EXIF, deg, if it cannot be right; otherwise None.
     """
 
     heading: Heading
@@ -109,12 +110,13 @@ class PhotoSearch:
 
 @dataclass(frozen=True, slots=True)
 class ShotVerdict:
-    """How far a photo missed the light, in the numbers shown.
+    """How far a photo missed the light, in the numbers on screen.
 
     Attributes:
-        turn_deg, goal_deg: Whole degrees of turn.
+        turn_deg, goal_deg: Turns, whole degrees.
         to_go_deg: goal - turn the shorter way, positive clockwise.
-        outside_deg: Whole degrees to the arc; 0 in it.
+        outside_deg: Whole degrees to the arc; 0 inside it.
+        match, best: Match at this turn and at the best one, 0 to 100.
     """
 
     turn_deg: int
@@ -126,18 +128,18 @@ class ShotVerdict:
 
 
 def is_panorama(path: Path) -> bool:
-    """Tell a whole panorama from a photograph by its shape, without decoding a pixel.
+    """Return whether a file has the shape of a whole panorama, without decoding its pixels.
 
-    Raises `CoreError` when it cannot be read.
+    Raises `CoreError` if it cannot be read.
     """
     columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
 
 
 def read_photo(path: Path, token: Token | None = None) -> Photo:
-    """Read a photograph, at most 1,600 pixels on its longer side.
+    """Read a photo, at most 1,600 pixels on its longer side.
 
-    Raises `CoreError` when it is missing, damaged, no photograph, or too large; `Cancelled`.
+    Raises `CoreError` if it is missing, damaged, not a photo, or too large; `Cancelled`.
     """
     photo = read_picture(path, _LONGEST, token)
     if min(photo.size) < _SHORTEST:
@@ -156,7 +158,7 @@ def read_photo(path: Path, token: Token | None = None) -> Photo:
 def locate_photo(
     photo: Photo, index: HeadingIndex, token: Token | None = None, report: Report = silent
 ) -> PhotoLocation:
-    """Find from where a photograph was taken, with the sitter's own angle in it.
+    """Find the direction in which a photo was taken, and the sitter's angle in it.
 
     Raises `Cancelled`.
     """
@@ -166,7 +168,7 @@ def locate_photo(
         return PhotoLocation("unsure", confidence=heading.confidence)
     angle = _angle(search.sitter, heading.fov_deg)
     facing = turn_of_heading(heading.heading_deg, sitter_deg=angle or 0.0)
-    # A sitter who was not found may be anywhere in the picture.
+    # An undetected sitter may be anywhere in the picture.
     confidence = heading.confidence * (_NO_SITTER if angle is None else 1.0)
     return PhotoLocation(
         "found", heading.heading_deg, facing, angle, heading.fov_deg, confidence, search.mirrored
@@ -174,10 +176,10 @@ def locate_photo(
 
 
 def lens_azimuth(location: PhotoLocation, face: Face, columns: int) -> float | None:
-    """Azimuth in the panorama of the lens from a face; None where the background tells nothing.
+    """Return the panorama azimuth of the lens from a face; None if the photo is not located.
 
     Args:
-        columns: Of the picture that the face was found in.
+        columns: Width of the picture that contains the face.
     """
     if location.heading_deg is None or location.fov_deg is None:
         return None
@@ -195,12 +197,12 @@ def search_photo(
     *,
     mirrored: bool | None = None,
 ) -> PhotoSearch:
-    """Look for a photograph in the panorama, with what is known of it first and then with less.
+    """Search for a photo in the panorama, first with all that is known about it, then with less.
 
     Args:
-        fov_deg: Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried
-            first: the picture may have been cropped since.
-        mirrored: Whether the picture is a mirror image; None tries both.
+        fov_deg: Horizontal field of view, deg, if the user stated it. That of EXIF is only tried
+            first: the photo may be cropped.
+        mirrored: Whether the photo is a mirror image; None to try both.
 
     Raises `Cancelled`.
     """
@@ -209,7 +211,7 @@ def search_photo(
     first = fov_deg or photo.fov_deg
     for flip in (False, True) if mirrored is None else (mirrored,):
         if search.agree >= _AGREE:
-            break  # from elsewhere, perhaps, but the right way round
+            break  # perhaps from elsewhere, but not mirrored
         search.with_sitter = None
         picture = photo.flipped.picture if flip else photo.picture
         report(0.5 * flip, _SEARCH)
@@ -234,19 +236,19 @@ def search_photo(
 
 @dataclass(slots=True)
 class _Trials:
-    """What has been found so far of a photograph whose EXIF states a field of view, or does not."""
+    """Results so far for a photo, with or without a field of view stated in EXIF."""
 
     stated_deg: float | None
     best: PhotoSearch = field(default_factory=lambda: PhotoSearch(UNSURE))
     spare: PhotoSearch | None = None
     agree: int = 0  # points, at most
-    most: float = 0.0  # the same of a camera with the stated lens that stands anywhere
-    with_sitter: Heading | None = None  # the answer that holds to the person in the picture
+    most: float = 0.0  # the same for a camera with the stated lens in any position
+    with_sitter: Heading | None = None  # the result that uses the person in the picture
 
     def ends(
         self, match: HeadingMatch, width: float | None, sitter: Sitter | None, mirrored: bool
     ) -> bool:
-        """Take in one more answer, and tell whether it is the last."""
+        """Add a result, and return whether it is the last."""
         search = PhotoSearch(self._judge(match, width, sitter), sitter, mirrored)
         evidence = match.evidence
         if self.stated_deg is not None and width is None:
@@ -269,7 +271,7 @@ class _Trials:
         return False
 
     def _judge(self, match: HeadingMatch, width: float | None, sitter: Sitter | None) -> Heading:
-        """Ask for more proof where somebody was seen and is ignored; two that agree need less."""
+        """Require more confidence if a person is ignored, and less if two results agree."""
         alone, with_sitter = to_heading(match, 0.0), self.with_sitter
         case = 0 if sitter is not None else 1 if with_sitter is not None else 2
         if sitter is not None:
@@ -289,10 +291,10 @@ def _alike(one: Heading, other: Heading) -> bool:
 
 
 def _with_agreement(search: PhotoSearch, stated_deg: float, is_explained: bool) -> PhotoSearch:
-    """Hold a field of view that was estimated against what EXIF states.
+    """Compare an estimated field of view with the one stated in EXIF.
 
-    That was tried before. So what is found now needs more proof, and no camera with the lens that
-    EXIF states, wherever it stands, may explain the picture better.
+    The stated one was tried before. So a different result needs more confidence, and no camera with
+    the stated lens, in any position, may explain the picture better.
     """
     heading = search.heading
     if heading.heading_deg is None:
@@ -311,7 +313,7 @@ def _refusal(heading: Heading) -> Heading:
 
 
 def _as_stored(search: PhotoSearch) -> PhotoSearch:
-    """Give the roll of the picture as it is."""
+    """Return the search with the roll of the unmirrored photo."""
     if not search.mirrored:
         return search
     heading = search.heading
@@ -322,7 +324,7 @@ def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
     try:
         return find_sitter(picture, fov_deg, keen=True)
     except CoreError:
-        # Without its network no sitter is found; the background still is.
+        # Without the network no sitter is found, but the background still is.
         return None
 
 
@@ -332,7 +334,7 @@ def _heading_match(
     try:
         return compare(sight, index, fov_deg, sitter_deg=sitter_deg)
     except cv2.error:
-        # A picture that the library cannot work on is one without a heading.
+        # A picture that OpenCV cannot process has no heading.
         return None
 
 
@@ -344,7 +346,7 @@ def judge(turn_deg: float, goal: Goal, result: StyleResult) -> ShotVerdict:
     """Return how far a turn misses the light.
 
     Args:
-        turn_deg: Turn of the photograph, deg.
+        turn_deg: Turn of the photo, deg.
     """
     guidance, _ = guide(goal, Reading(turn_deg, 0.0))
     turn = whole(turn_deg)
@@ -352,7 +354,7 @@ def judge(turn_deg: float, goal: Goal, result: StyleResult) -> ShotVerdict:
     if turn == whole(result.turn_refined_deg):
         here = result.match
     elif float(result.match_curve.max()) <= result.match + 1e-6:
-        # Between the turns of the grid the curve may rise a little above its best.
+        # Between the turns of the grid, the curve may rise slightly above its best.
         here = min(here, result.match)
     return ShotVerdict(
         turn_deg=turn,

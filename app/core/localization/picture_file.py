@@ -1,7 +1,7 @@
-"""Pictures from files: within bounds, upright, with what their EXIF says of time and lens.
+"""Read picture files: within size limits, upright, with time and lens from EXIF.
 
-Files come from anywhere: how large a picture is, is judged before any of it is decoded, nothing but
-an ordinary file is opened, and a file that ends too early is said to.
+Files are untrusted: the size is checked before anything is decoded, only regular files are opened,
+and truncated files are reported.
 """
 
 from __future__ import annotations
@@ -49,23 +49,23 @@ if TYPE_CHECKING:
     from OpenImageIO import ImageInput
 
 
-_WIDEST: Final = 4096  # finer detail than a camera shows behind a sitter
+_WIDEST: Final = 4096  # finer than the detail that a camera shows behind a sitter
 _NARROWEST: Final = 512
-_CIRCLED: Final = 700  # pixels of the longer side in which circles are looked for
+_CIRCLED: Final = 700  # pixels of the longer side when searching for circles
 _PICTURES: Final = (b"\xff\xd8", b"\x89PNG", b"II*\0", b"MM\0*")
 
 
 def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
-    """Read a panorama as a picture.
+    """Read a panorama as a display picture.
 
     Args:
-        path: OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture that is a whole
-            equirectangular panorama; it is levelled where it says how it was tilted.
+        path: OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture of a whole
+            equirectangular panorama. It is levelled if its metadata state the tilt.
 
     Returns:
         (H, 2 H, 3) uint8. sRGB, 512 to 4,096 columns.
 
-    Raises `CoreError` when it is missing, damaged, too large, too small, or no whole panorama;
+    Raises `CoreError` if it is missing, damaged, too large, too small, or not a whole panorama;
     `Cancelled`.
     """
     file = Path(path)
@@ -87,7 +87,7 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
 
 
 def shows_circles(file: Path, token: Token | None = None) -> bool:
-    """Whether a picture, of any proportions, shows two unstitched fisheye circles.
+    """Return whether a picture, of any proportions, shows two unstitched fisheye circles.
 
     Raises as `read_picture`.
     """
@@ -95,7 +95,7 @@ def shows_circles(file: Path, token: Token | None = None) -> bool:
 
 
 def _is_picture(file: Path) -> bool:
-    """Whether it starts as an ordinary picture does; what cannot be read is the reader's to say."""
+    """Return whether a file starts like an ordinary picture; unreadable files count as pictures."""
     try:
         with open_file(file) as stream:
             return stream.read(8).startswith(_PICTURES)
@@ -144,7 +144,7 @@ _FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
 RAW_ENDINGS: Final = frozenset(
     {".nef", ".nrw", ".cr2", ".cr3", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"}
 )
-"""Endings of cameras' raw files, whose preview is read."""
+"""Suffixes of raw files, of which the preview is read."""
 _JPEG: Final = b"\xff\xd8\xff"
 _FRAMES: Final = (0xC0, 0xC1, 0xC2)  # baseline and progressive
 _LOSSLESS: Final = (0xC3, 0xC7, 0xCB, 0xCF)
@@ -163,16 +163,17 @@ _FRONT: Final = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PictureFile:
-    """A picture as it is to be looked at.
+    """A picture prepared for viewing.
 
     Attributes:
-        picture: (H, W, 3) uint8. sRGB, turned upright as its EXIF orientation says.
-        size: Columns and rows of the file's picture, upright: more than those of `picture` where
-            less was asked for.
-        focal_mm: As on a frame of 36 x 24 mm; None where the file does not state it.
+        picture: (H, W, 3) uint8. sRGB, upright by its EXIF orientation.
+        size: Columns and rows in the file, upright; larger than those of `picture` if it was
+            reduced.
+        taken_at: Time in EXIF; None if not stated.
+        focal_mm: Equivalent focal length on a frame of 36 x 24 mm; None if not stated.
         front_camera: Whether the file states a phone's front camera, whose pictures may be saved
             mirrored.
-        flash: Whether a flash fired; None where the file does not state it.
+        flash: Whether a flash fired; None if not stated.
     """
 
     picture: Bytes = field(repr=False)
@@ -184,14 +185,14 @@ class PictureFile:
 
     @property
     def flipped(self) -> PictureFile:
-        """The mirror image."""
+        """Return the mirror image."""
         return replace(self, picture=np.ascontiguousarray(self.picture[:, ::-1]))
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view by the focal length, deg; wrong where a picture was cropped.
+        """Horizontal field of view from the focal length, deg; wrong for a cropped picture.
 
-        The focal length is meant for the frame's diagonal (CIPA DCG-001).
+        The focal length refers to the frame's diagonal (CIPA DCG-001).
         """
         if self.focal_mm is None:
             return None
@@ -207,10 +208,10 @@ class PictureFile:
 
 
 def picture_size(path: Path | str) -> tuple[int, int]:
-    """Read how large a picture is, without decoding a pixel.
+    """Read the size of a picture without decoding its pixels.
 
     Returns:
-        Columns and rows as they are stored.
+        Columns and rows as stored.
 
     Raises `CoreError` as `read_picture`.
     """
@@ -223,12 +224,12 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     """Read a picture.
 
     Args:
-        path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with
-            a preview; it is only read.
-        longest: Pixels of the longer side that are enough; 0 keeps all of them.
+        path: JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey, or a raw file with a
+            preview.
+        longest: Sufficient length of the longer side, pixels; 0 keeps all of them.
 
-    Raises `CoreError` when it is missing, no ordinary file, no picture of these kinds, damaged, too
-    small or too large; `Cancelled`.
+    Raises `CoreError` if it is missing, not a regular file, not a picture of these kinds, damaged,
+    too small or too large; `Cancelled`.
     """
     path = Path(path)
     with _open(path) as source:
@@ -258,7 +259,7 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
 
 @contextlib.contextmanager
 def _open(path: Path) -> Iterator[ImageInput]:
-    """Open a picture whose size and kind are good; nothing of it is decoded yet."""
+    """Open a picture after checking its size and format; its pixels are not decoded yet."""
     _check_file(path)
     with tempfile.TemporaryDirectory() if _is_raw(path) else nullcontext("") as folder:
         picture_path = _preview(path, Path(folder)) if folder else path
@@ -282,7 +283,7 @@ def _is_raw(path: Path) -> bool:
 
 
 def _preview(path: Path, folder: Path) -> Path:
-    """Put the largest JPEG of a camera's raw file into a folder."""
+    """Save the largest JPEG of a camera's raw file in a folder."""
     preview = folder / "preview.jpg"
     with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
         preview.write_bytes(_largest_jpeg(path))
@@ -303,7 +304,7 @@ def _largest_jpeg(path: Path) -> bytes:
 
 
 def _jpeg_pixels(data: mmap, at: int) -> int:
-    """How many pixels a JPEG has; 0 for a lossless one, as the raw picture itself may be."""
+    """Return the pixel count of a JPEG; 0 for a lossless one, such as the raw picture itself."""
     at += 2
     for _ in range(_MOST_SEGMENTS):
         mark, length = data[at : at + 2], int.from_bytes(data[at + 2 : at + 4])
@@ -325,7 +326,7 @@ def _check_file(path: Path) -> None:
         except (FileNotFoundError, NotADirectoryError) as error:
             missing = tr("There is no file {path}.", path=path)
             raise CoreError(missing, tr("Check the name.")) from error
-    # A pipe would be waited for, and a device has no end.
+    # A pipe would block, and a device has no end.
     if not stat.S_ISREG(about.st_mode):
         raise CoreError(
             tr("{name} is not a picture file.", name=path.name), tr("Give the name of a picture.")
@@ -338,10 +339,10 @@ def _check_file(path: Path) -> None:
 
 
 def _check_head(path: Path) -> None:
-    """Say what to do about the pictures of phones that nothing here reads."""
+    """Raise an error with advice for phone formats that the program cannot read."""
     with os_errors_as(CoreError, tr("{path} cannot be read: {reason}."), path=path):
         head = read_start(path, _HEAD_BYTES)
-    # ISO base media file: a box "ftyp" comes first, with the brands (ISO 23008-12).
+    # ISO base media file: starts with a box "ftyp" and the brands (ISO 23008-12).
     if head[4:8] == b"ftyp" and any(brand in head[8:] for brand in _HEIF):
         raise CoreError(
             tr("{name} is a HEIC picture, which Turnlight cannot read.", name=path.name),
@@ -367,7 +368,7 @@ def _check(source: ImageInput, name: str) -> None:
 
 
 def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
-    """Decode by rows, a whole number of pixels to one where less is enough, (H, W, 3) uint8."""
+    """Decode by rows, averaging whole blocks of pixels if fewer are enough, (H, W, 3) uint8."""
     spec = source.spec()
     height, width = int(spec.height), int(spec.width)
     step = max(max(height, width) // longest, 1) if longest > 0 else 1
@@ -400,7 +401,7 @@ def _small(picture: Bytes, longest: int) -> Bytes:
 
 
 def _raw_said(path: Path) -> dict[str, Any]:
-    """Tags of the raw file itself, where it is a kind of TIFF: previews often have none."""
+    """Return the tags of the raw file itself if it is a TIFF: previews often have none."""
     source = open_image(path)
     if source is None:
         return dict.fromkeys(_TAGS)
@@ -409,12 +410,12 @@ def _raw_said(path: Path) -> dict[str, Any]:
 
 
 def _metadata(spec: Any) -> dict[str, Any]:
-    """Tags as they stand there, None where there are none: texts of damaged headers too."""
+    """Return the stored tags, None for missing ones; texts of damaged headers included."""
     return {name: stated_value(spec, name) for name in _TAGS}
 
 
 def _time(words: Any, offset: Any) -> datetime | None:
-    """Read a time of EXIF, with its offset from UTC where it is stated."""
+    """Parse an EXIF time, with its offset from UTC if it is stated."""
     for text, form in ((f"{words}{offset}", "%Y:%m:%d %H:%M:%S%z"), (words, "%Y:%m:%d %H:%M:%S")):
         with contextlib.suppress(ValueError):
             return datetime.strptime(str(text).strip("\0 "), form)

@@ -1,20 +1,19 @@
 """Align a second capture at the same spot with the first.
 
-Whoever sets a camera down again never sets it down as before. The turn between the two captures is
-found from what both show, so that the azimuth where the photographer stands, and every turn marked,
-stay where they are in the world.
+A camera is never put down exactly as before. The turn between two captures is found from the
+objects that both show, so that the azimuth of the photographer and every marked turn stay where
+they are in the world.
 
 RootSIFT features (Lowe 2004; Arandjelovic and Zisserman 2012) are found on the equirectangular
-pictures themselves: both cameras stand upright, so a thing appears at about the same height in both
-and is stretched alike. Contrast is evened out first (CLAHE), so that exposure and a moved sun
-matter little.
+pictures themselves: both cameras are upright, so an object appears at about the same height in both
+and is stretched alike. Contrast is equalised first (CLAHE), so that exposure and a moved sun matter
+little.
 
-A rotation is found by random pairs (RANSAC, Fischler and Bolles 1981) and refined to all that is
-roughly in place. Set down elsewhere by some centimetres, a camera sees near things shifted by
-several degrees, and no rotation fits them; but each pair of directions still lies in one plane
-with the way the camera moved (the epipolar constraint, Longuet-Higgins 1981): t . (a x R b) = 0.
-Rotation R and direction of the move t are fitted to that by Gauss-Newton steps with Tukey's
-weights.
+A rotation is found from random pairs (RANSAC, Fischler and Bolles 1981) and refined on all pairs
+that roughly fit. A camera that was moved by a few centimetres sees near objects shifted by several
+degrees, which no rotation fits. But each pair of directions still lies in one plane with the
+direction of the camera's move (the epipolar constraint, Longuet-Higgins 1981): t . (a x R b) = 0.
+Rotation R and the direction of the move t are fitted to that by Gauss-Newton with Tukey's weights.
 """
 
 from __future__ import annotations
@@ -48,11 +47,11 @@ _SECTORS: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class PanoramaPose:
-    """A rotation from the second panorama to the first, and what speaks for it."""
+    """A rotation from the second panorama to the first, and its evidence."""
 
-    rotation: Float64  # (3, 3), takes directions in the second panorama to directions in the first
+    rotation: Float64  # (3, 3), from directions in the second panorama to directions in the first
     error_deg: float  # standard error, deg: jackknife over eight sectors of the horizon
-    seeds: int  # pairs within 3 deg of the best pure rotation: none can be expected elsewhere
+    seeds: int  # pairs within 3 deg of the best pure rotation; none are expected in another place
     points: int
     sectors: int
     shift_deg: float
@@ -62,8 +61,9 @@ class PanoramaPose:
 def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
     """Find the rotation between two panoramas.
 
-    `a` and `b`: (M, 3) float64, unit vectors to the same things in the first and in the second
-    panorama; many may be wrong.
+    Args:
+        a, b: (M, 3) float64. Unit vectors to the same objects in the first and the second panorama;
+            many may be wrong.
     """
     start = _by_trial(a, b)
     if start is None:
@@ -71,7 +71,7 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
     rotation, seeds = start
     for window in _WIDE_DEG:
         away = _angles(a, b @ rotation.T)
-        # The sum of angles rather than of their squares: nearly all things are far enough away.
+        # The sum of angles rather than of their squares: nearly all objects are far enough away.
         weights = np.clip(1.0 - (away / (2.0 * window)) ** 2, 0.0, 1.0) ** 2 / np.maximum(away, 1.0)
         rotation = fit_rotation(a * weights[:, None], b)
     keep = _angles(a, b @ rotation.T) < _KEEP_DEG
@@ -83,11 +83,11 @@ def find_pose(a: Float64, b: Float64) -> PanoramaPose | None:
 
 
 def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
-    """Rotation of an upright camera that puts most pairs in place, and how many."""
+    """Return the rotation of an upright camera that fits most pairs, and their number."""
     count = len(a)
     if count < 8:
         return None
-    # Chance that repeats: the same two pictures always give the same answer.
+    # Seeded: the same two pictures always give the same result.
     chance = np.random.default_rng(_SEED)
     i, j = chance.integers(0, count, _TRIALS), chance.integers(0, count, _TRIALS)
     cosine = (a[i] * a[j]).sum(axis=1)
@@ -105,27 +105,31 @@ def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
 
 
 def _triads(first: Float64, second: Float64) -> Float64:
-    """(N, 3, 3) axes made of two directions, one column each."""
+    """Return axes made of two directions, (N, 3, 3), one column each."""
     across = np.cross(first, second)
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     return np.stack([first, np.cross(across, first), across], axis=-1)
 
 
 def _angles(a: Float64, b: Float64) -> Float64:
-    """(N,) angles between unit vectors, deg."""
+    """Return the angles between unit vectors, (N,), deg."""
     chord = np.linalg.norm(a - b, axis=1)
     return np.asarray(np.degrees(2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))), np.float64)
 
 
 def fit_rotation(a: Float64, b: Float64) -> Float64:
-    """Least-squares rotations from b to a, (..., M, 3) each; a may be weighted (Kabsch 1976)."""
+    """Return least-squares rotations from b to a (Kabsch 1976).
+
+    Args:
+        a, b: (..., M, 3) float64. Directions; `a` may be weighted.
+    """
     left, _, right = np.linalg.svd(a.swapaxes(-1, -2) @ b)
     left[..., 2] *= np.linalg.det(left @ right)[..., None]
     return np.asarray(left @ right, np.float64)
 
 
 def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float64, Float64]:
-    """Fit rotation and direction of the move; with them the weights of the pairs."""
+    """Fit the rotation and the direction of the move, and return them with the pairs' weights."""
     normals = np.cross(a, b @ rotation.T)
     even = 1.0 / np.maximum((normals**2).sum(axis=1, keepdims=True), 1e-5)
     move = np.linalg.eigh((normals * even).T @ normals)[1][:, 0]
@@ -143,7 +147,7 @@ def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float
 def _linear(
     a: Float64, b: Float64, rotation: Float64, move: Float64
 ) -> tuple[Float64, Float64, Float64, Float64]:
-    """Errors, Tukey weights, slopes by rotation and move, and the two directions of the move."""
+    """Return errors, Tukey weights, derivatives by rotation and move, and two axes of the move."""
     rotated = b @ rotation.T
     normals = np.cross(a, rotated)
     error: Float64 = normals @ move
@@ -155,7 +159,7 @@ def _linear(
 
 
 def _solve(slopes: Float64, error: Float64, weights: Float64) -> Float64:
-    """Damped step: where nothing moved, the direction of the move is anybody's guess."""
+    """Solve for a damped step: without a move, its direction is arbitrary."""
     normal = (slopes * weights[:, None]).T @ slopes
     damping = 1e-6 * len(error) * np.ones(5)
     damping[3:] += 1e-3 * float(np.trace(normal[3:, 3:])) + 1e-9
@@ -186,7 +190,7 @@ def _judge(
 
 
 def _error_deg(a: Float64, b: Float64, rotation: Float64, move: Float64, part: Int64) -> float:
-    """Jackknife over the sectors that hold anything."""
+    """Return the jackknife error over the non-empty sectors, deg."""
     error, weights, slopes, _ = _linear(a, b, rotation, move)
     sectors = [k for k in range(_SECTORS) if bool((weights[part == k] > 0.25).any())]
     if len(sectors) < 3:
@@ -202,23 +206,24 @@ def _error_deg(a: Float64, b: Float64, rotation: Float64, move: Float64, part: I
 
 _SIZE: Final = (512, 1024)
 _PAD: Final = 64
-_ROWS: Final = (80, 402)  # from 62 degrees up to 51 down: beyond, pictures are torn apart
+_ROWS: Final = (80, 402)  # from 62 degrees up to 51 down: beyond, pictures are too distorted
 _MOST: Final = 2000
 _RATIO: Final = 0.85
 
 
 @dataclass(frozen=True, slots=True)
 class PanoramaFeatures:
-    """Things seen in a panorama."""
+    """Feature points of a panorama."""
 
-    vectors: Float64  # (N, 3), unit vectors to them, panorama axes of `app.core.base.sphere`
+    vectors: Float64  # (N, 3), unit vectors, panorama axes of `app.core.base.sphere`
     descriptors: Float32  # (N, 128), RootSIFT, of length 1
 
 
 def features(picture: Bytes) -> PanoramaFeatures:
     """Find features in a panorama.
 
-    `picture`: (h, 2 h, 3) uint8, sRGB picture of any size; 1024 x 512 are looked at.
+    Args:
+        picture: (h, 2 h, 3) uint8. sRGB, of any size; searched at 1024 x 512.
     """
     shape = picture.shape
     if picture.dtype != np.uint8 or len(shape) != 3 or shape[2] != 3 or shape[1] != 2 * shape[0]:
@@ -243,10 +248,10 @@ def features(picture: Bytes) -> PanoramaFeatures:
 
 
 def matched(first: PanoramaFeatures, second: PanoramaFeatures) -> tuple[Float64, Float64]:
-    """Pair the features of two panoramas that look alike, each with the other's best.
+    """Match the features of two panoramas that are each other's best match.
 
-    Returns two (M, 3) float64: unit vectors to the same things in the first and the second
-    panorama.
+    Returns:
+        Two (M, 3) float64: unit vectors to the same objects in the first and the second panorama.
     """
     if len(first.vectors) < 2 or len(second.vectors) < 2:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -262,7 +267,7 @@ def matched(first: PanoramaFeatures, second: PanoramaFeatures) -> tuple[Float64,
     return first.vectors[good], second.vectors[best[good]]
 
 
-# Of all pairs of the 23 places tried, none had more than five seeds; the same place with another
+# Of all pairs of the 23 test places, none had more than five seeds; the same place with another
 # exposure, noise, blur and yaw had 70 or more.
 _LEAST_SEEDS: Final = 14
 _LEAST_POINTS: Final = 20
@@ -280,46 +285,45 @@ _TILTED_DEG: Final = 1.0
 class Registration:
     """Alignment of a second capture with the first."""
 
-    # how far the second camera was turned clockwise (from above) against the first, deg in (-180,
-    # 180]: what is at azimuth a in the second is at a + yaw in the first. 0 where it is not
-    # trusted
+    # clockwise turn (from above) of the second camera against the first, deg in (-180, 180]:
+    # azimuth a in the second is a + yaw in the first. 0 if not trusted
     yaw_deg: float
-    tilt_deg: float  # by how much it leaned differently, deg
-    error_deg: float  # standard error, deg; infinite where nothing was found
-    # median angle by which things moved because the camera stood elsewhere: 2 deg are some 7 cm
-    # where walls are 2 m away
+    tilt_deg: float  # difference in lean, deg
+    error_deg: float  # standard error, deg; infinite if nothing was found
+    # median angle by which objects moved because of the camera's new position: 2 deg are about 7 cm
+    # with walls 2 m away
     shift_deg: float
     points: int
     trusted: bool
-    # (3, 3), takes directions in the second to directions in the first;
-    # `app.core.base.sphere.remap_frame` by it lays the second picture on the first. The identity
-    # where it is not trusted
+    # (3, 3), from directions in the second to directions in the first;
+    # `app.core.base.sphere.remap_frame` with it aligns the second picture with the first. The
+    # identity if not trusted
     rotation: Float64 = field(repr=False)
 
     @property
     def turned(self) -> bool:
-        """Whether the camera was set down the other way round, by more than chance."""
+        """Whether the camera was turned, by more than chance."""
         return abs(self.yaw_deg) >= _TURNED_DEG
 
     @property
     def tilted(self) -> bool:
-        """Whether it leaned differently, by more than chance."""
+        """Whether the camera leaned differently, by more than chance."""
         return self.tilt_deg >= _TILTED_DEG
 
     def carried(self, azimuth_deg: float) -> float:
-        """Return an azimuth of the first capture in the second, deg.
-
-        The result is in the second panorama, in (-180, 180].
-        """
+        """Convert an azimuth of the first capture to the second, in (-180, 180] deg."""
         return wrap(azimuth_deg - self.yaw_deg)
 
 
 def register_again(first: Bytes, second: Bytes) -> Registration:
     """Align a second panorama of a spot with the first.
 
-    `first` and `second`: (h, 2 h, 3) uint8, sRGB display panoramas of any size. Exposure and light
-    may differ, the yaw be any, the tilt small, and the camera stand some centimetres off.
-    The result is not trusted where the two show different places, or too little.
+    The result is not trusted if the two show different places, or too little.
+
+    Args:
+        first, second: (h, 2 h, 3) uint8. sRGB display panoramas of any size. Exposure, light and
+            yaw may differ, the tilt must be small, and the camera may have moved by some
+            centimetres.
     """
     pose = find_pose(*matched(features(first), features(second)))
     if pose is None:

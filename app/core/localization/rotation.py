@@ -1,16 +1,16 @@
-"""Where a camera points, from points it shares with a panorama that was taken where the sitter is.
+"""Find a camera's rotation from points that it shares with a panorama taken at the sitter.
 
-The camera stands some way off and looks at the place where the probe stood. So it is not a mere
-rotation: what it sees has moved. But its centre lies on the line through the sitter, and a point of
-the scene, the probe and the camera span a plane that contains this line; seen along the line to the
-sitter, a point therefore stays *in the same direction from the sitter* and only comes nearer to
-them, by the factor z / (z + d) for a point z behind the sitter and a camera d in front. For the
-points of one plane 1 + d / z is a linear function of the place in the picture. The fit knows this:
-a rotation, that linear function, and where in the picture the line to the sitter is, which is known
-about as well as a detector finds a face. Residuals are trusted across the line to the sitter and
-hardly along it, where the depth of each point may differ from the plane's.
+The camera is some distance away and looks at the position of the probe, so its picture is not just
+a rotated one: objects have moved. But its centre lies on the line through the sitter, and a point
+of the scene, the probe and the camera span a plane that contains this line. Seen along the line to
+the sitter, a point therefore stays *in the same direction from the sitter* and only moves closer to
+them, by the factor z / (z + d) for a point at z behind the sitter and a camera at d in front. For
+the points of one plane, 1 + d / z is a linear function of the position in the picture. The fit uses
+this. Its unknowns are a rotation, that linear function, and the position in the picture of the line
+to the sitter, which is known about as well as a detector finds a face. Residuals count across the
+line to the sitter and hardly along it, where the depth of each point may differ from the plane's.
 
-Axes of the camera are right, down, front.
+The camera's axes are right, down, front.
 """
 
 from __future__ import annotations
@@ -25,33 +25,36 @@ from app.core.base.arrays import Bools, Float64, Int64
 
 MOST_PITCH_DEG: Final = 40.0
 MOST_ROLL_DEG: Final = 25.0
-"""For a portrait no camera is held more askew."""
+"""Largest roll of a camera in a portrait, deg."""
 
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama, and back
 
 _LEAST_PAIRS: Final = 6
-_SPREAD: Final = 0.06  # radians: closer pairs fix no rotation
-_LOOSE: Final = 0.05  # radians, about 3 deg, of a hypothesis
+_SPREAD: Final = 0.06  # radians: closer pairs do not determine a rotation
+_LOOSE: Final = 0.05  # radians, about 3 deg, for a hypothesis
 
 _ACROSS: Final = 0.0035  # radians: noise of a point across the line to the sitter
-_ALONG: Final = 0.12  # of its distance from the sitter: depth that is not the plane's
+_ALONG: Final = 0.12  # share of its distance from the sitter: depth that is not the plane's
 _ROUNDS: Final = 12
 _INSIDE: Final = 3.0  # standard deviations
 _TILT_SPREAD: Final = 0.4  # of the plane, per unit of the picture plane
-_AHEAD: Final = 0.2  # cosine: what is further to the side is taken to be behind the camera
+_AHEAD: Final = 0.2  # cosine: points further to the side count as behind the camera
 _UNKNOWNS: Final = 8
-_LEVEL_SPREAD: Final = 0.1  # radians: how far the camera is above or below the probe's height
+_LEVEL_SPREAD: Final = 0.1  # radians: height of the camera relative to the probe
 
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """What is known of a camera before a point is compared.
+    """Prior knowledge about a camera, before any point is compared.
 
     Attributes:
-        sitter: Where the line to the probe's place is in the picture plane, x / z, positive to the
+        sitter: Position of the line to the probe in the picture plane, x / z, positive to the
             right.
-        zoom: Least and greatest enlargement of the picture plane: 1 + d / z, times whatever the
-            field of view is wrong by.
+        sitter_spread: Standard deviation of `sitter`.
+        zoom: Smallest and largest enlargement of the picture plane: 1 + d / z, times the error of
+            the field of view.
+        likely: Most likely enlargement and its standard deviation.
+        sitter_known: Whether `sitter` was measured rather than assumed.
     """
 
     sitter: float = 0.0
@@ -63,14 +66,15 @@ class Outlook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraPose:
-    """How a camera is turned.
+    """A camera's rotation.
 
     Attributes:
         rotation: (3, 3) float64. From the camera's axes (right, down, front) to the panorama's.
-        sitter: (2,) float64. Where the line to the probe's place is in the picture plane.
-        plane: (3,) float64. Enlargement less 1 in the middle of the picture, and its slopes to the
+        sitter: (2,) float64. Position of the line to the probe in the picture plane.
+        plane: (3,) float64. Enlargement minus 1 in the middle of the picture, and its slopes to the
             right and down.
         inside: (N,) bool. Points that agree.
+        error_rad: Standard error of the heading, radians.
     """
 
     rotation: Float64
@@ -90,12 +94,12 @@ class CameraPose:
         return sphere.angles_of(self.rotation @ _AXES)
 
     def predict(self, rays: Float64) -> Float64:
-        """Where the panorama should show points of `fit`, unit vectors in camera axes, (N, 3)."""
+        """Predict the directions of `fit`'s points: unit vectors in camera axes, (N, 3)."""
         spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
         return unit_rays(self.sitter + (rays - self.sitter) * spread[:, None])
 
     def zooms(self, rays: Float64, bearings: Float64) -> Float64:
-        """Return how much each point is enlarged, away from the sitter; nan near them.
+        """Return the enlargement of each point, measured from the sitter; nan close to them.
 
         Args:
             rays: (N, 2) float64. As in `fit`.
@@ -112,7 +116,7 @@ class CameraPose:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """What the fit moves."""
+    """The unknowns of the fit."""
 
     rotation: Float64
     sitter: Float64
@@ -138,14 +142,16 @@ def fit(
         rays: (N, 2) float64. Points in the camera's picture plane, x / z and y / z (right and
             down).
         bearings: (N, 3) float64. The same points in the panorama, unit vectors in its axes.
+        outlook: Prior knowledge; the default assumes a sitter in the middle.
+        tries: Random pairs of points to try.
 
     Returns:
-        None where no rotation explains even a few of them.
+        None if no rotation explains even a few of them.
     """
     if len(rays) < _LEAST_PAIRS:
         return None
     prior = outlook or Outlook()
-    # From the camera's axes to those of one that has the sitter on its axis.
+    # From the camera's axes to those of one with the sitter on its axis.
     facing = sphere.from_vector(np.array([0.0, -np.arctan(prior.sitter), 0.0]))
     pairs = np.random.default_rng(0).integers(0, len(rays), (tries, 2))
     start = _search(_rotate(rays, facing), bearings, prior.zoom, pairs)
@@ -159,11 +165,12 @@ def fit(
 def rescaled(
     pose: CameraPose, rays: Float64, bearings: Float64, factor: float, outlook: Outlook
 ) -> CameraPose | None:
-    """Fit again, from a pose, once the lens is known better.
+    """Refine a pose once the lens is known better.
 
     Args:
-        rays: (N, 2) float64. What it was found with.
+        rays: (N, 2) float64. Points in the picture plane of the old lens.
         bearings: (N, 3) float64. As in `fit`.
+        factor: Scale of the picture plane from the old lens to the new one.
     """
     plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
     state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)
@@ -178,10 +185,12 @@ def _rotate(rays: Float64, rotation: Float64) -> Float64:
 def _search(
     rays: Float64, bearings: Float64, limits: tuple[float, float], pairs: Int64
 ) -> tuple[Float64, float, Bools] | None:
-    """Try pairs of points: two of them fix a rotation and a zoom.
+    """Try pairs of points, each of which determines a rotation and a zoom.
 
-    Returns the best rotation, of a camera that has the sitter on its axis, its zoom, and which
-    points agree.
+    Returns:
+        The best rotation, for a camera with the sitter on its axis; its zoom; and a mask of the
+        points
+        that agree.
     """
     first, second = pairs.T
     angle_between = _angle(bearings[first], bearings[second])
@@ -206,7 +215,7 @@ def _search(
 def _best(
     rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64
 ) -> tuple[Float64, float, Bools]:
-    """Choose the rotation that most points agree with."""
+    """Choose the rotation with the most points that agree."""
     zoomed = unit_rays(rays[None], zoom[:, None])
     away_squared = 2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2)
     scores = np.maximum(1.0 - away_squared / _LOOSE**2, 0.0).sum(axis=1)
@@ -217,7 +226,7 @@ def _best(
 def _refine(
     rays: Float64, bearings: Float64, state: _State, inside: Bools, prior: Outlook
 ) -> CameraPose | None:
-    """Gauss-Newton with weights that fall off for points that do not agree."""
+    """Refine by Gauss-Newton with robust weights."""
     weights = inside.astype(float)
     normal = np.eye(_UNKNOWNS)
     for step in range(_ROUNDS):
@@ -244,7 +253,7 @@ def _refine(
 
 
 def _priors(state: _State, prior: Outlook) -> tuple[Float64, Float64]:
-    """Mean and standard deviation of plane and sitter: the sitter is about at the horizon."""
+    """Return mean and standard deviation of plane and sitter, who is near the horizon."""
     level = float(np.clip(state.rotation[1, 2], -0.7, 0.7))
     horizon = level / np.sqrt(1.0 - level * level)  # up in the world is down in the picture
     mean = np.array([prior.likely[0] - 1.0, 0.0, 0.0, prior.sitter, horizon])
@@ -253,9 +262,9 @@ def _priors(state: _State, prior: Outlook) -> tuple[Float64, Float64]:
 
 
 def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64, Float64]:
-    """Linearise: rows of unknowns (rotation, plane, sitter), and right side.
+    """Linearise the fit: return rows of unknowns (rotation, plane, sitter), and the right side.
 
-    Two rows a point, across and along the line to the sitter, each divided by its deviation.
+    Each point has two rows, across and along the line to the sitter, divided by their deviations.
     """
     px, py = _projected(rotated).T
     x, y = rays.T
@@ -280,7 +289,7 @@ def _equations(rays: Float64, rotated: Float64, state: _State) -> tuple[Float64,
 
 
 def _deviation(rays: Float64, rotated: Float64, state: _State) -> Float64:
-    """How many standard deviations each point is off; infinite behind the camera."""
+    """Return each point's error in standard deviations; infinite behind the camera."""
     apart = rays - state.sitter
     spread = 1.0 + state.plane[0] + rays @ state.plane[1:]
     miss = _projected(rotated) - state.sitter - apart * spread[:, None]
@@ -291,12 +300,12 @@ def _deviation(rays: Float64, rotated: Float64, state: _State) -> Float64:
 
 
 def _projected(rotated: Float64) -> Float64:
-    """Vectors in camera axes in its picture plane, (N, 2)."""
+    """Project vectors in camera axes to the picture plane, (N, 2)."""
     return np.asarray(rotated[:, :2] / np.maximum(rotated[:, 2:], _AHEAD))
 
 
 def _directions(apart: Float64) -> tuple[Float64, Float64, Float64]:
-    """Return unit vectors outward from the sitter and across, (N, 2); distances, (N,)."""
+    """Return unit vectors outward from the sitter and across, (N, 2), and distances, (N,)."""
     far = np.linalg.norm(apart, axis=1)
     along = apart / np.maximum(far, 1e-9)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -308,19 +317,19 @@ def _along(far: Float64) -> Float64:
 
 
 def unit_rays(rays: Float64, zoom: Float64 | float = 1.0) -> Float64:
-    """Rays (..., 2) zoomed by (...) as unit vectors, (..., 3)."""
+    """Return rays, (..., 2), zoomed by (...), as unit vectors, (..., 3)."""
     flat = rays * np.asarray(zoom)[..., None]
     full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
     return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))
 
 
 def _angle(first: Float64, second: Float64) -> Float64:
-    """Angles between unit vectors, radians, precise for small ones."""
+    """Return the angles between unit vectors, radians, precise for small ones."""
     return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1)))
 
 
 def _frames(first: Float64, second: Float64) -> Float64:
-    """Right-handed axes from pairs of unit vectors, (K, 3, 3), one axis a column."""
+    """Return right-handed axes from pairs of unit vectors, (K, 3, 3), one axis per column."""
     middle = first + second
     middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-12)
     side = np.cross(first, second)
@@ -329,7 +338,7 @@ def _frames(first: Float64, second: Float64) -> Float64:
 
 
 def _upright(rotations: Float64) -> Bools:
-    """Which of the cameras a person might hold: not upside down, nor at the ceiling."""
+    """Return which cameras could be handheld: not upside down, and not aimed at the ceiling."""
     pitch = np.degrees(np.arcsin(np.clip(rotations[:, 1, 2], -1.0, 1.0)))
     roll = np.degrees(np.arctan2(-rotations[:, 1, 0], -rotations[:, 1, 1]))
     return np.asarray((np.abs(pitch) < MOST_PITCH_DEG) & (np.abs(roll) < MOST_ROLL_DEG))

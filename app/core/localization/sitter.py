@@ -1,16 +1,16 @@
 """Find the sitter's head in a picture.
 
-Where a face shows, its landmarks say so (`app.core.faces.finder`). Elsewhere, as far away, a small
-network looks for heads that face the camera, more or less, in the picture at three sizes; what it
-finds is looked at once more, close to and in the mirror, before it is believed. The two looks
-cancel each other's leaning to one side, so that what is found is the *middle of the head*, between
-the ears, and not the middle of the half of a face that the light shows.
+If a face is visible, its landmarks locate the head (`app.core.faces.finder`). Otherwise, for
+example when the sitter is far away, a small network searches the picture at three sizes for heads
+that roughly face the camera. Each candidate is checked once more in a close-up and its mirror
+image. Their errors to one side cancel out, so the result is the *middle of the head*, between the
+ears, and not the middle of the lit half of a face.
 
 The network is `resources/sitter/heads.onnx`, made by `scripts/train_sitter.py` from rendered people
-(CREDITS.md beside it). It sees grey values, their local mean taken away and divided by their local
-deviation: exposure, white balance and half shadows leave little trace in that. Seven convolutions
-with rectifiers between them give, for each cell of 8 x 8 pixels, how likely the middle of a head
-lies in it, how far from the cell's middle it is, and how tall the head is.
+(CREDITS.md beside it). Its input is grey values minus their local mean, divided by their local
+deviation, which removes most effects of exposure, white balance and shadow. Seven convolutions with
+rectifiers between them output, for each cell of 8 x 8 pixels, the likelihood that it contains the
+middle of a head, the offset from the cell's centre, and the height of the head.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from app.core.text import tr
 
 Kind: TypeAlias = Literal["face", "person"]
 
-_CELL: Final = 8  # pixels from one answer of the network to the next
-_USUAL_PX: Final = 26.0  # height of a head for which the network answers 0
-_CLOSE: Final = ((96, 28.0), (112, 36.0))  # side of the second looks, height of the head there
+_CELL: Final = 8  # pixels between two outputs of the network
+_USUAL_PX: Final = 26.0  # height of a head for which the network outputs 0
+_CLOSE: Final = ((96, 28.0), (112, 36.0))  # side of the close-ups, and height of the head in them
 _NEAR_SIDE: Final = 160
 _SIDES: Final = (320, 160, 80)  # longer side of the picture, pixels: heads from 4 to 60 % of it
 _WINDOW: Final = 31  # pixels, for the local mean and deviation
-_FLOOR: Final = 6.0  # grey levels: noise in an even wall is not made into a pattern
+_FLOOR: Final = 6.0  # grey levels: keeps noise on an even wall from becoming a pattern
 
 _WORTH_A_LOOK: Final = 0.3
 _SURE: Final = 0.85
@@ -48,14 +48,15 @@ _BELIEVED_NEAR: Final = 0.55
 _BELIEVED_KEEN: Final = 0.75
 _LIKELY_TALL: Final = (0.075, 0.27)  # height over distance: 23 cm from 3 m to 85 cm
 _MOST_LOOKS: Final = 3
-_LEAST_TALL: Final = 0.05  # of the picture's longer side: who is smaller is 4 m away and no sitter
-_UNSEEN: Final = 1e-4  # likelihood where a look shows nothing
+# of the picture's longer side: a smaller person is 4 m away and not the sitter
+_LEAST_TALL: Final = 0.05
+_UNSEEN: Final = 1e-4  # likelihood if a close-up shows nothing
 _LEAST_SIDE: Final = 32
 _LIVE_SIDE: Final = 640
 _BELIEVED_FACE: Final = 0.5
-_HEAD_MARKS: Final = (234, 454, 10, 152)  # landmarks beside the ears, at hairline and chin
-_CROWN: Final = 1.3  # from chin to crown by that from chin to hairline
-_ALONE: Final = threading.Lock()  # a network keeps what it is fed
+_HEAD_MARKS: Final = (234, 454, 10, 152)  # landmarks beside the ears, at the hairline and chin
+_CROWN: Final = 1.3  # from chin to crown, over chin to hairline
+_ALONE: Final = threading.Lock()  # a network keeps its input
 _WIDE: Final = 0.74  # width of a head over its height, crown to chin
 
 
@@ -64,11 +65,14 @@ class Sitter:
     """The sitter's head in a picture.
 
     Attributes:
+        column: Middle of the head as a share of the width, 0 at the left edge.
         angle_deg: The same as a horizontal angle from the camera's axis, deg, positive to the right
-            in the picture as the camera took it.
-        box: The head from crown to chin and cheek to cheek: left, top, right, bottom as shares of
-            width and height. It may reach beyond the picture.
-        kind: "face" for a head that was seen, "person" for a body whose head was not.
+            in the unmirrored picture.
+        box: Head from crown to chin and cheek to cheek: left, top, right, bottom as shares of width
+            and height. It may extend beyond the picture.
+        kind: "face" for a visible head, "person" for a body without one.
+        confidence: 0 to 1.
+        face: Landmarks, if a face was found.
     """
 
     column: float
@@ -81,7 +85,7 @@ class Sitter:
 
 @dataclass(frozen=True, slots=True)
 class _HeadBox:
-    """A head in pixels of the picture: middle, height from crown to chin, likelihood."""
+    """A head in pixels of the picture: centre, height from crown to chin, likelihood."""
 
     x: float
     y: float
@@ -94,17 +98,17 @@ def find_sitter(
 ) -> Sitter | None:
     """Find the head of the sitter, or of the person in view.
 
-    Of several people it is the one whose head is largest and surest.
+    If there are several people, the largest and most certain head counts.
 
     Args:
-        frame: (H, W, 3) uint8. sRGB, as the camera took it: not mirrored.
+        frame: (H, W, 3) uint8. sRGB, not mirrored.
         fov_deg: Horizontal field of view, deg, in (0, 180).
-        near: The last one found: the search begins there, at a quarter of the cost, and continues
-            everywhere when the head is gone.
-        keen: Whether there is but this one picture, taken of somebody: a head as large as one seems
-            from 1 to 3 m is then believed earlier.
+        near: The previous result: the search starts there, at a quarter of the cost, and continues
+            everywhere if the head is gone.
+        keen: Whether this is a single photo of somebody: a head as large as one from 1 to 3 m away
+            then needs less certainty.
 
-    Raises `CoreError` when the program's own network is missing or damaged.
+    Raises `CoreError` if the program's own network is missing or damaged.
     """
     height, width = frame.shape[:2]
     if min(height, width) < _LEAST_SIDE:
@@ -122,7 +126,7 @@ def find_sitter(
 
 
 def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
-    """The face that was there before, or the largest one.
+    """Return the previous face if it is still there, or the largest one.
 
     Live pictures are searched at half size or less: the next one comes soon.
     """
@@ -137,7 +141,7 @@ def _largest_face(frame: Bytes, near: Sitter | None, keen: bool) -> Face | None:
 
 
 def _head_of(face: Face) -> _HeadBox:
-    """The head around a face: its middle lies between the ears."""
+    """Return the head around a face; its middle is between the ears."""
     right, left, forehead, chin = face.landmarks[list(_HEAD_MARKS)].astype(np.float64)
     up = forehead - chin
     tall = _CROWN * float(np.linalg.norm(up))
@@ -161,7 +165,7 @@ def _sitter(
 
 
 def background_mask(sitter: Sitter, shape: tuple[int, int]) -> Bools:
-    """Return what of a picture is not the sitter: a rough outline of head, hair and body.
+    """Return a mask of the background: everything except a rough outline of head, hair and body.
 
     Args:
         shape: Rows and columns of the mask; any size.
@@ -194,7 +198,11 @@ def _point(x: float, y: float) -> tuple[int, int]:
 
 
 def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _HeadBox | None:
-    """Find the largest and surest head; one of a likely height, pixels, is believed earlier."""
+    """Find the largest and most certain head.
+
+    Args:
+        likely: Range of heights, pixels, in which a head needs less certainty.
+    """
     heads: list[_HeadBox] = []
     longer = max(grey.shape)
     for side in _SIDES:
@@ -230,7 +238,7 @@ def _found_near(grey: Bytes, near: Sitter) -> _HeadBox | None:
 
 
 def _looked_again(grey: Bytes, head: _HeadBox) -> _HeadBox | None:
-    """Look close to, at two sizes, plainly and in the mirror; all the looks count together."""
+    """Check a head in close-ups at two sizes, plain and mirrored, and combine all results."""
     width = grey.shape[1]
     mirrored = _HeadBox(width - head.x, head.y, head.tall, head.score)
     pairs: list[tuple[_HeadBox, _HeadBox]] = []
@@ -253,7 +261,7 @@ def _looked_again(grey: Bytes, head: _HeadBox) -> _HeadBox | None:
 
 
 def _together(scores: list[float]) -> float:
-    """Return the likelihood whose log odds are the mean of some likelihoods' log odds."""
+    """Return the likelihood whose log odds are the mean of the log odds of several likelihoods."""
     likely = [min(max(one, _UNSEEN), 1.0 - _UNSEEN) for one in scores]
     odds = sum(math.log(one / (1.0 - one)) for one in likely) / len(likely)
     return 1.0 / (1.0 + math.exp(-odds))
@@ -265,7 +273,7 @@ def _nearest(heads: list[_HeadBox], target: _HeadBox) -> _HeadBox | None:
 
 
 def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> list[_HeadBox]:
-    """Look at a square around a head, resized so that the head has a height of `tall_px`."""
+    """Find heads in a square around a head, resized to make that head `tall_px` high."""
     cut = max(round(side * head.tall / tall_px), 8)
     left, top = round(head.x - cut / 2.0), round(head.y - cut / 2.0)
     rows, columns = grey.shape
@@ -274,7 +282,7 @@ def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> lis
     if x1 - x0 < 2 or y1 - y0 < 2:
         return []
     edges = (y0 - top, top + cut - y1, x0 - left, left + cut - x1)
-    # What is beyond the picture's edge is blank, as in the pictures the network learnt from.
+    # Outside the picture is blank, as in the network's training pictures.
     how = cv2.INTER_AREA if cut > side else cv2.INTER_LINEAR
     square = cv2.copyMakeBorder(grey[y0:y1, x0:x1], *edges, borderType=cv2.BORDER_REPLICATE)
     small = np.asarray(cv2.resize(square, (side, side), interpolation=how), np.uint8)
@@ -286,7 +294,7 @@ def _heads_around(grey: Bytes, head: _HeadBox, side: int, tall_px: float) -> lis
 
 
 def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
-    """Keep the surest of those that are one head, surest first."""
+    """Keep the most certain of overlapping heads, in descending order."""
     distinct: list[_HeadBox] = []
     for head in sorted(heads, key=lambda h: -h.score):
         if all(
@@ -300,7 +308,7 @@ def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
 
 
 def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
-    """Return heads of 14 to 46 pixels, surest first, in pixels of the picture looked at."""
+    """Return heads of 14 to 46 pixels, the most certain first, in pixels of the given picture."""
     answers = _answers(grey, network)
     likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
     rows, columns = np.nonzero(likely >= _WORTH_A_LOOK)
@@ -331,20 +339,20 @@ def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
 
 
 def _answers(grey: Bytes, network: Any) -> Float32:
-    """Return a network's answers (h, w, 4) for the cells of a grey picture."""
+    """Return a network's outputs, (h, w, 4), for the cells of a grey picture."""
     with _ALONE:
         network.setInput(cv2.dnn.blobFromImage(prepared(grey)))
         return np.moveaxis(network.forward()[0], 0, -1)
 
 
 def prepared(grey: Bytes) -> Float32:
-    """Take the local mean away and divide by the local deviation.
+    """Subtract the local mean and divide by the local deviation.
 
     Args:
         grey: (H, W) uint8. sRGB.
 
     Returns:
-        (H, W) float32. What the network sees.
+        (H, W) float32. The network's input.
     """
     values = grey.astype(np.float32)
     mean = cv2.blur(values, (_WINDOW, _WINDOW))

@@ -1,26 +1,25 @@
-"""Filters over live pictures: steady numbers, lens, sitter, still camera.
+"""Filters over live pictures: steady numbers, lens, sitter, stationary camera.
 
-Numbers stand still when nothing moves, and follow at once when something does. An average that is
-long enough to still the jitter of a measurement lags behind a motion; one that follows a motion
-jitters. So the shown value is held on a *leash*: wherever the measurement goes, the shown value is
-never further behind than the leash is long, and within that it only creeps after it. The leash,
-three times the jitter, shortens while the measurement keeps going one way. It bounds the lag by
-construction, at any speed and with any pause between two measurements.
+A number should not move when nothing moves, and follow at once when something does. An average long
+enough to remove the jitter of a measurement lags behind a motion; a shorter one jitters. So the
+number on screen is held on a *leash*: it is never further behind the measurement than the length of
+the leash, and within that it only creeps after it. The leash, three times the jitter, shortens
+while the measurement keeps moving one way. It limits the lag at any speed and with any pause
+between two measurements.
 
-The width of the lens is the median of the last estimates, once these agree. The sitter stays where
-they were for a moment when a picture does not show them. From time to time the whole picture is
-searched for them again, and they are believed to be where most of the last searches found them: a
-lamp or a pot that once looked like a head is not followed for long.
+The width of the lens is the median of the last estimates, once they agree. The sitter's position
+stays for a moment when a picture does not show them. From time to time the whole picture is
+searched again, and the position found by most of the last searches counts, so that a lamp or a pot
+that once looked like a head is not followed for long.
 
-A camera may also stay where it is while the photographer walks.
+A camera may also be left behind while the photographer walks. A handheld camera moves: even a
+photographer who stands still sways by tenths of a degree. A laptop on the ground, or a camera on a
+stand, shows the same background to a hundredth of that. If such a camera should turn, and the
+person in its picture walks, comes closer or leaves it, then somebody follows the guidance without
+the camera, and gets a message.
 
-Whoever holds a camera moves it: even one who stands and waits sways by tenths of a degree. A laptop
-left on the ground, or a camera on a stand, shows the same background to a hundredth of that. When
-such a camera is asked to turn, and the person in its picture walks, comes nearer, or goes out of
-it, then somebody follows the guidance without the camera, and is told so.
-
-Nothing is said while the person only waits before a camera on a stand, while the camera is held in
-the hands, inside the tolerance arc, or before a wall without any marks, where motion is invisible.
+There is no message while the person only waits in front of a camera on a stand, while the camera is
+handheld, inside the tolerance arc, or in front of a featureless wall, where motion is invisible.
 """
 
 from __future__ import annotations
@@ -39,10 +38,10 @@ from app.core.localization.sitter import Sitter, background_mask
 
 _ESTIMATES: Final = 9
 _ENOUGH: Final = 3
-_SPREAD: Final = 0.08  # median deviation over the median, of estimates that agree
-_AGAIN_S: Final = 4.0  # a zoom may have been turned, or another lens taken
+_SPREAD: Final = 0.08  # median deviation over the median, for estimates that agree
+_AGAIN_S: Final = 4.0  # a zoom may have been turned, or the lens changed
 
-_STEP_DEG: Final = 12.0  # a sitter who moves no more between two pictures is the same
+_STEP_DEG: Final = 12.0  # a sitter who moves less between two pictures is the same
 _STAYS_S: Final = 1.5
 _LOOK_AGAIN_S: Final = 0.3
 _SEARCH_AGAIN_S: Final = 0.7
@@ -51,10 +50,11 @@ _SEARCHES: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Width:
-    """How wide a lens seems to be.
+    """Estimates of a lens's field of view.
 
     Attributes:
-        estimates: The last ones, horizontal fields of view in deg.
+        estimates: The last ones, horizontal, deg.
+        time_s: Time of the last one, seconds.
     """
 
     estimates: tuple[float, ...] = ()
@@ -67,7 +67,7 @@ class Width:
 
     @property
     def known_deg(self) -> float | None:
-        """What several estimates agree on, deg; None where they do not."""
+        """Field of view on which several estimates agree, deg; None if they do not."""
         middle = self.likely_deg
         if middle is None or len(self.estimates) < _ENOUGH:
             return None
@@ -75,22 +75,23 @@ class Width:
         return middle if spread <= _SPREAD * middle else None
 
     def due(self, now_s: float) -> bool:
-        """Tell whether another estimate would be good."""
+        """Return whether another estimate is due."""
         return self.known_deg is None or now_s - self.time_s >= _AGAIN_S
 
 
 def read(width: Width, fov_deg: float, now_s: float) -> Width:
-    """Take an estimate of the field of view.
+    """Add an estimate of the field of view.
 
     Args:
         fov_deg: Horizontal, deg.
+        now_s: Time of the estimate, seconds.
     """
     return Width((*width.estimates, fov_deg)[-_ESTIMATES:], now_s)
 
 
 @dataclass(frozen=True, slots=True)
 class Company:
-    """Who is in the picture."""
+    """The person in the picture."""
 
     sitter: Sitter | None = None
     seen_s: float = -math.inf
@@ -100,19 +101,19 @@ class Company:
     searched_s: float = -math.inf
 
     def due(self, now_s: float) -> bool:
-        """Tell whether to look again: always for who is there, now and then for who is not."""
+        """Return whether to search again: always for a present person, else occasionally."""
         return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
 
     def near(self, now_s: float) -> Sitter | None:
-        """Return whom to look around first; None when it is time to search the whole picture."""
+        """Return the person to search around first; None to search the whole picture."""
         return None if now_s - self.searched_s >= _SEARCH_AGAIN_S else self.sitter
 
 
 def update_company(company: Company, sitter: Sitter | None, now_s: float) -> Company:
-    """Take what was seen of the sitter in a picture."""
+    """Update the person with the result for a new picture."""
     before = company.sitter
     around = company.near(now_s)
-    # Somebody who is not where they were looked for first was found by a search of everything.
+    # A person away from the previous position was found by a search of the whole picture.
     if around is None or (sitter is not None and not _near(sitter, around)):
         searches = company.searches if sitter is None else (*company.searches, sitter)[-_SEARCHES:]
         company = replace(company, searches=searches, searched_s=now_s)
@@ -126,7 +127,7 @@ def update_company(company: Company, sitter: Sitter | None, now_s: float) -> Com
 
 
 def _likelier(before: Sitter, sitter: Sitter, searches: tuple[Sitter, ...]) -> Sitter | None:
-    """Keep to the one who is followed, or take another whom more searches found; None: wait."""
+    """Keep the current person, or switch to one that more searches found; None: wait."""
     if _near(sitter, before):
         return sitter
     here, there = (sum(_near(one, each) for each in searches) for one in (before, sitter))
@@ -139,7 +140,14 @@ def _near(first: Sitter, second: Sitter) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Leash:
-    """How values of one kind are held still; units are those of the value."""
+    """Damping for values of one kind, in the unit of the value.
+
+    Attributes:
+        length: Largest lag.
+        slow_per_s: Speed of a measurement, per second, that halves the leash.
+        creep_s: Time constant of the approach within the leash, seconds.
+        speed_s: Time constant of the speed, seconds.
+    """
 
     length: float
     slow_per_s: float
@@ -149,12 +157,13 @@ class Leash:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steady:
-    """Values as shown, and what the next step needs.
+    """Steadied values, and the state for the next step.
 
     Attributes:
         position: (...) float64. The steadied values.
         measured: (...) float64. The last measurement.
-        speed: (...) float64. Of the measurements, a second.
+        speed: (...) float64. Speed of the measurements, per second.
+        time_s: Time of the last measurement, seconds.
     """
 
     position: Float64 = field(repr=False)
@@ -164,23 +173,23 @@ class Steady:
 
     @classmethod
     def at(cls, measured: Float64, time_s: float) -> Steady:
-        """Begin with a measurement.
+        """Start with a measurement.
 
         Args:
-            measured: (...) float64. It is shown as it is.
+            measured: (...) float64. Also becomes the steadied value.
         """
         value = np.array(measured, np.float64)
         return cls(value, value, np.zeros_like(value), time_s)
 
 
 def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> Steady:
-    """Take a measurement.
+    """Add a measurement.
 
     Args:
         measured: (...) float64. Of the same shape; angles unwrapped, so that no step between two is
-            a whole circle.
-        time_s: When it was taken; one that is not later than the last changes the value and no
-            speed.
+            a full circle.
+        time_s: Its time; a measurement that is not later than the last one changes the value but
+            not the speed.
     """
     value = np.array(measured, np.float64)
     pause = max(time_s - before.time_s, 0.0)
@@ -195,16 +204,16 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
 
 ASKED_DEG: Final = 8.0
-"""So far the arc has to be away; no one walks for less."""
+"""Least distance to the arc, deg; nobody walks for less."""
 
 STILL_S: Final = 4.0
-"""So long the camera has to have stood still."""
+"""Time for which the camera must have been still, seconds."""
 
-_SIDE: Final = 160  # longer side of the picture that is compared, pixels
+_SIDE: Final = 160  # longer side of the compared picture, pixels
 _SEARCHED_PX: Final = 3
 _STEADY_PX: Final = 0.25  # 0.1 deg with a field of view of 60 deg
 _LIKENESS: Final = 0.5
-_HEADING_DEG: Final = 4.0  # beyond the noise of a heading found twice from one place
+_HEADING_DEG: Final = 4.0  # beyond the noise between two headings from the same position
 _WINDOW: Final = 15
 _FLOOR: Final = 4.0  # grey levels
 
@@ -217,7 +226,7 @@ _GONE_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class _Trace:
-    """Where a person has been in the picture; columns in widths of the head as it was first."""
+    """Path of a person in the picture; columns in widths of the head at its start."""
 
     unit: float
     column: float
@@ -230,7 +239,7 @@ class _Trace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stillness:
-    """What has been seen since the camera stands still; begin with `STILL`."""
+    """Observations since the camera came to a stop; start with `STILL`."""
 
     left_behind: bool = False
     since_s: float | None = None
@@ -240,7 +249,7 @@ class Stillness:
 
 
 STILL: Final = Stillness()
-"""Nothing has been seen yet."""
+"""No observations yet."""
 
 
 def watch(
@@ -252,13 +261,15 @@ def watch(
     heading_deg: float | None = None,
     sitter: Sitter | None = None,
 ) -> Stillness:
-    """Take a picture.
+    """Update the observations with a new picture.
 
     Args:
         frame: (H, W, 3) uint8. sRGB.
-        asked_deg: How far it still is to the tolerance arc, deg, whichever way round; 0 inside of
-            it. None where no turn is asked for.
-        heading_deg: Where the camera points, deg; None where that is not known.
+        now_s: Time of the picture, seconds.
+        asked_deg: Distance to the tolerance arc, deg, in either direction; 0 inside it. None if no
+            turn is wanted.
+        heading_deg: Heading of the camera, deg; None if unknown.
+        sitter: Person in the picture.
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
         return STILL
@@ -274,7 +285,7 @@ def watch(
 
 
 def _same(state: Stillness, picture: Float32, heading_deg: float | None) -> bool:
-    """Tell whether the camera stands as it did when it came to stand still."""
+    """Return whether the camera is still where it came to a stop."""
     before = state._picture
     if before is None or before.shape != picture.shape:
         return False
@@ -291,7 +302,7 @@ def _has_turned(before_deg: float | None, now_deg: float | None) -> bool:
 
 
 def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
-    """Return the background's marks, free of exposure; 0 where there are none or a person is."""
+    """Return the background's texture, independent of exposure; 0 where flat or on a person."""
     scale = _SIDE / max(frame.shape[:2])
     size = (max(round(frame.shape[1] * scale), 16), max(round(frame.shape[0] * scale), 16))
     small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)
@@ -305,9 +316,9 @@ def _marks(frame: Bytes, sitter: Sitter | None) -> Float32:
 
 
 def _shift(before: Float32, now: Float32) -> tuple[float, float]:
-    """Return how alike two pictures are at best, and how many pixels they are apart then."""
+    """Return the best correlation of two pictures, and their shift there, pixels."""
     edge = _SEARCHED_PX
-    # A person is blank in either picture, and speaks for no shift.
+    # A person is blank in either picture, and does not count.
     inner = now[edge:-edge, edge:-edge]
     likeness = np.asarray(cv2.matchTemplate(before, inner, cv2.TM_CCORR_NORMED), np.float32)
     _, best, _, (column, row) = cv2.minMaxLoc(likeness)
@@ -319,7 +330,7 @@ def _shift(before: Float32, now: Float32) -> tuple[float, float]:
 
 
 def _peak(values: Float32, at: int) -> float:
-    """Return how far the top of the parabola through three values is from the middle one."""
+    """Return the offset of the peak of the parabola through three values from the middle one."""
     if not 0 < at < len(values) - 1:
         return 0.0
     left, middle, right = (float(values[at + k]) for k in (-1, 0, 1))
@@ -336,7 +347,7 @@ def _walked(walk: _Trace | None, sitter: Sitter | None, now_s: float) -> _Trace 
         unit = max(right - left, 1e-3)
         column = sitter.column / unit
         return _Trace(unit, column, tall, (column, column), (tall, tall), now_s, now_s)
-    # Smoothed, so that one mistaken picture does not make a walk.
+    # Smoothed, so that one wrong picture does not make a walk.
     share = 1.0 - math.exp(-min(max(now_s - walk.last_s, 0.0), 0.5 * _SMOOTH_S) / _SMOOTH_S)
     column = walk.column + share * (sitter.column / walk.unit - walk.column)
     tall = walk.tall + share * (tall - walk.tall)
@@ -351,7 +362,7 @@ def _walked(walk: _Trace | None, sitter: Sitter | None, now_s: float) -> _Trace 
 
 
 def _has_moved(walk: _Trace | None, now_s: float) -> bool:
-    """Tell whether a person has walked, come nearer or gone away, or left the picture."""
+    """Return whether a person has walked, come closer, moved away or left the picture."""
     if walk is None:
         return False
     if walk.columns[1] - walk.columns[0] >= _WALK:

@@ -1,13 +1,13 @@
 """Track the heading from picture to picture.
 
-`track` takes a picture and the `Track` that the last one gave. While the camera is followed only
-what lies around its last heading is searched; after three pictures without a heading everything is.
-A heading that does not follow from the last one has to be *seen twice*, unless nothing is known any
-more and the picture leaves no doubt. What is shown is steadied
-(`app.core.localization.temporal_filters`), the background behind the sitter as one value: a camera
-that only pans changes heading and sitter's angle against each other, and the turn not at all.
+`track` takes a picture and the `Track` of the previous one. While tracking, only the surroundings
+of the last heading are searched; after three pictures without a heading, the whole panorama is. A
+heading that does not follow from the last one must be *seen twice*, unless nothing is known any
+more and the picture leaves no doubt. The results are steadied
+(`app.core.localization.temporal_filters`), with the background behind the sitter as one value: a
+camera that only pans changes heading and sitter's angle in opposite directions, and not the turn.
 
-A picture without a heading shows none; whoever shows the number decides how long an old one stays
+A picture without a heading has no number; the display decides how long the old one stays
 (`app.core.guidance.guide` keeps it for a second).
 """
 
@@ -49,36 +49,35 @@ from app.core.localization.temporal_filters import (
 Status: TypeAlias = Literal["lost", "searching", "tracking"]
 
 _LEASH: Final = Leash(0.95, 4.0)  # degrees; a heading's jitter is 0.1 to 0.3
-_PATIENCE: Final = 3  # pictures without a heading, before everything is searched
-_FORGET_S: Final = 2.0  # after so long a camera may point anywhere
-_STEP_DEG: Final = 8.0  # so far a heading may be from where it was expected,
-_STEP_PER_S: Final = 45.0  # and so much more for each second since
+_PATIENCE: Final = 3  # pictures without a heading before everything is searched
+_FORGET_S: Final = 2.0  # after that time, a camera may point anywhere
+_STEP_DEG: Final = 8.0  # how far a heading may be from its prediction,
+_STEP_PER_S: Final = 45.0  # and how much more for each second since
 _CERTAIN: Final = 0.9
 _CONFIDENCE_S: Final = 0.4
-_NO_SITTER: Final = 0.7  # of the confidence: the sitter may be anywhere in the picture
+_NO_SITTER: Final = 0.7  # factor for the confidence: the sitter may be anywhere in the picture
 
 
 @dataclass(frozen=True, slots=True)
 class Seeing:
-    """The functions that look at a picture; replaced in tests and simulations."""
+    """The functions that analyse a picture; replaced in tests and simulations."""
 
     heading: Callable[..., Heading] = find_heading
     sitter: Callable[[Bytes, float, Sitter | None], Sitter | None] = find_sitter
 
 
 SEEING: Final = Seeing()
-"""As in the program."""
+"""The program's own functions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackMemory:
-    """State between pictures; not shown.
+    """State between pictures; not for display.
 
     Attributes:
-        steady: Heading and background behind the sitter, (2,) deg, unwrapped; None when nothing is
-            known.
-        rival: tuple of float or None. Heading that waits to be seen again, deg, and when it was
-            seen.
+        steady: Heading and background behind the sitter, (2,) deg, unwrapped; None if unknown.
+        misses: Pictures since the last heading.
+        rival: Heading that waits for confirmation, deg, and its time, s; None if there is none.
     """
 
     steady: Steady | None = None
@@ -94,17 +93,17 @@ class Track:
     """The tracked heading; start with `LOST`.
 
     Attributes:
-        status: ``tracking``: there is a heading; ``searching``: there was one, or there may be one
-            that has yet to be confirmed; ``lost``: not found.
+        status: ``tracking``: there is a heading; ``searching``: there was one, or one waits for
+            confirmation; ``lost``: not found.
         heading_deg: Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None
             unless tracking.
-        raw: What was found in the last picture; None before the first.
-        sitter: The sitter, or who else is in the picture; None if it shows no person.
-        confidence: That the turn is right to 3 deg, 0 to 1: lower if no person is seen, or not
-            for certain. 0 unless tracking.
-        fov_deg: The camera's horizontal field of view, deg: as given, or as learnt; None while
-            unknown.
-        background_deg: Panorama azimuth of what lies behind the sitter, deg in (-180, 180],
+        raw: Result of the last picture; None before the first.
+        sitter: The sitter, or another person in the picture; None if it shows no person.
+        confidence: Probability that the turn is right to 3 deg, 0 to 1; lower if no person is
+            detected for certain. 0 unless tracking.
+        fov_deg: The camera's horizontal field of view, deg, given or estimated; None while unknown.
+        left_behind: Whether the camera was left behind while the photographer walks.
+        background_deg: Panorama azimuth of the background behind the sitter, deg in (-180, 180],
             steadied; None unless tracking.
     """
 
@@ -121,16 +120,16 @@ class Track:
 
     @property
     def pending(self) -> bool:
-        """Whether another look would say more, even at the very same picture.
+        """Whether another search would give more information, even on the same picture.
 
-        So it is while a heading waits to be seen again, and until everything was searched.
+        True while a heading waits for confirmation, and until everything has been searched.
         """
         return self.memory.rival is not None or 0 < self.memory.misses <= _PATIENCE
 
     def turn_deg(
         self, looks: Looks = Looks.SITTER, mode: Mode = Mode.WALK, front_deg: float = 0.0
     ) -> float | None:
-        """Return how far the sitter has turned, in (-180, 180] deg; None unless tracking."""
+        """Return the sitter's turn, in (-180, 180] deg; None unless tracking."""
         if self.heading_deg is None:
             return None
         behind = self.heading_deg if self.background_deg is None else self.background_deg
@@ -144,7 +143,7 @@ class Track:
 
 
 LOST: Final = Track()
-"""Nothing is known yet."""
+"""The track before the first picture."""
 
 
 def track(
@@ -158,16 +157,18 @@ def track(
     asked_deg: float | None = None,
     seeing: Seeing = SEEING,
 ) -> Track:
-    """Take a picture.
+    """Update the track with a picture.
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
-        fov_deg: The camera's horizontal field of view, deg; None when it is unknown, and to be
-            learnt.
+        fov_deg: The camera's horizontal field of view, deg; None to estimate it.
+        state: Track of the previous picture.
+        now_s: Time of the picture, seconds; any origin.
         sees_sitter: Whether the person in the picture is the sitter, see
-            `app.core.localization.heading_conversion.sees_sitter`. A person is never background.
-        asked_deg: How far it still is to the light, deg, as for
-            `app.core.localization.temporal_filters.watch`; None where no turn is asked for.
+            `app.core.localization.heading_conversion.sees_sitter`. A person never counts as
+            background.
+        asked_deg: Distance to the light, deg, as for
+            `app.core.localization.temporal_filters.watch`; None if no turn is wanted.
     """
     memory = state.memory
     lens_deg = memory.width.known_deg if fov_deg is None else fov_deg
@@ -230,14 +231,14 @@ def _look(
 
 
 def _width_due(memory: TrackMemory, now_s: float) -> bool:
-    """Whether to estimate the field of view: when due, and in every other search of everything."""
+    """Return whether to estimate the field of view: when due, and in every second full search."""
     if memory.width.known_deg is not None and _near(memory, now_s) is None:
         return memory.misses % 2 == 1
     return memory.width.due(now_s)
 
 
 def _near(memory: TrackMemory, now_s: float) -> float | None:
-    """Where to look first; None for everywhere."""
+    """Return the heading to search around first; None for everywhere."""
     if memory.rival is not None:
         return memory.rival[0]
     if memory.steady is None or memory.misses >= _PATIENCE:
@@ -246,7 +247,7 @@ def _near(memory: TrackMemory, now_s: float) -> float | None:
 
 
 def _predict(steady: Steady, now_s: float) -> float:
-    """Heading by now of a camera that continues as it did, unwrapped deg."""
+    """Extrapolate the heading of a camera that keeps its speed, unwrapped deg."""
     pause = min(max(now_s - steady.time_s, 0.0), 0.3)
     return float(steady.measured[0] + steady.speed[0] * pause)
 
@@ -267,7 +268,7 @@ def _judge(heading: Heading, state: Track, now_s: float, sees_sitter: bool) -> T
 
 
 def _follows(heading_deg: float, memory: TrackMemory, now_s: float) -> bool:
-    """Whether a heading is where a turning camera can have got to since the last one."""
+    """Return whether a turning camera could have reached a heading since the last one."""
     steady = memory.steady
     if steady is None or now_s - steady.time_s > _FORGET_S:
         return False
@@ -283,7 +284,7 @@ def _seen_twice(heading_deg: float, memory: TrackMemory, now_s: float) -> bool:
 
 
 def _beyond_doubt(heading: Heading, memory: TrackMemory, now_s: float) -> bool:
-    """Whether one picture is enough: nothing speaks against it, and it is certain."""
+    """Return whether one picture is enough: it is certain, and nothing contradicts it."""
     steady = memory.steady
     is_tracking = steady is not None and memory.misses < _PATIENCE
     fresh = steady is not None and now_s - steady.time_s <= _FORGET_S
@@ -316,7 +317,7 @@ def _believe(
 
 
 def _confidence(state: Track, now_s: float, sees_sitter: bool, afresh: bool) -> float:
-    """Of the last pictures together, so that it does not flicker."""
+    """Return the confidence over the last pictures, so that it does not flicker."""
     confidence = state.raw.confidence if state.raw is not None else 0.0
     if sees_sitter:
         confidence *= _NO_SITTER if state.sitter is None else state.sitter.confidence
@@ -348,13 +349,13 @@ def _company(frame: Bytes, fov_deg: float, state: Track, now_s: float, seeing: S
     try:
         sitter = seeing.sitter(frame, fov_deg, company.near(now_s))
     except CoreError:
-        # Without what finds heads the heading is still worth having.
+        # Without the head detector, the heading is still useful.
         sitter = None
     return update_company(company, sitter, now_s)
 
 
 def _sitter_deg(sitter: Sitter | None, fov_deg: float | None) -> float | None:
-    """Where the sitter is from the axis, deg, with the field of view as it is known by now."""
+    """Return the sitter's angle from the axis, deg, for the latest field of view."""
     if sitter is None or fov_deg is None:
         return None
     return offset_angle(sitter.column, 1, fov_deg)

@@ -1,9 +1,9 @@
 """Views of the panorama: perspective, goal, background, strip.
 
-A view needs the place of each of its pixels in the panorama. Turning a level or tilted camera about
-the vertical only moves these places sideways, so they are computed once for a lens and a pitch, and
-each further azimuth costs one addition and one look-up. Views of panoramas that are finer than the
-view are sampled several times a pixel and averaged, so that nothing flickers while one turns.
+A view needs the panorama position of each of its pixels. Turning a level or tilted camera about the
+vertical only moves these positions sideways, so they are computed once for a lens and a pitch, and
+each further azimuth costs one addition and one look-up. Panoramas finer than the view are sampled
+several times per pixel and averaged, so that nothing flickers during a turn.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ BACKGROUND_SIZE: Final = (128, 136)
 """Columns and rows of the background beside a style."""
 
 BACKGROUND_TALL_DEG: Final = 45.0
-"""Vertical field of view of the background beside a style, however wide it is."""
+"""Vertical field of view of the background beside a style, deg, whatever its width."""
 
 _MOST_SAMPLES: Final = 4  # in each direction of a pixel
 
@@ -58,11 +58,11 @@ class Lens:
 
 
 def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) -> Float64:
-    """Return the directions of some pixels of a view.
+    """Return the directions of pixels of a view.
 
     Args:
-        azimuth_deg, pitch_deg: Where its axis points: panorama azimuth, and up; deg.
-        pixels: (N, 2) float64. Columns and rows; the middle of the first pixel is (0.5, 0.5).
+        azimuth_deg, pitch_deg: Direction of the axis: panorama azimuth, and up; deg.
+        pixels: (N, 2) float64. Columns and rows; the centre of the first pixel is (0.5, 0.5).
 
     Returns:
         (N, 3) float64. Unit vectors in the panorama's axes, see `app.core.base.sphere`.
@@ -83,9 +83,9 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
 
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1; any colour space.
-            Linear light is averaged as it should be, display bytes nearly so.
-        azimuth_deg: Where the axis points, deg.
-        pitch_deg: How far the axis points up, deg, in [-90, 90].
+            Averages are exact for linear light, and nearly so for display values.
+        azimuth_deg: Azimuth of the axis, deg.
+        pitch_deg: Elevation of the axis, deg, in [-90, 90].
 
     Returns:
         Same type, (rows, columns) or (rows, columns, C). The view, in the panorama's colour space.
@@ -101,15 +101,15 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
 def strip_view(
     panorama: Picture, azimuth_deg: float, size: tuple[int, int], wide_deg: float
 ) -> Picture:
-    """Take a strip of a panorama: degrees evenly spread from left to right, verticals upright.
+    """Cut a strip from a panorama: degrees evenly spaced from left to right, verticals upright.
 
-    Rows are spread like a cylinder's, so that things in the middle keep their proportions.
+    Rows are spaced as on a cylinder, so that objects in the middle keep their proportions.
 
     Args:
         panorama: (H, W), or (H, W, C) uint8 or float32. Equirectangular, 2:1.
-        azimuth_deg: In the middle of the strip, deg.
+        azimuth_deg: Azimuth of the strip's middle, deg.
         size: Columns and rows.
-        wide_deg: From edge to edge, deg, at most 360.
+        wide_deg: Width of the strip, deg, at most 360.
 
     Returns:
         Same type, (rows, columns) or (rows, columns, C). The strip.
@@ -129,7 +129,7 @@ def goal_lens(
     looks: Looks = Looks.SITTER,
     mode: Mode = Mode.WALK,
 ) -> Lens:
-    """Return the lens that shows, from where the probe stood, what a camera sees from its place."""
+    """Return the lens that shows the camera's view from the position of the probe."""
     wide = widened_fov(
         lens.fov_deg, camera_m, background_m, sees_the_sitter=sees_sitter(looks, mode)
     )
@@ -149,15 +149,15 @@ def goal_view(
 ) -> Picture:
     """Render the goal view, without the sitter.
 
-    The camera looks straight at the sitter, at eye height, from `camera_m` away. The view is right
-    for a background `background_m` behind the sitter; what is nearer looks a little too large in
-    it, what is further away too small. The azimuth behind the sitter is exact at any distance.
+    The camera looks straight at the sitter, at eye height, from `camera_m` away. The view is exact
+    for a background `background_m` behind the sitter; nearer objects look slightly too large,
+    farther ones too small. The azimuth behind the sitter is exact at any distance.
 
     Args:
-        panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp where it has
-            as many columns as 360 / fov times the view's.
+        panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1. The view is sharp if it has at
+            least 360 / fov times the view's columns.
         goal_deg: Turn to reach, deg.
-        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        front_deg: Panorama azimuth of the photographer at turn 0, deg.
 
     Returns:
         Same type, (rows, columns, C). Not mirrored.
@@ -177,9 +177,10 @@ def background_view(
 
     Args:
         panorama: (H, W, C) uint8 or float32. Equirectangular, 2:1.
-        size: Columns and rows; 128 x 136 beside the panorama, 272 x 136 on a tab of its own. A
-            wider one shows more at the same scale.
-        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        turn_deg: Turn, deg, positive clockwise.
+        size: Columns and rows; 128 x 136 beside the panorama, 272 x 136 on its own tab. A wider
+            view shows more at the same scale.
+        front_deg: Panorama azimuth of the photographer at turn 0, deg.
 
     Returns:
         Same type, (rows, columns, C). `BACKGROUND_TALL_DEG` from top to bottom.
@@ -202,7 +203,7 @@ def _resample(
 
 @lru_cache(maxsize=8)
 def _places(shape: tuple[int, int], lens: Lens, pitch_deg: float) -> tuple[Float32, Float32]:
-    """Return where a view's pixels lie in a panorama when its axis is at azimuth 0."""
+    """Return a view's pixel positions in a panorama, for an axis at azimuth 0."""
     columns, rows = lens.size
     pitch = math.radians(pitch_deg)
     x = ((np.arange(columns) + 0.5 - columns / 2.0) / lens.focal_px).astype(np.float32)
@@ -229,7 +230,7 @@ def _strip_places(
 def _texels(
     shape: tuple[int, int], azimuth: Float32, elevation: Float32
 ) -> tuple[Float32, Float32]:
-    """Columns may lie outside of the panorama, rows not."""
+    """Return panorama positions; columns may be outside the panorama, rows not."""
     height, width = shape
     columns = azimuth * np.float32(width / (2.0 * math.pi)) + np.float32(width / 2.0 - 0.5)
     rows = np.float32(height / 2.0 - 0.5) - elevation * np.float32(height / math.pi)

@@ -1,4 +1,4 @@
-"""Open picture files with OpenImageIO: untrusted input, checked by its header first."""
+"""Open picture files with OpenImageIO; the header of an untrusted file is checked first."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _MOST_BLOCK: Final = 1 << 27  # bytes: 512 rows of RGBA at the largest width
 _MOST_UNPACKED: Final = 1 << 32
-_MOST_HEADER: Final = 1 << 24  # bytes; a preview picture can be in it
+_MOST_HEADER: Final = 1 << 24  # bytes; it may contain a preview picture
 _MOST_ATTRIBUTES: Final = 4096
 _EXR: Final = b"\x76\x2f\x31\x01"
 _TIFF: Final = (".tif", ".tiff", ".tx", ".env", ".sm", ".vsm")
@@ -38,31 +38,31 @@ _KINDS: Final = {
     **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), _TIFF),
     b"BM": (".bmp", ".dib"),
 }
-"""Endings by which OpenImageIO finds the decoder, by the first bytes of a file."""
+"""File suffixes by which OpenImageIO chooses the decoder, keyed by a file's first bytes."""
 _PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 ROUGH: Final = "turnlight:rough"
-"""Attribute of light that is mostly a guess, as that of one photograph."""
+"""Attribute of light that is mostly estimated, such as that from a single photo."""
 SCALE: Final = "turnlight:scale"
-"""Attribute of half floats: what their values are multiplied by to be as they were measured."""
+"""Attribute of half-float files: factor that restores the measured values."""
 CLIPPED: Final = "turnlight.clipped"
 """Channel of an environment: share of each texel that was clipped."""
 UNSEEN: Final = "turnlight.unseen"
-"""Channel of an environment: share of each texel that was filled because nothing shows it."""
+"""Channel of an environment: share of each texel that was filled because no picture shows it."""
 
 COPY_AGAIN: Final = tr("Copy or export it again.")
-"""What to do about a damaged picture."""
+"""Hint for a damaged picture."""
 _misnamed = threading.Lock()
-# OpenEXR, ImfCompression: rows that are packed together.
+# OpenEXR's ImfCompression.h: rows that are packed together.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
 _MOST_PACKED_ROWS: Final = 256
-_SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
+_SAME_PRIMARIES: Final = 2e-3  # tolerance of a chromaticity for rounding in headers
 
 
 def read_start(path: Path, count: int) -> bytes:
     """Read the first bytes of a picture file, before it reaches a decoder.
 
-    Raises `OSError` when it cannot be opened, is not an ordinary file, or has a name that no
-    decoder takes.
+    Raises `OSError` if it cannot be opened, is not a regular file, or has a name that decoders
+    reject.
     """
     with open_file(path) as stream:
         start = stream.read(count)
@@ -74,7 +74,8 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
     """Read the first 16 bytes of a picture; raise an error for a folder or a special file.
 
     Args:
-        a_folder, name_files: Sentence and hint about a folder.
+        error: Class of the error.
+        a_folder, name_files: Sentence and hint for a folder.
     """
     with os_errors_as(error, tr("{file} cannot be read: {reason}."), file=path):
         try:
@@ -89,10 +90,10 @@ def first_bytes(path: Path, error: type[CoreError], a_folder: str, name_files: s
 
 
 def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None:
-    """Open a picture; None if it is not a regular file of a supported format.
+    """Open a picture; return None if it is not a regular file of a supported format.
 
-    Its first bytes choose the decoder: OpenImageIO would offer the file to each of its forty, some
-    of which read all of it first.
+    The file's first bytes choose the decoder. OpenImageIO would try each of its forty decoders,
+    some of which read the whole file first.
     """
     import OpenImageIO as oiio
 
@@ -106,7 +107,7 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
     with _misnamed if misnamed else contextlib.nullcontext():
         oiio.attribute("try_all_readers", int(misnamed))
         source = None
-        with contextlib.suppress(UnicodeError):  # Texts of damaged headers.
+        with contextlib.suppress(UnicodeError):  # damaged headers contain invalid text
             source = oiio.ImageInput.open(native_path(path), config or oiio.ImageSpec())
         oiio.attribute("try_all_readers", 0)
     if source is None and says_memory_short(clear_error()):
@@ -115,9 +116,9 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
 
 
 def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
-    """Read a whole picture file for another decoder, once its header is checked.
+    """Read a whole picture file for another decoder, after checking its header.
 
-    None if it is not a regular file, not a camera or screen format, or too large.
+    Returns None if it is not a regular file, not in a camera or screen format, or too large.
     """
     source = open_image(path)
     if source is None:
@@ -138,7 +139,7 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None
 def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
     """Decode a picture for display, upright, (H, W, 3) uint8 sRGB.
 
-    None where `picture_bytes` gives none, or they are damaged.
+    Returns None where `picture_bytes` does, or if the file is damaged.
     """
     data = picture_bytes(path, most_bytes, most_pixels)
     with contextlib.suppress(cv2.error):
@@ -148,7 +149,7 @@ def read_picture(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
 
 
 def _endings(path: Path) -> tuple[str, ...]:
-    """Return the endings of the kind that a file's first bytes state; none for other files."""
+    """Return the suffixes of the format that a file's first bytes indicate; empty for others."""
     start = read_start(path, 16)
     if start.startswith(_EXR):
         with open_file(path) as stream:
@@ -157,17 +158,17 @@ def _endings(path: Path) -> tuple[str, ...]:
         if start.startswith(signature):
             return endings
     if start.startswith(b"RIFF") and start[8:12] == b"WEBP":
-        # Its decoder begins by reading all of it.
+        # Its decoder starts by reading the whole file.
         return (".webp",) if path.stat().st_size <= _MOST_BLOCK else ()
-    # Radiance files may carry lines before the one that names them.
+    # Radiance files may have lines before the one that names the format.
     return (".hdr",) if path.suffix.lower() == ".hdr" else ()
 
 
 def _is_plain(stream: BinaryIO) -> bool:
-    """Whether an OpenEXR's headers have few attributes: OpenEXR takes minutes over many.
+    """Return whether an OpenEXR's headers have few attributes: OpenEXR takes minutes over many.
 
-    The layout as in the format's description: names and kinds end with 0, a header ends with an
-    empty name, and where there are several parts so do the headers.
+    Layout by the OpenEXR file format: names and types end with 0, and a header ends with an empty
+    name; in multi-part files, so does the list of headers.
     """
     head = stream.read(_MOST_HEADER)
     several = len(head) > 5 and head[5] & 0x10
@@ -192,12 +193,12 @@ def _is_plain(stream: BinaryIO) -> bool:
 def is_unwieldy(spec: ImageSpec) -> bool:
     """Return whether a decoder must unpack over 128 MB for one row, or 4 GB in total.
 
-    With all channels, of which only the colours are wanted.
+    All channels count, though only the colours are used.
     """
     rows = int(spec.tile_height)
     if not rows:
         packing = spec.get_string_attribute("compression").partition(":")[0]
-        # Also those of other formats: where one row is this large, nothing is lost.
+        # Applied to other formats too: a row this large is never legitimate.
         rows = _PACKED_ROWS.get(packing, _MOST_PACKED_ROWS if packing == "dwab" else 1)
     row_bytes = int(spec.width) * int(spec.pixel_bytes(native=True))
     return row_bytes * rows > _MOST_BLOCK or row_bytes * int(spec.height) > _MOST_UNPACKED
@@ -210,7 +211,7 @@ def rows_at_once(spec: ImageSpec, rows: int) -> int:
 
 
 def clear_error(source: ImageInput | None = None) -> str:
-    """Return and clear the library's error message, which would otherwise appear at exit."""
+    """Return and clear the library's error message, which would otherwise be printed at exit."""
     import OpenImageIO as oiio
 
     with contextlib.suppress(UnicodeError):
@@ -228,12 +229,14 @@ def read_rows(
     """Read rows of a picture stored by rows or in tiles.
 
     Args:
-        source: Of one plane of pixels.
-        rows, channels: First, and one after the last; rows count from the top of what is stored.
+        source: A picture with one plane (depth 1).
+        rows, channels: First, and one past the last; rows count from the top of the stored data.
+        kind: OpenImageIO's name of the value type.
+        part: Subimage.
 
     Returns:
-        (rows, W, channels) array of that type, or None. None where they cannot be read;
-        `clear_error` says why.
+        (rows, W, channels) array of that type; None if they cannot be read, for the reason that
+        `clear_error` returns.
     """
     spec = source.spec(part, 0)
     (start, stop), (begin, end) = rows, channels
@@ -256,14 +259,14 @@ def read_rows(
 
 
 def stated_value(spec: ImageSpec, name: str) -> object:
-    """Return an attribute of a file; None if it is missing or undecodable text."""
+    """Return an attribute of a file; None if it is missing or is undecodable text."""
     with contextlib.suppress(UnicodeError):
         return spec.getattribute(name)
     return None
 
 
 def as_stored() -> ImageSpec:
-    """Return a configuration that leaves colours unassociated with alpha."""
+    """Return a configuration that keeps colours unassociated with alpha."""
     import OpenImageIO as oiio
 
     config = oiio.ImageSpec()
@@ -272,7 +275,7 @@ def as_stored() -> ImageSpec:
 
 
 def stated_scale(path: Path) -> float:
-    """Return the factor for a file's values from its attribute `SCALE`; 1 without it."""
+    """Return the factor for a file's values from its attribute `SCALE`; 1 if it has none."""
     source = open_image(path)
     if source is None:
         return 1.0
@@ -283,18 +286,18 @@ def stated_scale(path: Path) -> float:
 
 
 def stated_orientation(source: ImageInput) -> int:
-    """Return a file's EXIF orientation, 1 to 8, also for Radiance."""
+    """Return a file's EXIF orientation, 1 to 8; also for Radiance files."""
     orientation = int(source.spec().get_int_attribute("Orientation", 1))
     if source.format_name() == "hdr":
-        # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
+        # OpenImageIO 3.2 confuses "-X -Y" and "+X +Y".
         orientation = {6: 8, 8: 6}.get(orientation, orientation)
     return orientation if 1 <= orientation <= 8 else 1
 
 
 def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
-    """Return the chromaticities, x and y of red, green, blue and white, of a file's colours.
+    """Return the chromaticities of a file's colours: x and y of red, green, blue and white.
 
-    Empty where none are stated or they are those of Rec. 709; ValueError when no light has them.
+    Empty if none are stated or they are those of Rec. 709; `ValueError` if they are impossible.
     """
     chromaticities = spec.getattribute("chromaticities")
     if not isinstance(chromaticities, tuple):
@@ -304,9 +307,9 @@ def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
-    """Turn a picture, (H, W, C), upright by its EXIF 2.32 orientation (tag 0x0112).
+    """Rotate a picture, (H, W, C), upright by its EXIF 2.32 orientation (tag 0x0112).
 
-    1 to 8; anything else leaves it.
+    Values other than 1 to 8 leave it unchanged.
     """
     if orientation in (5, 6, 7, 8):
         pixels = pixels.transpose(1, 0, 2)

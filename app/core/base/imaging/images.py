@@ -1,8 +1,7 @@
 """Write pictures with OpenImageIO: PNG for display, OpenEXR and Radiance for linear light.
 
-Every picture is written whole or not at all. OpenImageIO reports some errors of the disk and
-passes over others: PNG, and the last bytes of OpenEXR and Radiance. So what was written is read
-back before it takes its place.
+Every picture is written atomically. OpenImageIO misses some disk errors: those of PNG, and those in
+the last bytes of OpenEXR and Radiance. So a file is read back before it replaces the old one.
 """
 
 from __future__ import annotations
@@ -32,14 +31,15 @@ _PNG_END: Final = b"\0\0\0\0IEND\xaeB`\x82"
 
 
 def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
-    """Write an sRGB picture.
+    """Write an sRGB picture as PNG.
 
     Args:
-        picture: Bytes, (H, W, 3). sRGB.
+        picture: (H, W, 3) uint8. sRGB.
+        pixels_per_inch: Resolution to state in the file; 0 for none.
 
-    Raises `CoreError` when the file cannot be written.
+    Raises `CoreError` if the file cannot be written.
     """
-    # Level 4 takes half the time of the default 6 for files 5 % larger.
+    # Level 4 takes half the time of the default 6, for files 5 % larger.
     attributes: dict[str, object] = {
         "oiio:ColorSpace": "srgb_rec709_scene",
         "png:compressionLevel": 4,
@@ -64,15 +64,16 @@ def write_exr(
     """Write linear light as 32-bit OpenEXR.
 
     Args:
-        picture: Float32, (H, W, 3). Linear Rec. 709.
+        picture: (H, W, 3) float32. Linear Rec. 709.
         white_cd_m2: Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
-        rough: Whether much of the light is a guess; saved as the attribute `ROUGH`.
-        shares: (H, W) float32 each, saved as extra channels of these names.
+        check: Called with the temporary file before it replaces the old one; may raise.
+        rough: Whether much of the light is estimated; saved as the attribute `ROUGH`.
+        shares: (H, W) float32 each, saved as extra channels with these names.
 
-    Raises `CoreError` when the file cannot be written.
+    Raises `CoreError` if the file cannot be written.
     """
     attributes: dict[str, object] = {
-        # Measured light has noise in its last bits: packing it saves 8 % and takes 0.25 s.
+        # Measured light has noise in its lowest bits: packing saves only 8 % and takes 0.25 s.
         "compression": "none",
         "oiio:ColorSpace": "lin_rec709_scene",
     }
@@ -96,14 +97,15 @@ def write_half_exr(
     check: Callable[[Path], None] | None = None,
     rough: bool = False,
 ) -> None:
-    """Write linear light as OpenEXR of half floats, PIZ compressed: a third of the size.
+    """Write linear light as half-float OpenEXR, PIZ compressed: a third of the size.
 
     Args:
-        picture: Float32, (H, W, 3). Linear Rec. 709.
+        picture: (H, W, 3) float32. Linear Rec. 709.
         scale: A power of two that divides the picture; saved as the attribute `SCALE`.
-        white_cd_m2, rough: As `write_exr`; the white is of the value 1 in the file.
+        white_cd_m2: Luminance of the stored value 1 in cd/m2.
+        check, rough: As in `write_exr`.
 
-    Raises `CoreError` when the file cannot be written.
+    Raises `CoreError` if the file cannot be written.
     """
     attributes: dict[str, object] = {
         "compression": "piz",
@@ -122,9 +124,9 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
     """Write linear light as Radiance RGBE: 8 bits per channel and a common exponent.
 
     Args:
-        picture: Float32, (H, W, 3). Linear Rec. 709.
+        picture: (H, W, 3) float32. Linear Rec. 709.
 
-    Raises `CoreError` when the file cannot be written.
+    Raises `CoreError` if the file cannot be written.
     """
     pixels = np.ascontiguousarray(picture, dtype=np.float32)
     write_image(path, pixels, "float", {"oiio:ColorSpace": "lin_rec709_scene"})
@@ -142,8 +144,9 @@ def write_image(
 
     Args:
         pixels: (H, W, C) uint8, float16 or float32. C contiguous.
+        kind: OpenImageIO's name of the value type.
 
-    Raises `CoreError` when the file cannot be written.
+    Raises `CoreError` if the file cannot be written.
     """
     import OpenImageIO as oiio
 
@@ -156,7 +159,7 @@ def write_image(
 
     def write(temporary: Path) -> None:
         output = _output(temporary, path)
-        # Evaluated in order: a file that did not open is not written to, but always closed.
+        # Evaluated in order: if opening fails, nothing is written, but the file is always closed.
         ok = output.open(native_path(temporary), spec) and output.write_image(pixels)
         closed = output.close()
         output.geterror()  # Cleared: it names library internals.
@@ -183,7 +186,7 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
 def _reads_back(
     path: Path, pixels: Bytes | FloatImage | Halves, kind: str, channels: Sequence[str]
 ) -> bool:
-    """Compare the last rows: files are written from the top, and a cut takes the end."""
+    """Compare the last rows: files are written from the top, so truncation loses the end."""
     if path.suffix.lower() == ".png" and not path.read_bytes().endswith(_PNG_END):
         return False
     source = open_image(path)

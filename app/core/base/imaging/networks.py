@@ -11,11 +11,11 @@ import numpy as np
 
 
 def read_network(path: Path) -> Any:
-    """Read a network (.onnx or .tflite) from its bytes: OpenCV takes no name of every kind.
+    """Read a network (.onnx or .tflite) from its bytes, since OpenCV rejects some file names.
 
-    Raises `OSError` when the file is missing, `cv2.error` when it is damaged.
+    Raises `OSError` if the file is missing, `cv2.error` if it is damaged.
     """
-    # OpenCV 5.0 passes over the engine of a TFLite network in memory, unless it is named here.
+    # OpenCV 5.0 finds no engine for a TFLite network in memory unless it is named here.
     os.environ.setdefault("OPENCV_FORCE_DNN_ENGINE", str(cv2.dnn.ENGINE_CLASSIC))
     read = cv2.dnn.readNetFromONNX if path.suffix == ".onnx" else cv2.dnn.readNetFromTFLite
     return read(np.fromfile(path, np.uint8), cv2.dnn.ENGINE_CLASSIC)

@@ -1,4 +1,4 @@
-"""Open videos and streams through OpenCV, and take their pictures."""
+"""Open videos and streams through OpenCV, and convert their frames."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from app.core.base.catalogue import tr
 from app.core.base.errors import CoreError
 
 OPEN_S: Final = 6.0
-"""Longest time that FFmpeg may take to open a stream, real seconds."""
+"""Longest time that FFmpeg may take to open a stream, seconds of wall-clock time."""
 
 READ_S: Final = 6.5
-"""Longest time that FFmpeg may wait for a picture, real seconds."""
+"""Longest time that FFmpeg may wait for a frame, seconds of wall-clock time."""
 
-_SAYS_NOTHING: Final = "-8"  # FFmpeg's own number for it
+_SAYS_NOTHING: Final = "-8"  # FFmpeg's AV_LOG_QUIET
 
 SMALLEST: Final = 16
 LARGEST: Final = 8192
-"""Least and most pixels of a picture's side."""
+"""Largest side of a frame, pixels."""
 
 _HEAD_BYTES: Final = 400
 _PACKET: Final = 188
@@ -33,7 +33,7 @@ _ATOMS: Final = frozenset({b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"}
 
 
 class VideoError(CoreError):
-    """A file is no video, or is not there; `code` is "bad-file" or "no-file"."""
+    """A file is missing or is not a video; `code` is "no-file" or "bad-file"."""
 
     def __init__(self, message: str, hint: str = "", code: str = "bad-file") -> None:
         super().__init__(message, hint)
@@ -42,7 +42,7 @@ class VideoError(CoreError):
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep OpenCV from writing to the terminal that something cannot be opened."""
+    """Keep OpenCV from printing to the terminal when something cannot be opened."""
     logging = cv2.utils.logging
     before = logging.getLogLevel()
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
@@ -53,8 +53,8 @@ def quiet() -> Iterator[None]:
 
 
 def open_url(url: str) -> cv2.VideoCapture:
-    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture."""
-    # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
+    """Open a URL or a file with FFmpeg, with a time limit for opening and for each frame."""
+    # OpenCV reads it when it first uses FFmpeg; without it, FFmpeg prints to the terminal.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
     limits = [
         cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
@@ -62,17 +62,21 @@ def open_url(url: str) -> cv2.VideoCapture:
         cv2.CAP_PROP_READ_TIMEOUT_MSEC,
         round(READ_S * 1000),
     ]
-    # Not even that a read took too long is for the terminal.
+    # Also silences the message about a read that took too long.
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     with quiet():
         return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
 
 
 def as_rgb(picture: Any) -> Bytes | None:
-    """Convert a frame of OpenCV's to sRGB.
+    """Convert an OpenCV frame to sRGB.
 
-    `picture`, array, (H, W), (H, W, 1) or (H, W, 3) uint8: grey, or blue first. Returns (H, W, 3)
-    uint8, red first; None if it is no picture, or has under 16 or over 8,192 pixels a side.
+    Args:
+        picture: (H, W), (H, W, 1) or (H, W, 3) uint8: grey or BGR.
+
+    Returns:
+        (H, W, 3) uint8, RGB; None if it is not a picture, or has a side under 16 or over 8,192
+            pixels.
     """
     array = np.asarray(picture)
     if array.dtype != np.uint8 or array.ndim not in (2, 3) or min(array.shape[:2]) < SMALLEST:
@@ -87,12 +91,14 @@ def as_rgb(picture: Any) -> Bytes | None:
 
 
 def fitted(picture: Bytes, width: int) -> Bytes:
-    """Make a picture smaller where it is wider than is wanted.
+    """Shrink a picture that is wider than `width`.
 
-    * `picture`, (H, W, 3) uint8: sRGB.
-    * `width`: most columns; 0 for any.
+    Args:
+        picture: (H, W, 3) uint8. sRGB.
+        width: Largest width in pixels; 0 for no limit.
 
-    Returns (h, w, 3) uint8: in the same proportions; the same array where it fits.
+    Returns:
+        (h, w, 3) uint8. In the same proportions; the same array if it already fits.
     """
     rows, columns = picture.shape[:2]
     if width <= 0 or columns <= width:
@@ -102,12 +108,12 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 
 
 def check_video(path: Path) -> None:
-    """Look whether a file is a video of a kind that holds its pictures itself.
+    """Check that a file is a video of a kind that contains its own frames.
 
-    FFmpeg also opens lists of other files and of addresses; they are refused here by what they
-    begin with, whatever they are called.
+    FFmpeg also opens lists of other files and of addresses; they are recognised by their first
+    bytes, whatever their name, and refused.
 
-    Raises `VideoError` when it is missing ("no-file") or something else ("bad-file").
+    Raises `VideoError` if it is missing ("no-file") or not a video ("bad-file").
     """
     try:
         if not path.is_file():
@@ -125,7 +131,7 @@ def _is_video(head: bytes) -> bool:
         return True
     if head.startswith(b"RIFF") and head[8:12] == b"AVI ":
         return True
-    # Packets of a transport stream; those of a camcorder have four bytes in front.
+    # Packets of a transport stream; a camcorder puts four bytes in front of each.
     return any(
         head[start : start + 1] == b"G" and head[start + length : start + length + 1] == b"G"
         for start, length in ((0, _PACKET), (4, _PACKET + 4))
@@ -141,7 +147,7 @@ def _missing(path: Path) -> VideoError:
 
 
 def not_a_video(path: Path) -> VideoError:
-    """Make the error for a file that holds no video."""
+    """Return the error for a file that is not a video."""
     return VideoError(
         tr("{name} cannot be played as a video.", name=path.name),
         tr("Choose another file."),
