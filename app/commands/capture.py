@@ -25,19 +25,24 @@ from app.core.measure.single.preview import answers_of
 from app.core.places.journal import JOURNAL
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
+from app.devices.capture.debts import FILE as OWED
+from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
-from app.devices.capture.session import FILE as OWED
-from app.devices.capture.session import Debts, Session
+from app.devices.capture.session import Session
 from app.devices.capture.status import Status
-from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import Clock, SystemClock
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.mjpeg import decode
-from app.devices.passwords import Passwords, default_password_hint, read_password_file
-from app.devices.theta.client import Info, OscClient
-from app.devices.theta.discovery import FoundCamera, check_address, discover, look_at, remember
-from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
-from app.devices.theta.link import Credentials, Link
+from app.devices.passwords import Credentials, Passwords, default_password_hint, read_password_file
+from app.devices.theta.camera_identity import FoundCamera
+from app.devices.theta.client import OscClient
+from app.devices.theta.discovery import discover, look_at
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint, check_address
+from app.devices.theta.last_camera import remember
+from app.devices.theta.link import Link
+from app.devices.theta.messages import Info
+from app.devices.watched_folder.incoming_bracket import IncomingBracket
+from app.devices.watched_folder.watch import WatchedFolder
 from app.words.measure.preview import rough_words
 from app.words.progress import progress_words
 from app.words.remarks import sentences

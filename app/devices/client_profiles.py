@@ -17,7 +17,7 @@ from typing import Any, Final, Literal, TypeAlias
 
 from app.core.measure.plan.camera_models import CAMERAS, CameraFacts, camera_facts
 from app.core.measure.plan.planner import CameraLimits
-from app.devices.theta.client import Info
+from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192
 """Columns of the largest picture that a camera is asked for, unless it has no smaller one."""

@@ -19,9 +19,11 @@ from app.core.base.progress import Token
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.devices.errors import Unreachable
-from app.devices.passwords import Passwords
-from app.devices.theta.discovery import Discovery, FoundCamera, check_address, discover, look_at
-from app.devices.theta.link import Credentials, Link
+from app.devices.passwords import Credentials, Passwords
+from app.devices.theta.camera_identity import FoundCamera
+from app.devices.theta.discovery import Discovery, discover, look_at
+from app.devices.theta.endpoint import check_address
+from app.devices.theta.link import Link
 from app.devices.webcam import OpenCvWebcam, SimulatedWebcam, Webcam, list_webcams
 from app.devices.webcam.simulated import DEMO_SIZE
 

@@ -26,7 +26,8 @@ from app.core.base.progress import Token  # noqa: E402
 from app.core.measure.bracket import measure, merging  # noqa: E402
 from app.core.measure.bracket.incoming_frames import ArrivingFrames  # noqa: E402
 from app.core.styles.style_pack import load_named_pack  # noqa: E402
-from app.devices.capture import fetching, file_integrity, machine, shooting  # noqa: E402
+from app.devices.capture import fetching, file_integrity, machine  # noqa: E402
+from app.devices.capture.exposures import bracket  # noqa: E402
 from app.devices.capture.machine import Capture  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
@@ -43,7 +44,7 @@ ALLOWED_S = 1.0
 
 # Where time is spent after the last exposure: what a user waits for, by name.
 PARTS: tuple[tuple[str, Any, str], ...] = (
-    ("finding", shooting, "gather"),
+    ("finding", bracket, "gather"),
     ("thumbnails", fetching, "fetch_thumbnails"),
     ("files", fetching, "fetch_file"),
     ("last decoding", ArrivingFrames, "problem"),

@@ -20,12 +20,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.devices.errors import DeviceError
+from app.devices.passwords import Credentials
 from app.devices.simulated.exchange import Drop, Pause, Piece
-from app.devices.theta.client import (
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.messages import (
     CommandReply,
     FileEntry,
     Info,
-    OscClient,
     State,
     parse_command,
     parse_entries,
@@ -33,8 +35,7 @@ from app.devices.theta.client import (
     parse_state,
     safe_name,
 )
-from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import Credentials, Incoming
+from app.devices.theta.reply import Incoming
 from app.devices.theta.untrusted import MAX_BYTES, parse_json
 from tests.helpers.osc_wire import (
     FOLDER,

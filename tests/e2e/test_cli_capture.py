@@ -29,12 +29,12 @@ from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
+from app.devices.passwords import Credentials
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from app.devices.simulated.preview import LivePicture
-from app.devices.theta.discovery import FoundCamera
+from app.devices.theta.camera_identity import FoundCamera
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.link import Credentials
 from benchmarks.light.shots.brackets import write_bracket
 from tests.helpers.camera_command import FAULTY, GOOD
 

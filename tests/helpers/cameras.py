@@ -15,11 +15,12 @@ from app.core.styles.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
+from app.devices.passwords import Credentials
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.scene import Scene
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import Credentials, Link
+from app.devices.theta.link import Link
 from tests.faulty_camera.camera import FaultyCamera
 from tests.faulty_camera.models import personality_named
 from tests.helpers.camera_adapter import CameraAdapter

@@ -15,10 +15,12 @@ from app.core.environment.environment import from_radiance
 from app.core.places.place import Place
 from app.core.solver.place_light import prepare
 from app.devices.errors import Unreachable
-from app.devices.theta.client import Info
-from app.devices.theta.discovery import Discovery, FoundCamera, described
+from app.devices.passwords import Credentials
+from app.devices.theta.camera_identity import FoundCamera, described
+from app.devices.theta.discovery import Discovery
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import Credentials, Link
+from app.devices.theta.link import Link
+from app.devices.theta.messages import Info
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services, Sounds

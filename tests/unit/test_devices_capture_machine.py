@@ -17,7 +17,8 @@ from app.core.base.errors import Cancelled, CoreError
 from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.fisheye.remarks import CirclesStitched
 from app.core.measure.fisheye.stitch import Stitching
-from app.devices.capture import preparation, shooting, single
+from app.devices.capture import camera_settings
+from app.devices.capture.exposures import bracket, metering
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
@@ -411,13 +412,13 @@ def test_a_full_disk_while_stopping_does_not_keep_the_settings(
 ) -> None:
     made = rig(tmp_path)
     before = copy.deepcopy(made.camera.options)
-    stop = shooting.stop
+    stop = bracket.stop
 
     def stop_and_fail(job: Any) -> None:
         stop(job)
         raise CoreError("The disk is full.")
 
-    monkeypatch.setattr(shooting, "stop", stop_and_fail)
+    monkeypatch.setattr(bracket, "stop", stop_and_fail)
     when(made, "startCapture", made.token.cancel)
     with pytest.raises(Cancelled):
         made.shoot()
@@ -431,7 +432,7 @@ def test_what_could_not_be_put_back_is_not_changed(
 ) -> None:
     made = rig(tmp_path)
     before = copy.deepcopy(made.camera.options)
-    read = preparation.read
+    read = camera_settings.read
 
     def spoiled(contact: Any, names: Any) -> dict[str, Any]:
         found = read(contact, names)
@@ -439,7 +440,7 @@ def test_what_could_not_be_put_back_is_not_changed(
             found |= stated
         return found
 
-    monkeypatch.setattr(preparation, "read", spoiled)
+    monkeypatch.setattr(camera_settings, "read", spoiled)
     made.shoot()
     sent = [request.body for request in made.camera.log if b"setOptions" in request.body]
     assert sent
@@ -452,9 +453,9 @@ def test_lists_that_are_no_exposures_give_way_to_the_known_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stated: list[float]
 ) -> None:
     made = rig(tmp_path)
-    read = preparation.read
+    read = camera_settings.read
     monkeypatch.setattr(
-        preparation,
+        camera_settings,
         "read",
         lambda contact, names: {
             name: stated if name == "apertureSupport" else value
@@ -475,7 +476,7 @@ def test_a_full_disk_while_metering_is_named(
             raise OSError(errno.ENOSPC, "No space left on device")
         return open(path, *arguments, **options)
 
-    monkeypatch.setattr(single, "open", full, raising=False)
+    monkeypatch.setattr(metering, "open", full, raising=False)
     with pytest.raises(CaptureFailed, match=r"Cannot write into .*: no space left") as caught:
         made.shoot()
     assert caught.value.hint == "Make room on the disk, then try again."

@@ -29,7 +29,7 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.theta.client import FileEntry, Info, State
+from app.devices.theta.messages import FileEntry, Info, State
 
 LOST = Unreachable("gone")
 

@@ -22,20 +22,14 @@ from app.devices.errors import (
     Unreachable,
 )
 from app.devices.simulated.server import CameraServer
-from app.devices.theta.client import Info
-from app.devices.theta.discovery import (
-    Advert,
-    Discovery,
-    check_address,
-    described,
-    discover,
-    is_near,
-    look_at,
-    merged,
-    remember,
-)
-from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
-from app.devices.theta.link import Link, Timeouts
+from app.devices.theta.announcements import Advert
+from app.devices.theta.camera_identity import described, merged
+from app.devices.theta.discovery import Discovery, discover, look_at
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint, check_address, is_near
+from app.devices.theta.last_camera import remember
+from app.devices.theta.link import Link
+from app.devices.theta.messages import Info
+from app.devices.theta.reply import Timeouts
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import Talker
 from tests.helpers.waiting import PATIENCE_S

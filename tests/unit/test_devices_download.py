@@ -14,12 +14,8 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.devices.capture.fetching import (
-    ATTEMPTS,
-    MAX_FILE_BYTES,
-    fetch_file,
-    fetch_thumbnails,
-)
+from app.devices.capture.download import ATTEMPTS, MAX_FILE_BYTES, fetch_file
+from app.devices.capture.fetching import fetch_thumbnails
 from app.devices.clock import VirtualClock
 from app.devices.errors import (
     BadReply,
@@ -30,7 +26,7 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.theta.client import FileEntry
+from app.devices.theta.messages import FileEntry
 
 NAME = "R0010015.JPG"
 URL = f"http://192.168.1.1/files/100RICOH/{NAME}"
@@ -379,7 +375,7 @@ def test_a_drip_is_no_link(bench: Bench) -> None:
 
 def test_a_full_disk_is_said_before(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     usage = shutil.disk_usage(bench.folder)._replace(free=1 << 20)
-    monkeypatch.setattr("app.devices.capture.fetching.shutil.disk_usage", lambda path: usage)
+    monkeypatch.setattr("app.devices.capture.download.shutil.disk_usage", lambda path: usage)
     with pytest.raises(DownloadFailed, match="1 MB left") as caught:
         bench.fetch(plain())
     assert caught.value.code == "disk-full"
@@ -400,7 +396,7 @@ def test_a_disk_that_fills_up_meanwhile_is_said_as_for_every_file_of_a_capture(
     def full(*paths: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("app.devices.capture.fetching.os.replace", full)
+    monkeypatch.setattr("app.devices.capture.download.os.replace", full)
     with pytest.raises(DownloadFailed, match=r"Cannot write into .*: no space left") as caught:
         bench.fetch(plain())
     assert caught.value.hint == "Make room on the disk, then try again."

@@ -18,7 +18,8 @@ from app.devices.simulated.exchange import Reply, Request
 from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import discover, look_at
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import BROKEN, NOBODY, Link
+from app.devices.theta.link import Link
+from app.devices.theta.network_errors import BROKEN, NOBODY
 from tests.faulty_camera.bad_line import BadLine
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import TINY, without_merging, without_waiting_for_the_disk

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from app.devices.theta.client import Info
-from app.devices.theta.discovery import FILE, FoundCamera, described, last_camera, remember
+from app.devices.theta.camera_identity import FoundCamera, described
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.last_camera import FILE, last_camera, remember
+from app.devices.theta.messages import Info
 
 
 @pytest.fixture(autouse=True)

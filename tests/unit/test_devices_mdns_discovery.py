@@ -10,7 +10,7 @@ import pytest
 from zeroconf import Error, ServiceInfo, Zeroconf
 
 from app.devices.errors import Unreachable
-from app.devices.theta.discovery import SERVICE, Advert, browse_network
+from app.devices.theta.announcements import SERVICE, Advert, browse_network
 
 
 @pytest.mark.slow

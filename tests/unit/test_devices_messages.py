@@ -8,15 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.devices.errors import BadReply, CameraRefused, NotACamera
-from app.devices.theta.client import (
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.messages import (
     parse_command,
     parse_entries,
     parse_info,
     parse_state,
     safe_name,
 )
-from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import REFUSALS, bare_refusal, refusal
+from app.devices.theta.refusals import REFUSALS, bare_refusal, refusal
 from app.devices.theta.untrusted import (
     MAX_BYTES,
     MAX_DEPTH,

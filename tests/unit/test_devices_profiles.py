@@ -6,7 +6,7 @@ import pytest
 
 from app.core.measure.plan.planner import MAX_SHOTS
 from app.devices.client_profiles import PROFILES, profile_for, profile_named
-from app.devices.theta.client import Info
+from app.devices.theta.messages import Info
 
 
 def chosen(model: str, *firmware: int) -> str:

@@ -28,7 +28,7 @@ from app.core.places.journal import (
 from app.core.storage.json_file import Unfit
 from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
 from app.devices.capture.session import Session
-from app.devices.theta.client import FileEntry
+from app.devices.theta.messages import FileEntry
 
 PLAN = Plan(
     "paper",

@@ -20,11 +20,12 @@ from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.core.measure.read.frame import Exposure
 from app.core.measure.read.metadata import read_header
-from app.devices.capture import file_integrity, watch
-from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import VirtualClock
 from app.devices.errors import CaptureFailed, Unreachable
 from app.devices.simulated.cameras import THETA_V, THETA_Z1, CameraModel
+from app.devices.watched_folder import arrival, incoming_bracket, watch
+from app.devices.watched_folder.incoming_bracket import IncomingBracket
+from app.devices.watched_folder.watch import WatchedFolder
 from benchmarks.light.shots.brackets import write_bracket
 
 LIGHT = np.full((16, 32, 3), 200.0, np.float32)
@@ -409,7 +410,7 @@ def test_a_file_that_may_not_be_read_is_taken_when_it_may(
             raise PermissionError(13, "Permission denied", str(path))
         return open_file(path)
 
-    monkeypatch.setattr("app.devices.capture.file_integrity.open_file", opened)
+    monkeypatch.setattr("app.devices.watched_folder.arrival.open_file", opened)
     scenario = Scenario(folder).at(1.0, lambda: shot(folder)).at(1.0, lambda: shut.chmod(0))
     scenario.at(12.0, lambda: shut.chmod(0o644))
     ((_, bracket),) = scenario.run()
@@ -458,7 +459,7 @@ def test_a_file_too_large_for_a_picture_is_never_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "in"
-    monkeypatch.setattr(file_integrity, "MAX_BYTES", 1000)
+    monkeypatch.setattr(arrival, "MAX_BYTES", 1000)
     scenario = Scenario(folder).at(1.0, lambda: (folder / "huge.jpg").write_bytes(b"x" * 1001))
     assert scenario.run(20.0) == []
     assert tuple(scenario.watched._notes) == ("huge.jpg is too large for a picture.",)
@@ -477,7 +478,7 @@ def test_a_flood_of_notes_is_bounded(tmp_path: Path) -> None:
 
 
 def test_more_frames_than_a_bracket_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(watch, "MAX_FRAMES", 3)
+    monkeypatch.setattr(incoming_bracket, "MAX_FRAMES", 3)
     folder = tmp_path / "in"
     scenario = Scenario(folder)
     scenario.at(1.0, lambda: shot(folder, tuple(2.0**-k for k in range(5))))

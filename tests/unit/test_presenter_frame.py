@@ -10,7 +10,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.devices.theta.discovery import FoundCamera
+from app.devices.theta.camera_identity import FoundCamera
 from app.devices.theta.endpoint import Endpoint
 from app.ui.presenters.model import CameraSeen, Model, Step
 from app.ui.presenters.services import Services, View

@@ -293,7 +293,7 @@ class TestTroubles:
     def test_a_full_disk(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
         presenter = entered(bench).presenter
         free = MagicMock(free=1 << 20)
-        monkeypatch.setattr("app.devices.capture.fetching.shutil.disk_usage", lambda path: free)
+        monkeypatch.setattr("app.devices.capture.download.shutil.disk_usage", lambda path: free)
         presenter.capture()
         notice = presenter.resolve().notice
         assert notice is not None

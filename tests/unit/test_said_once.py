@@ -13,10 +13,10 @@ import pytest
 from app.core.base.angles import direction_of, whole, wrap
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure
-from app.devices.capture import shooting
+from app.devices.capture.exposures import bracket
 from app.devices.capture.status import Stage, Status
 from app.devices.client_profiles import PROFILES, ModelProfile, profile_for
-from app.devices.theta.client import Info
+from app.devices.theta.messages import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import SEARCH_SCOPE, Action, nothing_words
@@ -106,7 +106,7 @@ def test_the_time_left_is_never_a_second_for_long() -> None:
     left = []
     for now, completion in ((2.0, 0.1), (9.0, 0.2), (30.0, 0.6), (45.0, 0.9), (60.0, None)):
         job.clock.now.return_value = now
-        shooting._tell(job, completion, run)
+        bracket._tell(job, completion, run)
         (stage, *_), changes = job.board.show.call_args
         assert stage is Stage.EXPOSING
         left.append(changes["seconds_left"])

@@ -72,8 +72,9 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.theta.client import FileEntry, Info, OscClient
+from app.devices.theta.client import OscClient
 from app.devices.theta.first_contact import PAUSES_S, FirstContact
+from app.devices.theta.messages import FileEntry, Info
 
 BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""

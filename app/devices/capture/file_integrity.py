@@ -11,25 +11,20 @@ import hashlib
 import math
 import re
 from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Final
 
-from app.core.base.atomic_files import open_file, os_errors_as
+from app.core.base.atomic_files import open_file
 from app.core.base.errors import ProbeError
-from app.core.base.imaging.image_input import open_image
 from app.core.base.phrases import listed, shutter_words
 from app.core.base.progress import Token
 from app.core.measure.bracket.grouping import rendered_frames
 from app.core.measure.bracket.half_size import is_whole
 from app.core.measure.plan.planner import Plan
 from app.core.measure.read.frame import Exposure
-from app.core.measure.read.metadata import ENDINGS, Header, read_header
+from app.core.measure.read.metadata import Header, read_header
 from app.core.text import tr, tr_plural
 from app.devices.errors import CaptureFailed
-from app.devices.theta.untrusted import words
 
 _EQUAL_STOPS: Final = 0.05
 _SAME_STOPS: Final = 1.0 / 6.0
@@ -43,22 +38,11 @@ _NUMBERS: Final = {
     8: tr("eight"),
     9: tr("nine"),
 }
-
 _CHUNK: Final = 1 << 20
 _START: Final = b"\xff\xd8\xff"
 # A marker that ends a stretch of coded picture: neither a stuffed 0, a restart, nor padding.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
 _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
-MAX_BYTES: Final = 2_000_000_000
-"""Largest file that is looked into; a JPEG must be a quarter of that."""
-
-_TEMPORARY: Final = re.compile(
-    r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
-)
-_LONGEST: Final = 300
-_STAMP: Final = "%Y:%m:%d %H:%M:%S"
-_DATE_TAGS: Final = ("Exif:DateTimeOriginal", "DateTime")
-_DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
@@ -235,117 +219,3 @@ def sha256_of(path: Path) -> str:
         while block := stream.read(_CHUNK):
             digest.update(block)
     return digest.hexdigest()
-
-
-@dataclass(frozen=True, slots=True)
-class Arrival:
-    """A picture that has come whole.
-
-    * `shape`: rows and columns.
-    * `kind`: how its pixels are stored.
-    * `taken_s`: time of EXIF in seconds; comparable only with that of the same camera.
-    """
-
-    path: Path
-    camera: str
-    shape: tuple[int, int]
-    kind: str
-    exposure: Exposure
-    taken_s: float | None
-    order: tuple[float, tuple[tuple[int, str], ...]]
-
-
-def is_wanted(name: str) -> bool:
-    """Tell by its name whether a file could be a picture that is read."""
-    usable = name.isprintable() and not _TEMPORARY.match(name)
-    return usable and name.lower().endswith(ENDINGS)
-
-
-def passed_over(name: str) -> str:
-    """Say why a file of this name is passed over; "" where that needs no words.
-
-    Returns a sentence, the same for all files of one kind.
-    """
-    if not name.isprintable():
-        return tr(
-            "{name}: files with control characters in their names are passed over.",
-            name=words(name, 60),
-        )
-    ending = name.rpartition(".")[2].lower()
-    if _TEMPORARY.match(name) or "." not in name or not 0 < len(ending) <= len("filepart"):
-        return ""
-    return tr(
-        "Files ending in .{ending} are passed over; {endings} are read.",
-        ending=ending,
-        endings=listed(ENDINGS),
-    )
-
-
-def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
-    """Look into a file that has come.
-
-    * `size`: its length in bytes.
-    * `modified_s`: when it was changed last, in seconds, for files that do not say when they were
-      taken.
-
-    Returns the picture, or a sentence why it cannot be a frame.
-    """
-    try:
-        _check_whole(path, size)
-        frame = read_header(path).frame
-    except ProbeError as error:
-        return words(str(error), _LONGEST)
-    if frame.exposure is None:
-        return tr("{name} does not state its exposure time and is left out.", name=path.name)
-    if frame.tone_mapped:
-        return tr("{name} was taken with HDR rendering on and is left out.", name=path.name)
-    shot_s = _taken_s(path)
-    return Arrival(
-        path=path,
-        camera=frame.camera,
-        shape=frame.shape,
-        kind=frame.kind,
-        exposure=frame.exposure,
-        taken_s=shot_s,
-        order=(modified_s if shot_s is None else shot_s, _numbers(path.name)),
-    )
-
-
-def _check_whole(path: Path, size: int) -> None:
-    incomplete = ProbeError(
-        tr("{name} is damaged or incomplete; it is looked at when it changes.", name=path.name)
-    )
-    if size > MAX_BYTES:
-        raise ProbeError(tr("{name} is too large for a picture.", name=path.name))
-    sentence = tr("{name} cannot be read: {reason}.")
-    with os_errors_as(ProbeError, sentence, name=path.name), open_file(path) as stream:
-        jpeg = stream.read(3) == b"\xff\xd8\xff"
-    if jpeg:
-        if size > MAX_BYTES // 4 or not whole_file(path):
-            raise incomplete
-        return
-    # Other formats do not end in a mark; their last rows are missing when they are cut off.
-    if not is_whole(read_header(path).frame.as_stored, Token()):
-        raise incomplete
-
-
-def _taken_s(path: Path) -> float | None:
-    with suppress(UnicodeError):
-        source = open_image(path)
-        if source is None:
-            return None
-        try:
-            texts = [str(source.spec().getattribute(name) or "") for name in _DATE_TAGS]
-        finally:
-            source.close()
-        for text in texts:
-            with suppress(ValueError, OverflowError, OSError):
-                return datetime.strptime(text[:19], _STAMP).timestamp()
-    return None
-
-
-def _numbers(name: str) -> tuple[tuple[int, str], ...]:
-    """Split a name so that IMG_10 comes after IMG_9."""
-    return tuple(
-        (int(part), "") if part.isdecimal() else (-1, part.lower()) for part in _DIGITS.split(name)
-    )

@@ -25,15 +25,23 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import Plan
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
-from app.devices.capture import fetching, file_integrity, preparation, shooting, single
+from app.devices.capture import (
+    camera_settings,
+    fetching,
+    file_integrity,
+    readiness,
+)
 from app.devices.capture.connection_loss import Contact
-from app.devices.capture.preparation import CaptureJob
-from app.devices.capture.session import Debts, Session
+from app.devices.capture.debts import Debts
+from app.devices.capture.exposures import bracket, metering, surplus_pictures
+from app.devices.capture.job import CaptureJob
+from app.devices.capture.session import Session
 from app.devices.capture.status import Board, Stage, Status
 from app.devices.client_profiles import ModelProfile, profile_named
 from app.devices.clock import Clock
 from app.devices.errors import CaptureFailed, DeviceError
-from app.devices.theta.client import Info, OscClient
+from app.devices.theta.client import OscClient
+from app.devices.theta.messages import Info
 
 ENVIRONMENT: Final = "environment.exr"
 """Name of the environment in the session's folder."""
@@ -118,7 +126,7 @@ class Capture:
                 _end(job, Stage.CANCELLED, error)
                 raise
             except DeviceError as error:
-                reason = preparation.explain_error(job, error)
+                reason = readiness.explain_error(job, error)
                 _end(job, Stage.FAILED, reason)
                 if reason is error:
                     raise
@@ -141,12 +149,12 @@ class Capture:
         """
         job = self._job
         with job.arriving:
-            preparation.connect(job)
-            preparation.wait_until_idle(job, _IDLE_S)
-            untaken = preparation.restore(job.contact, job.session)
-            single.delete_pictures(job.contact, job.session)
+            readiness.connect(job)
+            readiness.wait_until_idle(job, _IDLE_S)
+            untaken = camera_settings.restore(job.contact, job.session)
+            surplus_pictures.delete_pictures(job.contact, job.session)
             _settle(job, job.session)
-            return preparation.untaken_words(untaken)
+            return camera_settings.untaken_words(untaken)
 
 
 def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
@@ -161,7 +169,7 @@ def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
 
 def _connect(job: CaptureJob) -> None:
     with job.timed("metering"):
-        preparation.connect(job)
+        readiness.connect(job)
 
 
 def _restore_first(job: CaptureJob) -> None:
@@ -169,9 +177,9 @@ def _restore_first(job: CaptureJob) -> None:
     others = [] if job.debts is None else job.debts.of(job.contact.serial, job.session)
     for session in (*others, job.session):
         if session.owes:
-            preparation.wait_until_idle(job, _IDLE_S)
-            job.warn(preparation.restore_or_say(job.contact, session))
-            single.delete_pictures(job.contact, session)
+            readiness.wait_until_idle(job, _IDLE_S)
+            job.warn(camera_settings.restore_or_say(job.contact, session))
+            surplus_pictures.delete_pictures(job.contact, session)
             _settle(job, session)
     if job.debts is not None:
         job.debts.note(job.session)
@@ -185,30 +193,30 @@ def _settle(job: CaptureJob, session: Session) -> None:
 def _meter(job: CaptureJob) -> None:
     with job.timed("metering"):
         job.session.update(stage=Stage.METERING.value, plan=None, frames=(), exposed=False)
-        preparation.check_ready(job)
-        single.make_plan(job)
+        readiness.check_ready(job)
+        metering.make_plan(job)
 
 
 def _expose(job: CaptureJob) -> None:
     # There is time now, and somebody waits later.
     job.arriving.prepare(job.pack)
     with job.timed("exposing"):
-        shooting.expose(job)
+        bracket.expose(job)
 
 
 def _find_again(job: CaptureJob) -> None:
     """Find the frames of a bracket that was begun before an interruption, or shoot it again."""
     now = job.clock.now()
-    shooting.watch_if_busy(job, shooting.Run(now, now + shooting.deadline_s(job.plan, job.delay_s)))
+    bracket.watch_if_busy(job, bracket.Run(now, now + bracket.deadline_s(job.plan, job.delay_s)))
     _restore_first(job)
     if job.session.journal.exposed:
         return
     frames = job.session.journal.frames
     try:
         with job.timed("exposing"):
-            shooting.gather(job, least=len(job.plan.shots))
+            bracket.gather(job, least=len(job.plan.shots))
     except CaptureFailed:
-        single.set_aside(job.contact, job.session, frames)
+        surplus_pictures.set_aside(job.contact, job.session, frames)
         job.warn(tr("The interrupted bracket was not complete; it was shot again."))
         _meter(job)
         _expose(job)
@@ -254,7 +262,7 @@ def _stop(job: CaptureJob) -> None:
     if job.exposing:
         job.board.show(Stage.CANCELLED, tr("Stopping the camera"))
         with contextlib.suppress(DeviceError, CoreError):
-            shooting.stop(job)
+            bracket.stop(job)
 
 
 def _give_back(job: CaptureJob) -> str:
@@ -264,9 +272,9 @@ def _give_back(job: CaptureJob) -> str:
         return ""
     try:
         contact = job.contact.unstoppable(_LAST_REJOIN_S)
-        unrestored = preparation.restore_or_say(contact, job.session)
+        unrestored = camera_settings.restore_or_say(contact, job.session)
         if not job.session.journal.settings_to_restore:
-            single.delete_pictures(contact, job.session)
+            surplus_pictures.delete_pictures(contact, job.session)
         _settle(job, job.session)
     except CoreError as error:
         # The camera has them, only the journal does not know; they may be put back twice.

@@ -31,18 +31,21 @@ from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.core.text import tr
+from app.devices.capture.debts import FILE as OWED
+from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
-from app.devices.capture.session import FILE as OWED
-from app.devices.capture.session import Debts, Session
+from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.client_profiles import profile_for
 from app.devices.clock import Clock
 from app.devices.latest_frame import Mailbox
 from app.devices.mjpeg import decode
-from app.devices.theta.client import Info, OscClient
-from app.devices.theta.discovery import FoundCamera, described
+from app.devices.passwords import Credentials
+from app.devices.theta.camera_identity import FoundCamera, described
+from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import ACCESS_POINT
-from app.devices.theta.link import Credentials, Link
+from app.devices.theta.link import Link
+from app.devices.theta.messages import Info
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,15 +6,10 @@
 
 A file in `originals` gets its name only when it is whole; until then it is called ``NAME.part``.
 So whatever happens in between, opening the folder again finds every file that was complete.
-
-`Debts` lists the captures that still owe a camera its settings, so that the next one puts them
-back: a capture notes itself there before it changes anything. What exactly is owed stands in the
-journal of its session.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import threading
@@ -47,19 +42,10 @@ from app.core.places.journal import (
 from app.core.storage.json_file import Unfit
 from app.core.text import tr
 from app.devices.capture.file_integrity import sha256_of, whole_picture
-from app.devices.errors import BadReply
-from app.devices.theta.untrusted import parse_json, table, words
 
 if TYPE_CHECKING:
-    from app.devices.theta.client import FileEntry
+    from app.devices.theta.messages import FileEntry
 
-
-FILE: Final = "owed-cameras.json"
-"""Name of the file in the user's folder."""
-
-_MOST: Final = 50
-_MOST_BYTES: Final = 1 << 18
-_LONGEST: Final = 4000
 
 _MAX_BYTES: Final = 4 << 20
 _MAX_WARNINGS: Final = 100
@@ -74,53 +60,6 @@ _LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory
 _DATE: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
 _TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
-
-
-class Debts:
-    """A file with the folders of such captures, the oldest first."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def note(self, session: Session) -> None:
-        """Add a capture; a file that cannot be written is no reason not to capture."""
-        folder = str(session.folder.resolve())
-        self._write([*(each for each in self._read() if each != folder), folder])
-
-    def settle(self, session: Session) -> None:
-        """Take a capture out that owes nothing any more."""
-        folder, folders = str(session.folder.resolve()), self._read()
-        if not session.owes and folder in folders:
-            self._write([each for each in folders if each != folder])
-
-    def of(self, serial: str, besides: Session) -> list[Session]:
-        """Open the other sessions that owe this camera something, the newest first."""
-        sessions: list[Session] = []
-        for folder in reversed(self._read()):
-            if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():
-                continue
-            with suppress(CoreError):
-                session = Session.open(folder)
-                if session.owes and session.journal.serial == serial:
-                    sessions.append(session)
-        return sessions
-
-    def _read(self) -> list[str]:
-        try:
-            with open_file(self._path) as stream:
-                sessions = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
-        except (OSError, BadReply):
-            return []
-        if not isinstance(sessions, list):
-            return []
-        texts = [words(each, _LONGEST) for each in sessions[-_MOST:]]
-        return [each for each in texts if each and Path(each).is_absolute()]
-
-    def _write(self, folders: list[str]) -> None:
-        with suppress(OSError, CoreError):
-            make_folder(self._path.parent)
-            text = json.dumps({"format": 1, "sessions": folders[-_MOST:]}, indent=1)
-            atomic_write_text(self._path, text + "\n")
 
 
 class Session:

@@ -1,355 +1,40 @@
-"""Looking for cameras: in their own Wi-Fi, where the last one was, and announced in the network.
+"""Search for cameras: in their own Wi-Fi, where the last one was, and announced in the network.
 
-All places are asked at the same time, each in a thread of its own, since an address where nothing
-is may swallow everything that is sent there. Whatever answers is asked what it is: only what
-describes itself as a camera of this protocol, or is announced as one and wants a password, counts.
-
-A Ricoh Theta that has joined a network announces itself as "THETA" and its serial number under
-``_osc._tcp.local.``, without further facts. Anybody in the network can announce anything, and
-anybody who can write to the user's folder can change the camera that was used last: names and
-addresses are only hints; at the address it is asked what is there. Only addresses that are near are
-tried without the user's asking. No password is kept here.
+All addresses are asked at the same time, each in a thread of its own, since an address where
+nothing listens may swallow everything that is sent there. Only what describes itself as a camera of
+this protocol counts, or what is announced as one and requires a password. Only addresses that are
+near are tried unless the user types them.
 """
 
 from __future__ import annotations
 
-import ipaddress
-import json
-import re
-import socket
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias
+from typing import Final, Protocol
 
-from app.core.base.atomic_files import atomic_write_text, make_folder
-from app.core.base.errors import CoreError
-from app.core.base.paths import user_data
 from app.core.base.progress import Token
-from app.core.measure.plan.camera_models import CAMERAS
 from app.core.text import tr
-from app.devices.client_profiles import profile_for
 from app.devices.clock import Clock, wait
 from app.devices.errors import (
     LOSSES,
-    BadReply,
     CameraRefused,
     DeviceError,
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.theta.client import Info, parse_info
-from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.announcements import Advert, browse_network
+from app.devices.theta.camera_identity import FoundCamera, Source, described, merged, same_camera
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint, is_near
 from app.devices.theta.first_contact import FirstContact
-from app.devices.theta.link import BUSY, Link, Timeouts
-from app.devices.theta.untrusted import JsonValue, parse_json, table, whole, words
-
-if TYPE_CHECKING:
-    from zeroconf import Zeroconf
-
-
-SERVICE: Final = "_osc._tcp.local."
-"""Type under which cameras of this kind announce themselves."""
-
-_MOST_ADVERTS: Final = 32
-_LONGEST_NAME: Final = 255
-_TICK_S: Final = 0.1
-_ASK_MS: Final = 400
-
-FILE: Final = "last-camera.json"
-"""Name of the file in the user's folder."""
-
-_MOST_BYTES: Final = 4096
-_PORTS: Final = 65535
-_FORMAT: Final = 1
-_LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|home\.arpa))?")
-_NEAR: Final = tuple(
-    ipaddress.ip_network(text)
-    for text in (
-        "10.0.0.0/8",
-        "172.16.0.0/12",
-        "192.168.0.0/16",
-        "169.254.0.0/16",
-        "127.0.0.0/8",
-        "fc00::/7",
-        "fe80::/10",
-        "::1/128",
-    )
-)
-_INSTANCE: Final = re.compile(r"(THETA([A-Z]{2})(\d{8}))(?:$|[. ])", re.ASCII)
-_MODELS: Final = {each.user_prefix: each.model_text for each in CAMERAS if each.user_prefix}
-_LONGEST: Final = 64
-_ORDER: Final = ("typed", "access point", "remembered", "network")
-
-
-@dataclass(frozen=True, slots=True)
-class Advert:
-    """One announcement, as it came."""
-
-    name: str
-    addresses: tuple[str, ...]
-    port: int
-
-
-def browse_network(
-    on_advert: Callable[[Advert], None],
-    stop: threading.Event,
-    *,
-    interfaces: Sequence[str] | None = None,
-) -> None:
-    """Listen to announcements until told to stop; blocks.
-
-    `stop`: ends it, within half a second. Raises `Unreachable` when this machine cannot listen: no
-    network, or another program or a firewall forbids it. The code is "no-mdns".
-    """
-    # Takes a quarter of a second and is needed only here.
-    from zeroconf import Error, InterfaceChoice, ServiceBrowser, Zeroconf
-
-    names: SimpleQueue[str] = SimpleQueue()
-
-    def on_service(service_type: str, name: str, **_: Any) -> None:
-        if len(name) <= _LONGEST_NAME and name.endswith(f".{service_type}"):
-            names.put(name)
-
-    try:
-        network = Zeroconf(interfaces=list(interfaces) if interfaces else InterfaceChoice.All)
-    except (OSError, Error, RuntimeError, ValueError) as error:
-        raise _deaf(error) from error
-    try:
-        ServiceBrowser(network, SERVICE, handlers=[on_service])
-        _resolve(network, names, on_advert, stop)
-    except (OSError, Error) as error:
-        raise _deaf(error) from error
-    finally:
-        network.close()
-
-
-def _resolve(
-    network: Zeroconf,
-    names: SimpleQueue[str],
-    on_advert: Callable[[Advert], None],
-    stop: threading.Event,
-) -> None:
-    """Find out the addresses behind the names that are heard."""
-    from zeroconf import BadTypeInNameException, ServiceInfo
-
-    waiting: dict[str, None] = {}
-    visited: set[str] = set()
-    while not stop.wait(_TICK_S):
-        for name in _drain(names):
-            if name not in visited and len(visited) < _MOST_ADVERTS:
-                visited.add(name)
-                waiting[name] = None
-        for name in tuple(waiting):
-            try:
-                info = ServiceInfo(SERVICE, name)
-                is_resolved = info.load_from_cache(network) or info.request(network, _ASK_MS)
-            except BadTypeInNameException:
-                del waiting[name]
-                continue
-            if is_resolved and info.port:
-                del waiting[name]
-                addresses = sorted(info.parsed_scoped_addresses(), key=lambda text: ":" in text)
-                label = name.removesuffix(f".{SERVICE}")
-                on_advert(Advert(label, tuple(addresses), int(info.port)))
-            if stop.is_set():
-                return
-
-
-def _drain(names: SimpleQueue[str]) -> list[str]:
-    batch: list[str] = []
-    while len(batch) < _MOST_ADVERTS:
-        try:
-            batch.append(names.get_nowait())
-        except Empty:
-            break
-    return batch
-
-
-def _deaf(error: BaseException) -> Unreachable:
-    reason = error.strerror if isinstance(error, OSError) else str(error)
-    return Unreachable(
-        tr("The network cannot be searched for cameras: {reason}.", reason=reason.lower())
-        if reason and not isinstance(error, socket.gaierror)
-        else tr("The network cannot be searched for cameras."),
-        tr("Type the camera's address instead."),
-        "no-mdns",
-    )
-
-
-def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
-    """Keep a camera for the next time.
-
-    False when it could not be kept, which is no reason to stop: the folder is not writable, or the
-    address is not one that is tried without being asked to.
-    """
-    place = user_data() if folder is None else folder
-    if not _may_be_tried(camera.endpoint.host):
-        return False
-    facts = {
-        "format": _FORMAT,
-        "host": camera.endpoint.host,
-        "port": camera.endpoint.port,
-        "model": camera.model,
-        "serial": camera.serial,
-    }
-    try:
-        make_folder(place)
-        atomic_write_text(place / FILE, json.dumps(facts, indent=1) + "\n")
-    except (OSError, CoreError):
-        return False
-    return True
-
-
-def last_camera(folder: Path | None = None) -> FoundCamera | None:
-    """Look up the camera that was used last. None where none is kept, or the file is invalid."""
-    place = user_data() if folder is None else folder
-    try:
-        if not (place / FILE).is_file():
-            return None
-        with (place / FILE).open("rb") as stream:
-            data = stream.read(_MOST_BYTES + 1)
-    except OSError:
-        return None
-    if len(data) > _MOST_BYTES:
-        return None
-    with suppress(BadReply, DeviceError):
-        facts = table(parse_json(data))
-        host, port = words(facts.get("host")), whole(facts.get("port"), _PORTS)
-        if port and _may_be_tried(host):
-            model, serial = words(facts.get("model"), 64), words(facts.get("serial"), 40)
-            return described(Endpoint(host, port), "remembered", Info(model, serial_number=serial))
-    return None
-
-
-def _may_be_tried(host: str) -> bool:
-    return is_near(host) or _LOCAL_NAME.fullmatch(host.lower()) is not None
-
-
-Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
-"""Where an address came from: a camera's own Wi-Fi, an announcement, last time, the user."""
-
-
-@dataclass(frozen=True, slots=True)
-class FoundCamera:
-    """A camera that answers, or one that is there for certain but wants a password first."""
-
-    name: str
-    endpoint: Endpoint
-    model: str
-    serial: str
-    source: Source
-    needs_password: bool = False
-    user: str = ""
-    used_last: bool = False
-
-
-def described(
-    endpoint: Endpoint, source: Source, info: Info | None = None, announced: str = ""
-) -> FoundCamera:
-    """Put together what is known of a camera.
-
-    `info`: what the camera said of itself; None when it wants a password before it says anything.
-    """
-    label = words(announced, _LONGEST)
-    serial = words(info.serial_number, _LONGEST) if info else serial_in(label)
-    user = theta_user(label) if serial_in(label) == serial else ""
-    model = words(info.model, _LONGEST) if info else _MODELS.get(user[5:7], "")
-    if model and serial and not user:
-        user = profile_for(info or Info(model)).user_name(serial)
-    title = " ".join(text for text in (model, serial) if text)
-    return FoundCamera(
-        name=title or label or endpoint.host[:_LONGEST],
-        endpoint=endpoint,
-        model=model,
-        serial=serial,
-        source=source,
-        needs_password=info is None,
-        user=user,
-    )
-
-
-def theta_user(announced: str) -> str:
-    """Give the user name in an announced name, "" where there is none.
-
-    Examples:
-        >>> theta_user("THETAYL00105377._osc._tcp.local.")
-        'THETAYL00105377'
-    """
-    match = _INSTANCE.match(announced)
-    return match.group(1) if match else ""
-
-
-def serial_in(announced: str) -> str:
-    """Give the digits of the serial number in an announced name, "" where there is none."""
-    match = _INSTANCE.match(announced)
-    return match.group(3) if match else ""
-
-
-def is_near(host: str) -> bool:
-    """Tell whether an address is one of a private network, of this link or of this machine.
-
-    Only such addresses are tried when the user has not typed them.
-
-    Examples:
-        >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
-        (True, False, True)
-    """
-    try:
-        address = ipaddress.ip_address(host.partition("%")[0])
-    except ValueError:
-        return False
-    return any(address in network for network in _NEAR)
-
-
-def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
-    """Leave each camera once.
-
-    Returns the nearest address of each: one that works without a password before one that wants it,
-    then typed, access point, remembered, network; sorted so. What the other finds of the same
-    camera know is filled in.
-    """
-    ranked = sorted(
-        cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))
-    )
-    distinct: list[FoundCamera] = []
-    for camera in ranked:
-        twin = next((k for k, other in enumerate(distinct) if same_camera(camera, other)), None)
-        if twin is None:
-            distinct.append(camera)
-        else:
-            distinct[twin] = _fill_in(distinct[twin], camera)
-    return tuple(distinct)
-
-
-def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
-    """Tell whether two finds are one camera: by serial number and model, or by the address."""
-    if one.serial and other.serial and one.serial != other.serial:
-        return False
-    if one.endpoint == other.endpoint:
-        return True
-    # The digits are counted for each model again, so they alone do not make two cameras one.
-    return bool(one.serial) and one.serial == other.serial and _agree(one.model, other.model)
-
-
-def _agree(one: str, other: str) -> bool:
-    return not one or not other or one == other
-
-
-def _fill_in(best: FoundCamera, other: FoundCamera) -> FoundCamera:
-    user = other.user if other.source == "network" else ""
-    return replace(
-        best,
-        name=best.name if best.model or not other.model else other.name,
-        model=best.model or other.model,
-        serial=best.serial or other.serial,
-        user=user or best.user or other.user,
-    )
-
+from app.devices.theta.last_camera import last_camera
+from app.devices.theta.link import Link
+from app.devices.theta.messages import Info, parse_info
+from app.devices.theta.refusals import BUSY
+from app.devices.theta.reply import Timeouts
+from app.devices.theta.untrusted import JsonValue
 
 CONNECT_S: Final = 2.5
 """Seconds in which an address must accept a connection."""
@@ -441,27 +126,6 @@ def discover(
     finally:
         search.stop.set()
     return search.outcome()
-
-
-def check_address(text: str) -> Endpoint:
-    """Read an address that the user typed; nothing is sent to it.
-
-    `text`: "192.168.1.1", "http://cam.local:8080/", "[fe80::1%eth0]". Host and port. Any host is
-    accepted, also outside the own network: the user asked for it. Raises `DeviceError` when it is
-    no address, or one that no single camera can have; the code is "bad-address".
-    """
-    endpoint = Endpoint.parse(text)
-    address = None
-    with suppress(ValueError):  # A name.
-        address = ipaddress.ip_address(endpoint.host.partition("%")[0])
-    everybody = endpoint.host == "255.255.255.255"
-    if everybody or (address and (address.is_multicast or address.is_unspecified)):
-        raise DeviceError(
-            tr("{host} is not the address of a single camera.", host=endpoint.host),
-            tr('Type it like "192.168.1.1" or "THETAYL00105377.local".'),
-            "bad-address",
-        )
-    return endpoint
 
 
 def look_at(

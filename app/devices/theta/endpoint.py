@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ipaddress
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 from urllib.parse import unquote, urlsplit
@@ -208,3 +209,55 @@ def _bad_url(why: str) -> BadReply:
 
 ACCESS_POINT: Final = Endpoint("192.168.1.1")
 """Where every Ricoh Theta is when the computer has joined its own Wi-Fi."""
+
+
+_NEAR: Final = tuple(
+    ipaddress.ip_network(text)
+    for text in (
+        "10.0.0.0/8",
+        "172.16.0.0/12",
+        "192.168.0.0/16",
+        "169.254.0.0/16",
+        "127.0.0.0/8",
+        "fc00::/7",
+        "fe80::/10",
+        "::1/128",
+    )
+)
+
+
+def is_near(host: str) -> bool:
+    """Tell whether an address is one of a private network, of this link or of this machine.
+
+    Only such addresses are tried when the user has not typed them.
+
+    Examples:
+        >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
+        (True, False, True)
+    """
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return False
+    return any(address in network for network in _NEAR)
+
+
+def check_address(text: str) -> Endpoint:
+    """Read an address that the user typed; nothing is sent to it.
+
+    `text`: "192.168.1.1", "http://cam.local:8080/", "[fe80::1%eth0]". Host and port. Any host is
+    accepted, also outside the own network: the user asked for it. Raises `DeviceError` when it is
+    no address, or one that no single camera can have; the code is "bad-address".
+    """
+    endpoint = Endpoint.parse(text)
+    address = None
+    with suppress(ValueError):  # A name.
+        address = ipaddress.ip_address(endpoint.host.partition("%")[0])
+    everybody = endpoint.host == "255.255.255.255"
+    if everybody or (address and (address.is_multicast or address.is_unspecified)):
+        raise DeviceError(
+            tr("{host} is not the address of a single camera.", host=endpoint.host),
+            tr('Type it like "192.168.1.1" or "THETAYL00105377.local".'),
+            "bad-address",
+        )
+    return endpoint

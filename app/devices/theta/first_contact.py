@@ -9,7 +9,7 @@ from typing import Final
 
 from app.devices.clock import Clock
 from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded, Unreachable
-from app.devices.theta.link import BROKEN, NO_SUCH_NAME, NOBODY
+from app.devices.theta.network_errors import BROKEN, NO_SUCH_NAME, NOBODY
 
 GARBLED_S: Final = 20.0
 """How long replies may be cut, garbled or broken off, in seconds."""

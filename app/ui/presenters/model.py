@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
-    from app.devices.theta.discovery import FoundCamera
+    from app.devices.theta.camera_identity import FoundCamera
 
 
 def out_of_reach(results: Iterable[StyleResult]) -> int:

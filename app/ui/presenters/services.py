@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     import numpy as np
 
     from app.devices.clock import Clock
-    from app.devices.passwords import Passwords
-    from app.devices.theta.discovery import Discovery, FoundCamera
-    from app.devices.theta.link import Credentials, Link
+    from app.devices.passwords import Credentials, Passwords
+    from app.devices.theta.camera_identity import FoundCamera
+    from app.devices.theta.discovery import Discovery
+    from app.devices.theta.link import Link
     from app.devices.webcam import Webcam
     from app.ui.presenters.model import Model
     from app.ui.presenters.undo_stack import UndoStack

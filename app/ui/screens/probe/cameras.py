@@ -15,14 +15,16 @@ from typing import Any, Final
 from app.core.base.errors import CoreError
 from app.core.base.progress import PhraseReport, Token
 from app.core.text import tr, tr_plural
-from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import Clock, wait
 from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded, Unreachable
-from app.devices.passwords import default_password_hint
+from app.devices.passwords import Credentials, default_password_hint
+from app.devices.theta.camera_identity import FoundCamera, same_camera
 from app.devices.theta.client import OscClient
-from app.devices.theta.discovery import Discovery, FoundCamera, remember, same_camera
+from app.devices.theta.discovery import Discovery
 from app.devices.theta.first_contact import FirstContact
-from app.devices.theta.link import Credentials
+from app.devices.theta.last_camera import remember
+from app.devices.watched_folder.incoming_bracket import IncomingBracket
+from app.devices.watched_folder.watch import WatchedFolder
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services, T

@@ -21,7 +21,7 @@ from app.core.text import tr, tr_plural
 from app.devices.capture.status import Stage, Status
 from app.devices.client_profiles import profile_for
 from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
-from app.devices.theta.client import Info
+from app.devices.theta.messages import Info
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import (
     CameraBlock,

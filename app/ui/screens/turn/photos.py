@@ -50,8 +50,8 @@ from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
-from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import wait
+from app.devices.watched_folder.watch import WatchedFolder
 from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo_stack import Undoable

@@ -1,10 +1,8 @@
-"""A folder into which some camera's pictures come: which of them are a bracket.
+"""A folder into which some camera's pictures come.
 
-Any camera does whose files end up in a folder: by cable, by Wi-Fi, from a card. The folder is
-looked at again and again; nothing is changed in it. A file counts when it has been still for some
-seconds and is a whole picture with an exposure time. Frames of one camera and one size that come
-together with different exposures are one bracket; it is complete when nothing more has come for a
-while, or when an exposure comes again.
+The camera may be any whose files end up in a folder: by cable, by Wi-Fi, from a card. The folder is
+listed again and again; nothing in it is changed. A file counts when it has not changed for some
+seconds and is a whole picture with an exposure time.
 """
 
 from __future__ import annotations
@@ -12,7 +10,6 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -20,19 +17,11 @@ from typing import Final, NamedTuple
 
 from app.core.base.atomic_files import os_errors_as
 from app.core.base.progress import Token
-from app.core.measure.bracket.grouping import EQUAL_STOPS, MAX_FRAMES
 from app.core.text import tr, tr_plural
-from app.devices.capture.file_integrity import (
-    Arrival,
-    is_wanted,
-    passed_over,
-    read_arrival,
-    sha256_of,
-)
 from app.devices.clock import Clock, wait
 from app.devices.errors import CaptureFailed, Unreachable
-
-__all__ = ["MAX_FILES", "Arrival", "IncomingBracket", "WatchedFolder"]
+from app.devices.watched_folder.arrival import Arrival, is_wanted, passed_over, read_arrival
+from app.devices.watched_folder.incoming_bracket import Grouping, IncomingBracket
 
 MAX_FILES: Final = 5000
 """Most entries of a folder that is watched."""
@@ -41,16 +30,6 @@ _POLL_S: Final = 0.5
 _GONE_S: Final = 30.0
 _MAX_NOTES: Final = 200
 _HOLD_S: Final = 10.0
-
-_PATIENCE: Final = 6.0
-
-
-@dataclass(frozen=True, slots=True)
-class IncomingBracket:
-    """Frames that belong together."""
-
-    paths: tuple[Path, ...]
-    reasons: tuple[str, ...]
 
 
 class _Stamp(NamedTuple):
@@ -251,125 +230,3 @@ class WatchedFolder:
             self._notes[sentence] = None
             if self._say is not None:
                 self._say(sentence)
-
-
-@dataclass(slots=True)
-class _OpenBracket:
-    """A bracket that more frames may belong to."""
-
-    frames: list[Arrival]
-    last_s: float
-    quiet_from_s: float
-
-
-class Grouping:
-    """Sorts arrivals into brackets.
-
-    `quiet_s`: a bracket is complete when nothing has come for so many seconds; frames that were
-    taken further apart, besides their exposures, are of different brackets.
-    """
-
-    def __init__(self, quiet_s: float) -> None:
-        self._quiet_s = quiet_s
-        self._open: dict[tuple[object, ...], _OpenBracket] = {}
-        self._ready: list[IncomingBracket] = []
-        self._notes: list[str] = []
-
-    def add(self, arrival: Arrival, now: float) -> None:
-        """Take a picture in. `now`: time in seconds."""
-        key = (arrival.camera, arrival.shape, arrival.kind)
-        group = self._open.get(key)
-        if group is not None:
-            twin = _equal(group.frames, arrival)
-            if twin is not None and _copies(twin, arrival):
-                self._notes.append(
-                    tr("{name} is a copy of {other}.", name=arrival.path.name, other=twin.path.name)
-                )
-                return
-            reason = self._another(group, arrival, twin)
-            if reason:
-                self._close(key, reason)
-        group = self._open.setdefault(key, _OpenBracket([], now, now))
-        group.frames.append(arrival)
-        group.last_s = group.quiet_from_s = now
-
-    def touch(self, now: float) -> None:
-        """Wait a while longer with what is open: something is on its way."""
-        for group in self._open.values():
-            group.quiet_from_s = min(now, group.last_s + _PATIENCE * self._quiet_s)
-
-    def forget(self, path: Path) -> None:
-        """Drop a file that was removed or has changed."""
-        for key, group in tuple(self._open.items()):
-            group.frames = [frame for frame in group.frames if frame.path != path]
-            if not group.frames:
-                del self._open[key]
-
-    def complete(self, now: float) -> Iterator[IncomingBracket]:
-        """Give away what is complete. `now`: time in seconds."""
-        for key, group in tuple(self._open.items()):
-            if now - group.quiet_from_s >= self._quiet_s:
-                self._close(
-                    key, tr("Nothing more came for {seconds:g} seconds.", seconds=self._quiet_s)
-                )
-        while self._ready:
-            yield self._ready.pop(0)
-
-    def take_notes(self) -> list[str]:
-        """Give away what there is to say."""
-        notes, self._notes = self._notes, []
-        return notes
-
-    def _another(self, group: _OpenBracket, arrival: Arrival, twin: Arrival | None) -> str:
-        """Say why a picture begins a new bracket; "" where it belongs to this one."""
-        name = arrival.path.name
-        if twin is not None:
-            return tr(
-                "{name} has the exposure of {other}, so it begins another bracket.",
-                name=name,
-                other=twin.path.name,
-            )
-        if len(group.frames) >= MAX_FRAMES:
-            return tr("A bracket has at most {most} frames.", most=MAX_FRAMES)
-        gap = _gap_s(group.frames, arrival)
-        if gap > self._quiet_s:
-            return tr("{name} was taken {gap:.0f} s apart from the others.", name=name, gap=gap)
-        return ""
-
-    def _close(self, key: tuple[object, ...], reason: str) -> None:
-        frames = sorted(self._open.pop(key).frames, key=lambda frame: frame.order)
-        if len(frames) > 1:
-            self._ready.append(IncomingBracket(tuple(frame.path for frame in frames), (reason,)))
-        elif frames:
-            self._notes.append(
-                tr("{name} came alone, so it is not a bracket.", name=frames[0].path.name)
-            )
-
-
-def _equal(frames: list[Arrival], arrival: Arrival) -> Arrival | None:
-    for frame in frames:
-        if abs(frame.exposure.ev - arrival.exposure.ev) < EQUAL_STOPS:
-            return frame
-    return None
-
-
-def _copies(one: Arrival, other: Arrival) -> bool:
-    if one.taken_s != other.taken_s:
-        return False
-    with suppress(OSError):
-        return sha256_of(one.path) == sha256_of(other.path)
-    return False
-
-
-def _gap_s(frames: list[Arrival], arrival: Arrival) -> float:
-    """Time to the nearest frame besides what the exposures take; 0 where it is not known."""
-    if arrival.taken_s is None:
-        return 0.0
-    gaps = [
-        # Many cameras take a second, dark picture after a long exposure.
-        abs(arrival.taken_s - frame.taken_s)
-        - 2.0 * max(frame.exposure.shutter_s, arrival.exposure.shutter_s)
-        for frame in frames
-        if frame.taken_s is not None
-    ]
-    return max(min(gaps), 0.0) if gaps else 0.0

@@ -1,4 +1,4 @@
-"""Taking the bracket: by the camera itself where it can, else picture by picture."""
+"""The bracket: taken by the camera itself if it can, otherwise picture by picture."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import Any, Final
 from app.core.base.errors import CoreError
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.text import tr
-from app.devices.capture import preparation
+from app.devices.capture import camera_settings
 from app.devices.capture.connection_loss import NOT_NOW, Contact, find_frames, newest_address
-from app.devices.capture.preparation import CaptureJob
-from app.devices.capture.single import (
+from app.devices.capture.exposures.single_pictures import (
     FRAME_S,
     STARTS,
     as_sent,
@@ -21,10 +20,11 @@ from app.devices.capture.single import (
     shoot_singly,
     unheard,
 )
+from app.devices.capture.job import CaptureJob
 from app.devices.capture.status import Stage
 from app.devices.client_profiles import KELVIN, ModelProfile
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
-from app.devices.theta.client import CommandReply, FileEntry
+from app.devices.theta.messages import CommandReply, FileEntry
 
 _WATCH_S: Final = 3.0
 _UNSEEN_S: Final = 10.0
@@ -227,7 +227,7 @@ def _shoot(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
         except _NoBracket:
             job.board.say(tr("The camera does not bracket by itself; taking single pictures"))
     if job.profile.needs_method:
-        preparation.change_if_known(job.contact, {"_shootingMethod": "normal"})
+        camera_settings.change_if_known(job.contact, {"_shootingMethod": "normal"})
     return shoot_singly(job, plan.shots)
 
 
@@ -237,11 +237,11 @@ def _by_itself(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
     for _ in range(STARTS):
         if job.contact.losses != losses:
             losses = job.contact.losses
-            preparation.prepare(job.contact, job.profile)
+            camera_settings.prepare(job.contact, job.profile)
         _arm(job, plan)
         if job.contact.losses != losses:
             continue
-        preparation.settle(job.contact, job.profile)
+        camera_settings.settle(job.contact, job.profile)
         run = Run(job.clock.now(), job.clock.now() + deadline_s(plan, job.delay_s))
         with suppress(*LOSSES):
             command = _start(job)
@@ -258,7 +258,7 @@ def _arm(job: CaptureJob, plan: Plan) -> None:
         set_timer(job)
     for white in (True, False):
         try:
-            preparation.change(job.contact, bracket_options(job.profile, plan, white=white))
+            camera_settings.change(job.contact, bracket_options(job.profile, plan, white=white))
         except CameraRefused as error:
             if error.code not in _REFUSALS:
                 raise

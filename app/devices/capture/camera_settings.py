@@ -1,129 +1,21 @@
-"""Before and after the bracket: is the camera ready, what is changed on it, and how it is put back.
+"""The settings of the camera: read, changed for the capture, and restored.
 
-Whatever is going to be changed is read and written into the session's journal first, so that even
-after a power cut the camera can be given back as it was.
+Whatever is about to change is read and written into the session's journal first, so that the camera
+gets its settings back even after a power cut.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any, Final, Literal
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
 
-from app.core.base.progress import Token
-from app.core.base.remarks import PlainRemark, Remark
-from app.core.measure.bracket.incoming_frames import ArrivingFrames
-from app.core.measure.measurement import Measurement
-from app.core.measure.options import MeasureOptions
-from app.core.measure.plan.planner import Plan
 from app.core.places.journal import keepable
-from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 from app.devices.capture.connection_loss import NOT_NOW, Contact
-from app.devices.capture.session import Debts, Session
-from app.devices.capture.status import Board, Stage
-from app.devices.client_profiles import KELVIN, WIDEST, ModelProfile, profile_for
-from app.devices.clock import Clock
-from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError
-from app.devices.theta.client import Info, OscClient, State
-from app.devices.theta.untrusted import number
-
-
-@dataclass(slots=True)
-class CaptureJob:
-    """One capture on its way: what was asked for, and what has come of it so far.
-
-    * `client`, `session`, `clock`, `token`, `board`, `contact`: the camera, where its files go,
-      time, the wish to stop, the status, and the camera again with patience.
-    * `debts`: what earlier captures owe to cameras; None where it is not kept.
-    * `profile`, `info`: of the camera; `info` is None where it was not needed any more.
-    """
-
-    client: OscClient
-    session: Session
-    clock: Clock
-    token: Token
-    board: Board
-    contact: Contact
-    kind: Literal["paper", "full"]
-    pack: StylePack
-    wishes: MeasureOptions
-    delay_s: int
-    arriving: ArrivingFrames
-    profile: ModelProfile
-    debts: Debts | None = None
-    info: Info | None = None
-    exposing: bool = False
-    paths: tuple[Path, ...] = ()
-    probe: Measurement | None = None
-    environment: Path | None = None
-    seconds: dict[str, float] = field(default_factory=dict)
-    warnings: list[Remark] = field(default_factory=list)
-
-    @property
-    def plan(self) -> Plan:
-        """The bracket that is shot. Raises `CaptureFailed` before there is one."""
-        plan = self.session.journal.plan
-        if plan is None:
-            raise CaptureFailed(tr("No bracket has been planned."), tr("Start again."), "no-plan")
-        return plan
-
-    def warn(self, warning: Remark | str) -> None:
-        """Keep a warning for the user, once."""
-        remark = PlainRemark(warning) if isinstance(warning, str) else warning
-        if warning and remark not in self.warnings:
-            self.warnings.append(remark)
-            self.session.warn(remark)
-
-    @contextmanager
-    def timed(self, part: str) -> Iterator[None]:
-        """Add the time that passes to a part."""
-        began = self.clock.now()
-        try:
-            yield
-        finally:
-            self.seconds[part] = self.seconds.get(part, 0.0) + self.clock.now() - began
-
-
-_LOW_BATTERY: Final = 0.1
-_HOT_C: Final = 60.0
-_PREVIEW_S: Final = 0.5
-_IDLE_S: Final = 15.0
-_MOST_SHOTS: Final = {"paper": 3, "full": 10}
-
-_HEAT: Final = (
-    tr("The camera is too hot to shoot."),
-    tr("Switch it off, let it cool down in the shade for some minutes, then try again."),
-)
-_BLOCKING: Final = {
-    "NO_MEMORY": (
-        tr("The camera's storage is full."),
-        tr("Delete pictures on the camera that you have copied, then try again."),
-    ),
-    "FILE_NUMBER_OVER": (
-        tr("The camera has used up its file numbers."),
-        tr("Copy its pictures, delete them on the camera, then try again."),
-    ),
-    "BATTERY_CHARGE_FAIL": (
-        tr("The camera's battery cannot be charged."),
-        tr("Unplug it, let it cool down, or change the battery."),
-    ),
-    "HIGH_TEMPERATURE": _HEAT,
-    "BATTERY_HIGH_TEMPERATURE": _HEAT,
-}
-_MYSTERIES: Final = frozenset({"disabledCommand", "incomplete", "stopped", "deadline"})
-_BROKEN: Final = frozenset(
-    {
-        "CAPTURE_HW_FAILED",
-        "CAPTURE_SW_FAILED",
-        "INTERNAL_MEM_ACCESS_FAIL",
-        "UNEXPECTED_ERROR",
-        "IN_PROGRESS_ERROR",
-        "CANNOT_RECORDING",
-    }
-)
+from app.devices.capture.session import Session
+from app.devices.client_profiles import KELVIN, WIDEST, ModelProfile
+from app.devices.errors import CameraNotReady, CameraRefused, DeviceError
 
 _NEVER: Final = 65535
 _AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
@@ -134,129 +26,6 @@ _TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBotto
 _SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
 # Not worth a sentence when the camera does not want its own value back.
 _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
-
-
-def connect(job: CaptureJob) -> None:
-    """Let a preview end, ask who the camera is and choose its profile.
-
-    Raises `DeviceError` when it does not answer, is no camera, is not the one of this session, or
-    its firmware is too old.
-    """
-    job.board.show(Stage.CONNECTING, tr("Connecting to the camera"))
-    # A preview that was closed just now: until then a camera refuses most of what follows.
-    job.contact.pause(_PREVIEW_S)
-    job.contact.serial = job.session.journal.serial
-    job.info = info = job.contact.meet()
-    job.contact.serial = info.serial_number
-    job.profile = profile_for(info)
-    job.contact.forgets = job.profile.forgets
-    job.client.most_listed = job.profile.listed
-    _check_firmware(info, job.profile)
-    job.session.update(model=info.model, serial=info.serial_number, firmware=info.firmware_text)
-
-
-def check_ready(job: CaptureJob) -> None:
-    """Check that nothing keeps the camera from shooting.
-
-    Raises `CameraNotReady` when something does: what, and what to do about it.
-    """
-    job.board.show(Stage.CONNECTING, tr("Checking the camera"), 0.5)
-    state = job.contact.ask(job.client.state)
-    _check_state(state)
-    if state.plugin_running:
-        raise CameraNotReady(
-            tr("A plug-in is running on the camera."),
-            tr("End it with the camera's Mode button or in its own app, then try again."),
-            "plug-in",
-        )
-    _check_storage(job)
-    wait_until_idle(job, _IDLE_S)
-
-
-def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
-    """Wait until the camera is doing nothing.
-
-    Raises `CameraNotReady` when it is busy for longer.
-    """
-    until = job.clock.now() + longest_s
-    while True:
-        status = job.contact.ask(job.client.state).capture_status
-        if status in ("", "idle"):
-            return
-        if job.clock.now() >= until:
-            raise CameraNotReady(
-                tr("The camera is busy ({status}).", status=status),
-                tr(
-                    "Wait until it has finished, or stop it with its shutter button, then "
-                    "try again."
-                ),
-                "busy",
-            )
-        job.contact.pause(1.0)
-
-
-def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
-    """Find out whether a camera that refused or stopped has a reason that its state tells."""
-    if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
-        return error
-    try:
-        _check_state(job.client.state())
-    except CameraNotReady as reason:
-        return reason
-    except DeviceError:
-        pass
-    return error
-
-
-def _check_firmware(info: Info, profile: ModelProfile) -> None:
-    if info.firmware and info.firmware < profile.min_firmware:
-        version = ".".join(str(number) for number in profile.min_firmware)
-        raise CameraNotReady(
-            tr(
-                "The camera's firmware {firmware} is too old; {version} is needed.",
-                firmware=info.firmware_text,
-                version=version,
-            ),
-            tr("Update it with Ricoh's app for the computer."),
-            "firmware",
-        )
-
-
-def _check_state(state: State) -> None:
-    """Refuse faults that a camera reports, heat, and a battery that is nearly empty."""
-    for code in state.camera_errors:
-        if code in _BLOCKING:
-            raise CameraNotReady(*_BLOCKING[code], code)
-        if code in _BROKEN:
-            raise CameraNotReady(
-                tr("The camera reports a fault ({code}).", code=code),
-                tr("Switch it off and on; if that does not help, see its manual."),
-                code,
-            )
-    if max(state.board_temperature or 0.0, state.battery_temperature or 0.0) >= _HOT_C:
-        raise CameraNotReady(*_HEAT, "HIGH_TEMPERATURE")
-    level, charging = state.battery_level, state.battery_state in ("charging", "charged")
-    if level is not None and level < _LOW_BATTERY and not charging:
-        raise CameraNotReady(
-            tr("The camera's battery is at {level:.0%}: too little for a bracket.", level=level),
-            tr("Charge it, or connect it to power, then try again."),
-            "battery",
-        )
-
-
-def _check_storage(job: CaptureJob) -> None:
-    room_for = number(read(job.contact, ("remainingPictures",)).get("remainingPictures"))
-    count = _MOST_SHOTS[job.kind] + 1
-    if room_for is not None and room_for < count:
-        raise CameraNotReady(
-            tr(
-                "The camera has room for {room} more pictures; {count} are needed.",
-                room=max(int(room_for), 0),
-                count=count,
-            ),
-            tr("Delete pictures on the camera that you have copied, then try again."),
-            "storage",
-        )
 
 
 def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:

@@ -1,0 +1,79 @@
+"""The captures that still owe a camera its settings, so that the next capture restores them.
+
+A capture is noted here before it changes anything on the camera; what exactly it owes is in the
+journal of its session.
+"""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from app.core.base.atomic_files import (
+    atomic_write_text,
+    make_folder,
+    open_file,
+)
+from app.core.base.errors import CoreError
+from app.core.places.journal import (
+    JOURNAL,
+)
+from app.devices.capture.session import Session
+from app.devices.errors import BadReply
+from app.devices.theta.untrusted import parse_json, table, words
+
+FILE: Final = "owed-cameras.json"
+"""Name of the file in the user's folder."""
+
+_MOST: Final = 50
+_MOST_BYTES: Final = 1 << 18
+_LONGEST: Final = 4000
+
+
+class Debts:
+    """A file with the folders of such captures, the oldest first."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def note(self, session: Session) -> None:
+        """Add a capture; a file that cannot be written is no reason not to capture."""
+        folder = str(session.folder.resolve())
+        self._write([*(each for each in self._read() if each != folder), folder])
+
+    def settle(self, session: Session) -> None:
+        """Take a capture out that owes nothing any more."""
+        folder, folders = str(session.folder.resolve()), self._read()
+        if not session.owes and folder in folders:
+            self._write([each for each in folders if each != folder])
+
+    def of(self, serial: str, besides: Session) -> list[Session]:
+        """Open the other sessions that owe this camera something, the newest first."""
+        sessions: list[Session] = []
+        for folder in reversed(self._read()):
+            if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():
+                continue
+            with suppress(CoreError):
+                session = Session.open(folder)
+                if session.owes and session.journal.serial == serial:
+                    sessions.append(session)
+        return sessions
+
+    def _read(self) -> list[str]:
+        try:
+            with open_file(self._path) as stream:
+                sessions = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
+        except (OSError, BadReply):
+            return []
+        if not isinstance(sessions, list):
+            return []
+        texts = [words(each, _LONGEST) for each in sessions[-_MOST:]]
+        return [each for each in texts if each and Path(each).is_absolute()]
+
+    def _write(self, folders: list[str]) -> None:
+        with suppress(OSError, CoreError):
+            make_folder(self._path.parent)
+            text = json.dumps({"format": 1, "sessions": folders[-_MOST:]}, indent=1)
+            atomic_write_text(self._path, text + "\n")

@@ -1,0 +1,1 @@
+"""Metering and shooting, and the pictures that this leaves on the camera."""

@@ -1,0 +1,83 @@
+"""One capture: its orders, its tools, and its results so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from app.core.base.progress import Token
+from app.core.base.remarks import PlainRemark, Remark
+from app.core.measure.bracket.incoming_frames import ArrivingFrames
+from app.core.measure.measurement import Measurement
+from app.core.measure.options import MeasureOptions
+from app.core.measure.plan.planner import Plan
+from app.core.styles.style_pack import StylePack
+from app.core.text import tr
+from app.devices.capture.connection_loss import Contact
+from app.devices.capture.debts import Debts
+from app.devices.capture.session import Session
+from app.devices.capture.status import Board
+from app.devices.client_profiles import ModelProfile
+from app.devices.clock import Clock
+from app.devices.errors import CaptureFailed
+from app.devices.theta.client import OscClient
+from app.devices.theta.messages import Info
+
+
+@dataclass(slots=True)
+class CaptureJob:
+    """One capture on its way: what was asked for, and what has come of it so far.
+
+    * `client`, `session`, `clock`, `token`, `board`, `contact`: the camera, where its files go,
+      time, the wish to stop, the status, and the camera again with patience.
+    * `debts`: what earlier captures owe to cameras; None where it is not kept.
+    * `profile`, `info`: of the camera; `info` is None where it was not needed any more.
+    """
+
+    client: OscClient
+    session: Session
+    clock: Clock
+    token: Token
+    board: Board
+    contact: Contact
+    kind: Literal["paper", "full"]
+    pack: StylePack
+    wishes: MeasureOptions
+    delay_s: int
+    arriving: ArrivingFrames
+    profile: ModelProfile
+    debts: Debts | None = None
+    info: Info | None = None
+    exposing: bool = False
+    paths: tuple[Path, ...] = ()
+    probe: Measurement | None = None
+    environment: Path | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+    warnings: list[Remark] = field(default_factory=list)
+
+    @property
+    def plan(self) -> Plan:
+        """The bracket that is shot. Raises `CaptureFailed` before there is one."""
+        plan = self.session.journal.plan
+        if plan is None:
+            raise CaptureFailed(tr("No bracket has been planned."), tr("Start again."), "no-plan")
+        return plan
+
+    def warn(self, warning: Remark | str) -> None:
+        """Keep a warning for the user, once."""
+        remark = PlainRemark(warning) if isinstance(warning, str) else warning
+        if warning and remark not in self.warnings:
+            self.warnings.append(remark)
+            self.session.warn(remark)
+
+    @contextmanager
+    def timed(self, part: str) -> Iterator[None]:
+        """Add the time that passes to a part."""
+        began = self.clock.now()
+        try:
+            yield
+        finally:
+            self.seconds[part] = self.seconds.get(part, 0.0) + self.clock.now() - began

@@ -1,0 +1,123 @@
+"""Cameras by name, model and serial number, so that one camera at two addresses counts once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Final, Literal, TypeAlias
+
+from app.core.measure.plan.camera_models import CAMERAS
+from app.devices.client_profiles import profile_for
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.messages import Info
+from app.devices.theta.untrusted import words
+
+_INSTANCE: Final = re.compile(r"(THETA([A-Z]{2})(\d{8}))(?:$|[. ])", re.ASCII)
+_MODELS: Final = {each.user_prefix: each.model_text for each in CAMERAS if each.user_prefix}
+_LONGEST: Final = 64
+_ORDER: Final = ("typed", "access point", "remembered", "network")
+
+Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
+"""Where an address came from: a camera's own Wi-Fi, an announcement, last time, the user."""
+
+
+@dataclass(frozen=True, slots=True)
+class FoundCamera:
+    """A camera that answers, or one that is there for certain but wants a password first."""
+
+    name: str
+    endpoint: Endpoint
+    model: str
+    serial: str
+    source: Source
+    needs_password: bool = False
+    user: str = ""
+    used_last: bool = False
+
+
+def described(
+    endpoint: Endpoint, source: Source, info: Info | None = None, announced: str = ""
+) -> FoundCamera:
+    """Put together what is known of a camera.
+
+    `info`: what the camera said of itself; None when it wants a password before it says anything.
+    """
+    label = words(announced, _LONGEST)
+    serial = words(info.serial_number, _LONGEST) if info else serial_in(label)
+    user = theta_user(label) if serial_in(label) == serial else ""
+    model = words(info.model, _LONGEST) if info else _MODELS.get(user[5:7], "")
+    if model and serial and not user:
+        user = profile_for(info or Info(model)).user_name(serial)
+    title = " ".join(text for text in (model, serial) if text)
+    return FoundCamera(
+        name=title or label or endpoint.host[:_LONGEST],
+        endpoint=endpoint,
+        model=model,
+        serial=serial,
+        source=source,
+        needs_password=info is None,
+        user=user,
+    )
+
+
+def theta_user(announced: str) -> str:
+    """Give the user name in an announced name, "" where there is none.
+
+    Examples:
+        >>> theta_user("THETAYL00105377._osc._tcp.local.")
+        'THETAYL00105377'
+    """
+    match = _INSTANCE.match(announced)
+    return match.group(1) if match else ""
+
+
+def serial_in(announced: str) -> str:
+    """Give the digits of the serial number in an announced name, "" where there is none."""
+    match = _INSTANCE.match(announced)
+    return match.group(3) if match else ""
+
+
+def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
+    """Leave each camera once.
+
+    Returns the nearest address of each: one that works without a password before one that wants it,
+    then typed, access point, remembered, network; sorted so. What the other finds of the same
+    camera know is filled in.
+    """
+    ranked = sorted(
+        cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))
+    )
+    distinct: list[FoundCamera] = []
+    for camera in ranked:
+        twin = next((k for k, other in enumerate(distinct) if same_camera(camera, other)), None)
+        if twin is None:
+            distinct.append(camera)
+        else:
+            distinct[twin] = _fill_in(distinct[twin], camera)
+    return tuple(distinct)
+
+
+def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
+    """Tell whether two finds are one camera: by serial number and model, or by the address."""
+    if one.serial and other.serial and one.serial != other.serial:
+        return False
+    if one.endpoint == other.endpoint:
+        return True
+    # The digits are counted for each model again, so they alone do not make two cameras one.
+    return bool(one.serial) and one.serial == other.serial and _agree(one.model, other.model)
+
+
+def _agree(one: str, other: str) -> bool:
+    return not one or not other or one == other
+
+
+def _fill_in(best: FoundCamera, other: FoundCamera) -> FoundCamera:
+    user = other.user if other.source == "network" else ""
+    return replace(
+        best,
+        name=best.name if best.model or not other.model else other.name,
+        model=best.model or other.model,
+        serial=best.serial or other.serial,
+        user=user or best.user or other.user,
+    )

@@ -1,0 +1,265 @@
+"""What a camera says, as types: its description, its state, its answers and its list of files.
+
+Every field of a message is checked before it is used; names of files, too. A message that lacks
+what makes it one is a `BadReply`; any other field that is missing or invalid takes a neutral value.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from app.core.text import tr
+from app.devices.errors import BadReply
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.network_errors import no_camera
+from app.devices.theta.refusals import refused
+from app.devices.theta.untrusted import (
+    JsonValue,
+    flag,
+    fraction,
+    number,
+    table,
+    texts,
+    whole,
+    words,
+)
+
+_NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")
+_DATE: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
+_LARGEST_FILE: Final = 2**40
+# Windows takes these for devices, whatever follows the dot.
+_RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
+_OK: Final = 200
+_FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
+_LONGEST_ID: Final = 100
+_HINT: Final = tr("Try again. If the problem persists, restart the camera.")
+_URL_KEYS: Final = frozenset({"fileUrl", "_dngFileUrl", "previewUrl", "_localFileUrl"})
+_URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "convertedFileUrls"})
+
+
+@dataclass(frozen=True, slots=True)
+class FileEntry:
+    """A file on the camera.
+
+    * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
+    * `date_time`: "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not
+      tell.
+    """
+
+    name: str
+    url: str
+    size: int = 0
+    date_time: str = ""
+    group_id: str | None = None
+
+
+def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
+    """Read the results of camera.listFiles.
+
+    In the camera's order. Entries without a usable URL are left out; one with an unsafe name is
+    called by the last part of its URL if that is safe, and left out if not. Raises `BadReply` when
+    there is no list.
+    """
+    entries = results.get("entries")
+    if not isinstance(entries, list):
+        raise BadReply(tr("The camera sent an invalid list of files."), tr("Try again."))
+    parsed = (_entry(table(entry), endpoint) for entry in entries)
+    return tuple(entry for entry in parsed if entry is not None)
+
+
+def safe_name(text: object) -> str:
+    """Give a camera's file name if it can be a part of a path on any system, else "".
+
+    Examples:
+        >>> safe_name("R0010015.JPG"), safe_name("../R0010015.JPG")
+        ('R0010015.JPG', '')
+    """
+    if not isinstance(text, str) or not _NAME.fullmatch(text) or text.endswith("."):
+        return ""
+    return "" if _RESERVED.fullmatch(text) else text
+
+
+def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | None:
+    url = safe_url(fields.get("fileUrl"), endpoint)
+    name = safe_name(fields.get("name")) or safe_name(url.partition("?")[0].rpartition("/")[2])
+    if not url or not name:
+        return None
+    date = next(
+        (
+            text
+            for key in ("dateTimeZone", "dateTime", "_dateTimeZone")
+            if _DATE.fullmatch(text := words(fields.get(key), 40))
+        ),
+        "",
+    )
+    return FileEntry(
+        name=name,
+        url=url,
+        size=whole(fields.get("size"), _LARGEST_FILE) or 0,
+        date_time=date,
+        group_id=words(fields.get("_autoBracketGroupId"), 80) or None,
+    )
+
+
+def safe_url(value: object, endpoint: Endpoint) -> str:
+    """Give a URL at an endpoint, or "" for anything that `Endpoint.rewrite` refuses."""
+    if not isinstance(value, str) or not value:
+        return ""
+    try:
+        return endpoint.rewrite(value)
+    except BadReply:
+        return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Info:
+    """Answer to /osc/info.
+
+    * `firmware`: (2, 10, 3) of "2.10.3"; empty when it is not made of numbers.
+    * `api_level`: (1, 2) for S and SC, (2,) for later models.
+    """
+
+    model: str
+    serial_number: str = ""
+    firmware: tuple[int, ...] = ()
+    firmware_text: str = ""
+    api_level: tuple[int, ...] = ()
+    uptime_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Answer to /osc/state.
+
+    * `battery_level`: 0 to 1.
+    * `battery_state`: "charging", "charged", "disconnect" or something new.
+    * `capture_status`: "idle", "shooting", "bracket shooting" and others; "" where a camera does
+      not tell.
+    """
+
+    battery_level: float | None = None
+    battery_state: str = ""
+    capture_status: str = ""
+    latest_file_url: str = ""
+    camera_errors: tuple[str, ...] = ()
+    api_version: int | None = None
+    plugin_running: bool = False
+    board_temperature: float | None = None
+    battery_temperature: float | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether the camera does nothing, as far as it tells."""
+        return self.capture_status in ("", "idle")
+
+
+@dataclass(frozen=True, slots=True)
+class CommandReply:
+    """Answer to a command.
+
+    * `id`: for asking on; must be sent back exactly as it came. None where it came without a usable
+      one.
+    * `completion`: 0 to 1 while in progress.
+    * `results`: what came of it, as the camera put it.
+    * `file_urls`: of its files, at the endpoint in use.
+    * `refused_urls`: how many addresses cannot be used.
+    """
+
+    state: Literal["done", "inProgress"]
+    id: str | int | None = None
+    completion: float | None = None
+    results: Mapping[str, JsonValue] = field(default_factory=dict)
+    file_urls: tuple[str, ...] = ()
+    refused_urls: int = 0
+
+
+def parse_info(value: JsonValue) -> Info:
+    """Read the answer to /osc/info.
+
+    Raises `CameraRefused` when it is an error object; `NotACamera` when it is not the
+    self-description of an OSC camera.
+    """
+    error = refused(value, _OK)
+    if error is not None:
+        raise error
+    fields = table(value)
+    model = words(fields.get("model"))
+    if not model or not ({"api", "apiLevel", "endpoints", "firmwareVersion"} & fields.keys()):
+        raise no_camera()
+    text = words(fields.get("firmwareVersion"), 40)
+    levels = fields.get("apiLevel")
+    numbers = [whole(level, 100) for level in levels[:10]] if isinstance(levels, list) else []
+    return Info(
+        model=model,
+        serial_number=words(fields.get("serialNumber"), 40),
+        firmware=tuple(int(part) for part in text.split(".")) if _FIRMWARE.fullmatch(text) else (),
+        firmware_text=text,
+        api_level=tuple(level for level in numbers if level is not None),
+        uptime_s=number(fields.get("uptime")),
+    )
+
+
+def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
+    """Read the answer to /osc/state.
+
+    Raises `CameraRefused` when it is an error object; `BadReply` when it is no state.
+    """
+    fields = table(value).get("state")
+    if not isinstance(fields, dict):
+        raise refused(value, _OK) or _nonsense()
+    return State(
+        battery_level=fraction(fields.get("batteryLevel")),
+        battery_state=words(fields.get("_batteryState"), 40),
+        capture_status=words(fields.get("_captureStatus"), 80),
+        latest_file_url=safe_url(fields.get("_latestFileUrl"), endpoint),
+        camera_errors=texts(fields.get("_cameraError")),
+        api_version=whole(fields.get("_apiVersion"), 100),
+        plugin_running=flag(fields.get("_pluginRunning")) or False,
+        board_temperature=number(fields.get("_boardTemp")),
+        battery_temperature=number(fields.get("_batteryTemp")),
+    )
+
+
+def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
+    """Read the answer to a command or to a question about one.
+
+    Raises `CameraRefused` when it is an error object; `BadReply` when it is no such answer.
+    """
+    error = refused(value, _OK)
+    if error is not None:
+        raise error
+    fields = table(value)
+    state, results, number = fields.get("state"), fields.get("results"), _id(fields.get("id"))
+    # Some cameras leave the state out once there are results.
+    if state == "done" or (state is None and isinstance(results, dict)):
+        urls, bad = _files(table(results), endpoint)
+        return CommandReply("done", number, None, table(results), urls, bad)
+    if state != "inProgress":
+        raise _nonsense()
+    return CommandReply(
+        "inProgress", number, fraction(table(fields.get("progress")).get("completion"))
+    )
+
+
+def _files(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[tuple[str, ...], int]:
+    """Bring the addresses of files to an endpoint; count all addresses that cannot be used."""
+    lists = {key: value for key in _URL_LISTS if isinstance(value := results.get(key), list)}
+    single = (results.get(key) for key in _URL_KEYS)
+    addresses = [*filter(None, single), *(url for urls in lists.values() for url in urls)]
+    groups = [results.get("fileUrl"), *lists.get("fileUrls", ()), *lists.get("_fileGroup", ())]
+    good = (safe_url(url, endpoint) for url in groups)
+    bad = sum(not safe_url(url, endpoint) for url in addresses)
+    return tuple(dict.fromkeys(url for url in good if url)), bad
+
+
+def _id(value: object) -> str | int | None:
+    if isinstance(value, str) and 0 < len(value) <= _LONGEST_ID and value.isprintable():
+        return value
+    return value if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+def _nonsense() -> BadReply:
+    return BadReply(tr("The camera sent an invalid response."), _HINT)

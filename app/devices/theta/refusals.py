@@ -1,0 +1,109 @@
+"""The error codes of a camera, with a sentence and a hint for each."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from app.core.text import tr
+from app.devices.errors import CameraRefused
+from app.devices.theta.untrusted import JsonValue, table, words
+
+BUSY: Final = "serviceUnavailable"
+"""The one code after which the same request may simply be sent again."""
+
+_UPDATE: Final = tr(
+    "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
+)
+_RESTART: Final = tr("Restart the camera, then try again.")
+_WAIT: Final = tr("Wait a few seconds, then try again.")
+
+REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
+    {
+        "unknownCommand": (tr("The camera does not know this command."), _UPDATE),
+        "missingParameter": (tr("The request to the camera was incomplete."), _UPDATE),
+        "invalidParameterName": (tr("The camera does not know one of the settings."), _UPDATE),
+        "invalidParameterValue": (
+            tr("The camera does not accept a value, or the file is no longer on it."),
+            tr("Connect again, so that the camera's own lists are read again."),
+        ),
+        "tooManyParameters": (tr("The camera was sent too much at once."), _UPDATE),
+        "disabledCommand": (
+            tr("The camera cannot do this at the moment."),
+            tr(
+                "Wait until it has finished, close plug-ins, set it to still pictures, "
+                "then try again."
+            ),
+        ),
+        "corruptedFile": (
+            tr("A file on the camera is damaged."),
+            tr("Take the picture again; if it happens often, check the camera's storage."),
+        ),
+        "powerOffSequenceRunning": (
+            tr("The camera is switching itself off."),
+            tr("Switch it on again and charge it if needed."),
+        ),
+        "invalidFileFormat": (
+            tr("The camera cannot store pictures in this format."),
+            tr("Choose another picture size."),
+        ),
+        "canceledShooting": (tr("The shot was cancelled on the camera."), tr("Start it again.")),
+        "canceledConversion": (
+            tr("The conversion was cancelled on the camera."),
+            tr("Start it again."),
+        ),
+        BUSY: (tr("The camera is busy."), _WAIT),
+        "unexpected": (tr("The camera has an internal error."), _RESTART),
+        "serverError": (tr("The camera has an internal error."), _RESTART),
+        "notFound": (
+            tr("This is not on the camera."),
+            tr("The file may have been deleted; look at the camera's pictures."),
+        ),
+        "invalidSessionId": (tr("The camera closed the connection."), tr("Reconnect the camera.")),
+        "cameraInExclusiveUse": (
+            tr("Another app is using the camera."),
+            tr("Close it on the other device, or switch the camera's Wi-Fi off and on."),
+        ),
+        "unactivated": (
+            tr("The camera is not activated yet."),
+            tr("Activate it with its maker's app, then connect again."),
+        ),
+    }
+)
+"""Error code of the camera: a sentence, and what to do next."""
+
+_UNKNOWN: Final = (tr("The camera refused."), _WAIT)
+_CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
+_BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
+
+
+def refused(value: JsonValue, status: int) -> CameraRefused | None:
+    """Find an error object in a message."""
+    message = table(value)
+    error = message.get("error")
+    if not isinstance(error, dict) and message.get("state") != "error":
+        return None
+    fields = table(error)
+    return refusal(words(fields.get("code")), status, words(fields.get("message")))
+
+
+def bare_refusal(status: int) -> CameraRefused:
+    """Make the error for a reply that has only an HTTP status."""
+    return refusal(_BY_STATUS.get(status, "unexpected"), status)
+
+
+def refusal(code: str, status: int, message: str = "") -> CameraRefused:
+    """Make the error for what a camera answered.
+
+    * `code`: the camera's; one that does not look like a code is taken as "unexpected".
+    * `message`: the camera's own sentence, shown only for a code that `REFUSALS` does not know.
+
+    With code and status kept.
+    """
+    sound = code if _CODE.fullmatch(code) else "unexpected"
+    sentence, hint = REFUSALS.get(sound, _UNKNOWN)
+    if sound not in REFUSALS:
+        sentence = tr('The camera refused: "{said}".', said=message or sound)
+    return CameraRefused(sentence, hint, sound, status)

@@ -1,0 +1,1 @@
+"""Brackets of any camera whose pictures arrive in a folder."""
