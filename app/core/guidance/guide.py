@@ -237,7 +237,7 @@ class _Target:
         return self.before + self.after >= 360
 
     def outside(self, way: int, to_go: int) -> int:
-        """How far it is to the arc, for who still has `to_go` degrees to the goal going `way`."""
+        """Return the distance to the arc, with `to_go` degrees left to the goal, going `way`."""
         if self.everywhere:
             return 0
         near, far = (self.before, self.after) if way > 0 else (self.after, self.before)

@@ -1,1 +1,1 @@
-"""Measure the light of a place, one package per way."""
+"""Measure the light of a place; each way of measuring is a package."""

@@ -37,17 +37,17 @@ _Facts = TypeVar("_Facts")
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """The light of a place, how far to trust it, and how it was measured.
+    """The light of a place, its reliability, and how it was measured.
 
     Attributes:
         way: Key of the way, as in `ways.WAYS`.
-        bracket: The frames that were used, with their true exposures; a film has none.
+        bracket: The frames in use, with their true exposures; a film has none.
         finished: The light, its lamps and sun, and the answers that depend on clipping.
-        warnings, notes: What may be wrong, and what was done.
+        warnings, notes: Possible problems, and steps that were done.
         display: (h, w, 3) uint8 sRGB. The panorama as measured; empty for other pictures.
         blind: Share of the sphere in gaps, which were filled.
         left_out: Files that do not belong to the series.
-        response, alignments, lays, levelling, motion: How exposures were merged.
+        response, alignments, lays, levelling, motion: Results of the steps of merging.
         own: Facts of this way.
     """
 
@@ -73,7 +73,7 @@ class Measurement:
 
     @property
     def rough(self) -> bool:
-        """Whether it is a single photo, whose clipped light is a guess."""
+        """Whether it is a single photo, with estimated clipped light."""
         return len(self.bracket.frames) == 1
 
     @property
@@ -82,14 +82,14 @@ class Measurement:
         return kept_shares(self.merged.clipped if self.rough else None, self.finished.unseen)
 
     def of(self, kind: type[_Facts]) -> _Facts | None:
-        """Return the facts of a way; None if the light was measured another way."""
+        """Return the facts of a way; None if the light was measured in another way."""
         return self.own if isinstance(self.own, kind) else None
 
     def environment(self, name: str) -> Environment:
         """Return the light as an environment for solving.
 
         Raises:
-            EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
+            EnvironmentFileError: If the picture is not a panorama, or entirely black.
         """
         light, clipped = from_radiance(self.merged.radiance.copy(), name), self.merged.clipped
         return replace(
@@ -101,8 +101,8 @@ class Measurement:
 
 
 Entry: TypeAlias = Callable[[Sequence[Path], MeasureOptions, Token, Report], Measurement]
-"""Measures by files, or by one folder of them.
+"""Measures from files, or from one folder of them.
 
-Raises `ProbeError` (one sentence and what to do) when the files are of no use this way or a wish
-cannot be met, `CoreError` when one cannot be read, and `Cancelled`.
+Raises `ProbeError` (one sentence and a hint) if the files are unsuitable or an option cannot be
+applied, `CoreError` if a file cannot be read, and `Cancelled`.
 """

@@ -12,7 +12,7 @@ from app.core.measure.finish.sun import SkyWord
 from app.core.styles.style_pack import StylePack, load_named_pack
 
 HEAD: Final = "generic"
-"""The head whose styles decide what of a measured light is in doubt."""
+"""The head whose styles decide which of a measured light's answers are in doubt."""
 
 _Own = TypeVar("_Own", bound="WayOptions")
 
@@ -24,7 +24,7 @@ class WayOptions:
 
     @property
     def more_files(self) -> tuple[Path, ...]:
-        """Further files that are read."""
+        """Further files to read."""
         return ()
 
 
@@ -33,10 +33,14 @@ class MeasureOptions:
     """Options of a measurement.
 
     Attributes:
-        times: Exposure times in seconds in the order of the files, instead of EXIF.
+        times: Exposure times in seconds in the order of the files, instead of those in EXIF.
+        response: Tone curve: found automatically, sRGB, or recovered.
+        weights: Weighting of the merge.
         full: Keep the frames' own size.
-        gains, lux: By lamp: stops to add, and illuminance that a light meter read.
-        alone: Take one photograph of all directions, too, for a rough answer.
+        sun: Assumed sky for restoring a clipped sun; "leave" to leave it clipped.
+        gains, lux: By lamp: stops to add, and illuminance measured by a light meter.
+        masks: Areas to fill.
+        alone: Accept a single photo of all directions, for a rough answer.
         sort_out: Leave out files that do not belong to the bracket, as in a folder.
         mirrored: The files are mirror images, as some phones save selfies.
         pack: Styles that the clip audit answers for; None for those of the generic head.
@@ -63,5 +67,5 @@ class MeasureOptions:
         return self.pack or load_named_pack(HEAD)
 
     def of(self, kind: type[_Own]) -> _Own:
-        """Return the options of a way; its defaults where there are none."""
+        """Return the options of a way; by default its default options."""
         return self.own if isinstance(self.own, kind) else kind()

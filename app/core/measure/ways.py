@@ -37,7 +37,7 @@ class MeasuringWay:
     on_wish: bool = False
 
     def takes(self, file: Path) -> bool:
-        """Whether a file's name fits."""
+        """Return whether a file's name fits."""
         return file.suffix.lower() in self.endings
 
 
@@ -54,14 +54,14 @@ WAYS: Final = {
         MeasuringWay("photos", photos.measure, _PICTURES, 200, on_wish=True),
     )
 }
-"""By key; a package of that name beside this module measures."""
+"""All ways by key; the package of that name beside this module does the measuring."""
 
 
 def way_of(files: Sequence[Path], wish: str) -> MeasuringWay | None:
-    """Choose how to measure by files, by their names; None where they are of no use.
+    """Choose the way to measure from the files' names; None if they are unsuitable.
 
     Args:
-        wish: Key of the way that is wanted, where it takes any of them; other words are ignored.
+        wish: Key of the preferred way, used if it accepts any of them; other words are ignored.
     """
     choice = WAYS.get(wish)
     if choice is not None and any(choice.takes(file) for file in files):

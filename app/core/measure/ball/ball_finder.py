@@ -1,10 +1,11 @@
 """Find and measure a mirror ball in a picture.
 
-A sphere in perspective is a cone of rays. Its outline is where a smooth background ends: the
-outermost of many edges, since a mirror squeezes what is behind it into rings along its rim. The
-cone with the most such edges is found by trying, coarse to fine (as Daugman finds an iris, "High
-confidence visual recognition of persons", PAMI 1993). That it is a mirror shows in its picture: all
-directions are in it, hence much contrast, squeezed along the radius by 1 - r^2 at r of it.
+A sphere in perspective is a cone of rays. Its outline is the outermost of many edges, beyond which
+the background is smooth, since a mirror compresses the scene behind it into rings along its rim.
+The cone with the most such edges is found by search, coarse to fine (as Daugman finds an iris,
+"High confidence visual recognition of persons", PAMI 1993). Its picture proves that it is a mirror:
+it contains all directions, so it has high contrast, compressed along the radius by 1 - r^2 at
+radius r.
 """
 
 from __future__ import annotations
@@ -23,38 +24,42 @@ from app.core.base.errors import ProbeError
 from app.core.measure.read.resampling import log_light
 from app.core.text import tr
 
-_USUAL_MM: Final = 50.0  # focal length on 24 x 36 to begin with, where none is stated
+_USUAL_MM: Final = 50.0  # first guess of the focal length on 24 x 36, if none is stated
 _DIAGONAL_MM: Final = math.hypot(24.0, 36.0)
-_ANGLES: Final = 180  # places around the outline
+_ANGLES: Final = 180  # positions around the outline
 _TURN: Final = np.arange(_ANGLES) * (2.0 * math.pi / _ANGLES)
 _WAYS: Final = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
 _LOOKED_AT: Final = 1000  # pixels of the longer side, for circles of any size
-_HOUGH: Final = (200.0, 0.6)  # strength of edges, and how round they are
-_LEAST_PX: Final = 14  # of radius, there
-_BLURS: Final = ((1.0, 2.0), (1.5, 3.0))  # of logarithmic light, and of a developed picture
+_HOUGH: Final = (200.0, 0.6)  # strength of edges, and their roundness
+_LEAST_PX: Final = 14  # radius at that size
+_BLURS: Final = ((1.0, 2.0), (1.5, 3.0))  # for logarithmic light, and for a developed picture
 _MOST_CANDIDATES: Final = 10
-_ALIKE: Final = 0.1  # of the radius: circles that need not be looked at twice
-_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)  # of the radius: how far the outline is sought
+_ALIKE: Final = 0.1  # of the radius: circles this similar are checked once
+_LEVELS: Final = (0.25, 0.06, 0.015, 0.006)  # of the radius: search range of the outline
 _FINE_LEVELS: Final = (0.02, 0.006, 0.002)
 _STEPS: Final = 10
-_EDGE: Final = 3.0  # times as strong as what is outside of it: half an edge
-_OUTSIDE: Final = 0.12  # of the radius, where that is looked at
-_OUTSIDE_PX: Final = 7.0  # there, to measure a ball that was found
-_LEAST_EDGES: Final = 0.42  # before the outline is sought finely
+_EDGE: Final = 3.0  # factor over the surroundings at which an edge counts half
+_OUTSIDE: Final = 0.12  # of the radius: width of these surroundings
+_OUTSIDE_PX: Final = 7.0  # the same in pixels, for measuring a ball after its detection
+_LEAST_EDGES: Final = 0.42  # before the fine search for the outline
 _LEAST_RADIUS_PX: Final = 30.0
 _LEAST_STOPS: Final = 0.65
-_LEAST_RISE: Final = 1.4  # stops of squeeze, of the rim over the middle
-_LEAST_BALL: Final = 1.3  # of what shows of the outline, with half the squeeze of the worst sectors
-_CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no squeeze
+_LEAST_RISE: Final = 1.4  # stops of compression, rim over middle
+# visible share of the outline, with half the compression of the worst sectors
+_LEAST_BALL: Final = 1.3
+_CLEAR: Final = (0.7, 1.6)  # outline and rise at which some sectors need no compression
 
 
 @dataclass(frozen=True, slots=True)
 class Ball:
     """A ball in a picture, as a cone of rays.
 
-    `axis`, (3,) float64, is the unit vector to its centre in the camera's axes: right, up, ahead.
-    `angle` is half of what it spans, radians; `focal` in pixels of a picture of `shape`, whose
-    middle the camera looks at. `edges` is how much of the outline shows, 0 to 1.
+    Attributes:
+        axis: (3,) float64. Unit vector to its centre in the camera's axes: right, up, ahead.
+        angle: Half the angle of the cone, radians.
+        focal: Focal length, pixels of a picture of `shape`.
+        shape: Rows and columns; the camera's axis is in their middle.
+        edges: Visible share of the outline, 0 to 1.
     """
 
     axis: Float64 = field(repr=False)
@@ -65,7 +70,7 @@ class Ball:
 
     @classmethod
     def at(cls, x: float, y: float, radius: float, focal: float, shape: tuple[int, int]) -> Self:
-        """Return the ball of a round outline: column, row and radius, pixels."""
+        """Return the ball for a round outline: column, row and radius, pixels."""
         axis = np.array([x - shape[1] / 2.0, shape[0] / 2.0 - y, focal]) / focal
         far = float(np.linalg.norm(axis))
         return cls(axis / far, math.atan(radius / focal / far), focal, shape)
@@ -77,13 +82,13 @@ class Ball:
 
     @property
     def across(self) -> Float64:
-        """(2, 3): unit vectors to the right of the axis and up from it, as the camera sees them."""
+        """Unit vectors to the right of the axis and up from it, as the camera sees them, (2, 3)."""
         right = np.cross((0.0, 1.0, 0.0), self.axis)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.axis, right)])
 
     def seen_by(self, mm: float) -> Self:
-        """Return the same outline for another focal length, on 24 x 36."""
+        """Return the same outline for another focal length, mm on 24 x 36."""
         (x,), (y,) = (each.tolist() for each in self.project(self.axis[None]))
         focal = focal_px(mm, self.shape)
         return self.at(x + 0.5, y + 0.5, self.radius_px, focal, self.shape)
@@ -93,7 +98,7 @@ class Ball:
         return replace(self, focal=self.focal * max(shape) / max(self.shape), shape=shape)
 
     def moved(self, right: float, up: float, larger: float) -> Ball:
-        """Return the ball moved and enlarged, by shares of its radius."""
+        """Return the ball moved and enlarged by shares of its radius."""
         spread = math.tan(self.angle)
         axis = self.axis + spread * (np.array([right, up]) @ self.across)
         angle = math.atan(spread * (1.0 + larger))
@@ -115,7 +120,7 @@ class Ball:
 
 
 def focal_px(mm: float, shape: tuple[int, int]) -> float:
-    """Focal length in pixels of a picture, by its diagonal, of one in millimetres on 24 x 36."""
+    """Convert a focal length from mm on 24 x 36 to pixels of a picture, by its diagonal."""
     return mm * math.hypot(*shape) / _DIAGONAL_MM
 
 
@@ -123,7 +128,7 @@ def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
     """Return the approximate luminance, (h, w), of small coded frames, for detection."""
     total = weights = np.float32(0.0)
     for picture, stop in zip(pictures, stops, strict=True):
-        # Only the darkest frame tells what all others clip.
+        # Only the darkest frame has information where all others clip.
         trust = np.clip(250.0 - picture.max(axis=-1), 1e-4, 60.0).astype(np.float32)
         total = total + trust * luminance(srgb_light(picture))
         weights = weights + trust * np.float32(2.0 ** (stop - stops[0]))
@@ -131,10 +136,12 @@ def fused(pictures: Sequence[Bytes], stops: Sequence[float]) -> Float32:
 
 
 def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
-    """Find the one mirror ball in a picture's luminance, (h, w).
+    """Find the only mirror ball in a picture's luminance, (h, w).
 
-    `focal_mm` is the lens's on 24 x 36, None where unknown. ProbeError where there is no ball, or
-    more than one.
+    Args:
+        focal_mm: Focal length on 24 x 36; None if unknown.
+
+    Raises `ProbeError` if there is no ball, or more than one.
     """
     focal = focal_px(focal_mm or _USUAL_MM, light.shape)
     root, tones = np.sqrt(light), log_light(light)
@@ -167,14 +174,14 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
 
 
 def refined(ball: Ball, radiance: Float32) -> Ball:
-    """Refine a ball from a small picture in merged light, (H, W, 3)."""
+    """Refine a ball found in a small picture on the merged light, (H, W, 3)."""
     ball = ball.resized((radiance.shape[0], radiance.shape[1]))
     outside = min(_OUTSIDE, _OUTSIDE_PX / ball.radius_px)
     return _refine(ball, luminance(radiance), _FINE_LEVELS, outside)
 
 
 def _circles(light: Float32) -> list[tuple[float, float, float]]:
-    """Round outlines, roughly: column, row and radius, pixels."""
+    """Return approximate round outlines: column, row and radius, pixels."""
     share = min(1.0, _LOOKED_AT / max(light.shape))
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     small = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
@@ -204,7 +211,7 @@ def _circles(light: Float32) -> list[tuple[float, float, float]]:
 
 
 def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) -> Ball:
-    """Move a ball to where most of its outline is an outermost edge, coarse to fine."""
+    """Move a ball so that most of its outline is an outermost edge, coarse to fine."""
     grid = np.arange(-_STEPS, _STEPS + 1)
     moves = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
     shift = np.rint(2.0 * (moves @ _WAYS.T)).astype(int)
@@ -226,11 +233,13 @@ def _refine(ball: Ball, root: Float32, levels: Sequence[float], outside: float) 
 def _outermost(
     ball: Ball, root: Float32, step: float, middle: int, outside: float
 ) -> tuple[Float32, Float32]:
-    """How far each place is an edge with nothing as strong outside: (angles, 2 middle + 1), 0 to 1.
+    """Return how far each position is an edge with nothing as strong outside it, 0 to 1.
 
-    Places are half a step apart, in shares of the radius; the outline is in the middle. The second
-    result is large on the ridges only: before a flat background the foot of an edge has nothing
-    outside either.
+    Positions are half a step apart, in shares of the radius; the outline is in the middle.
+
+    Returns:
+        (angles, 2 middle + 1) each. The second result is large only on ridges: in front of a flat
+        background, the foot of an edge has nothing outside it either.
     """
     blur = max(0.6 * step * ball.radius_px, 0.5)
     gap = max(round(4.0 * blur / ball.radius_px / step), 1)
@@ -239,7 +248,7 @@ def _outermost(
     x, y = (int(each) for each in ball.project(ball.axis))
     far = int(1.2 * shares[-1] * ball.radius_px + 4.0 * blur) + 2
     box = slice(max(y - far, 0), y + far), slice(max(x - far, 0), x + far)
-    soft = np.empty_like(root)  # no more is looked at than the box
+    soft = np.empty_like(root)  # only the box is used
     soft[box] = cv2.GaussianBlur(root[box], (0, 0), blur)
     slopes = np.abs(np.gradient(ball.around(soft, shares), axis=1))
     sums = np.cumsum(slopes, axis=1)
@@ -252,7 +261,7 @@ def _outermost(
 
 
 def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
-    """Whether a ball's outline shows, and all directions in it, squeezed toward its rim."""
+    """Return whether a ball's outline is visible and its picture is compressed toward the rim."""
     radius = ball.radius_px
     if ball.edges < _LEAST_EDGES or radius < _LEAST_RADIUS_PX:
         return False
@@ -265,7 +274,7 @@ def _mirrors(ball: Ball, tones: Float32, noise: float) -> bool:
     around = np.abs(np.roll(band, -1, axis=0) - np.roll(band, 1, axis=0)) / step
 
     def squeezed(part: Bools) -> Float64:
-        """Stops by which light changes faster along the radius than around, in twelve sectors."""
+        """Return by how many stops light changes faster radially than tangentially, by sector."""
         one, two = (each[:, part].reshape(12, -1).mean(axis=1) for each in (along, around))
         return np.asarray(np.log2((one + noise) / (two + noise)), np.float64)
 

@@ -1,4 +1,4 @@
-"""Measure by a mirror ball: a bracket of it, from one side or two, becomes an HDR panorama."""
+"""Measure with a mirror ball: brackets from one side or two become an HDR panorama."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure by exposures of a mirror ball, or one folder of them.
+    """Measure from exposures of a mirror ball, or one folder of them.
 
-    `BallOptions` names those from another side. Raises as `measurement.Entry`; also where there
+    `BallOptions` names the exposures from another side. Raises as `measurement.Entry`, and if there
     is not exactly one ball.
     """
     options, token = options or MeasureOptions(), token or Token()

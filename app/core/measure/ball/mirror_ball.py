@@ -1,14 +1,14 @@
 """Unwrap a mirror ball to a panorama.
 
-A direction is looked up where the ball reflects it: the normal there halves the angle to the
-camera, which stands at a finite distance, so that this is iterated. Light comes from far away. All
-pixels hold the same solid angle, but toward the rim they become needles: the last ones and the
-photographer count as blind. What is behind the ball the picture shows past it; where its rim shows
-that as well, the colour of a tinted mirror is found.
+Each direction is looked up where the ball reflects it: the normal there bisects the angle to the
+camera. The camera is at a finite distance, so this is iterated; the light comes from far away. All
+pixels cover the same solid angle, but toward the rim they become very narrow: the last ones, and
+the photographer, count as gaps. The picture shows the scene behind the ball past its edge; where
+the rim shows it as well, the two give the colour of a tinted mirror.
 
-Dirt is matt: wherever it is on the ball, it shows its own colour times the light of half the
-sphere. The place's own details do not, so that the commonest colour of specks is the dirt's. By how
-much a sun is brighter than what clips, they tell besides.
+Dirt is matt: everywhere on the ball, it shows its own colour times the light of half the sphere.
+Details of the place do not, so the most common colour of specks is that of dirt. The specks also
+show how much brighter than the clipping level a sun is.
 """
 
 from __future__ import annotations
@@ -40,34 +40,36 @@ from app.core.measure.read.resampling import light_in_bands, likeness, log_light
 from app.core.text import tr
 
 REFLECTANCE: Final = 0.66
-"""Share of light that chromium reflects head on (Palik)."""
+"""Share of light that chromium reflects at normal incidence (Palik)."""
 
 BALL_M: Final = 0.12
-"""Diameter in metres that is assumed: it says how far away, hence how wide, the photographer is."""
+"""Assumed diameter in metres; with it, the distance and width of the photographer are known."""
 
-_RIM_PX: Final = 1.5  # of the rim that is not used
+_RIM_PX: Final = 1.5  # excluded part of the rim
 _FINEST: Final = 1024  # rows of a panorama
 _SUPERSAMPLED: Final = 2
-# Head and body: half the width, and from where to where it reaches from the lens, metres.
+# Head and body: half the width, and the range of heights relative to the lens, metres.
 _PERSON_M: Final = ((0.18, -0.1, 0.2), (0.33, -1.7, -0.05))
-_BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)  # radii; usually first
+# radii; the most usual first
+_BEHIND: Final = (60.0, 1e6, 150.0, 100.0, 80.0, 48.0, 38.0, 30.0, 24.0)
 _LEAST_BOTH: Final = 16  # texels of a coarse panorama, to compare picture and rim
 _LENSES: Final = (28.0, 35.0, 50.0, 70.0, 85.0, 105.0, 135.0)  # mm on 24 x 36
-_NEARLY: Final = 0.9  # of the greatest likeness
-_COARSE: Final = 128  # rows, to look how far behind
-_PAST: Final = 0.03  # weight of what is seen past the ball: nothing resolves it worse than its rim
-_UNSURE: Final = 10.0  # stops between quartiles of the mirror's colour, by the root of their share
-_LEAST_SHARE: Final = 3e-4  # of the panorama, to tell a colour
-_COLOURED: Final = 0.25  # by which channels differ, that chrome's do not even at its rim
+_NEARLY: Final = 0.9  # of the best similarity
+_COARSE: Final = 128  # rows, for the search of the background's distance
+_PAST: Final = 0.03  # weight of the scene seen past the ball: as low as the rim's
+# stops between quartiles of the mirror's colour, over the root of their share
+_UNSURE: Final = 10.0
+_LEAST_SHARE: Final = 3e-4  # of the panorama, to estimate a colour
+_COLOURED: Final = 0.25  # difference between channels that chrome does not reach even at its rim
 _MATT: Final = (32, 64)  # rows and columns of a matt ball's picture
-# In natural logarithms: how even a speck is; and how near one colour dirt is, and how far from what
-# is around it.
+# Natural logarithms: evenness of a speck; similarity of dirt to one colour; its difference from the
+# surroundings.
 _FLAT: Final = 0.15
 _SAME: Final = 0.15
 _COOL: Final = 0.1  # dirt is hardly bluer than white
 _WARM: Final = 1.1
 _COLOURS: Final = (math.log(0.05), 0.0)  # the mirror's own share is 0
-_SUNS: Final = tuple(2.0 ** (k / 4) for k in range(40))  # times as bright as what clips
+_SUNS: Final = tuple(2.0 ** (k / 4) for k in range(40))  # brightness relative to the clipping level
 _LEAST_SPECKS: Final = 6
 _LEAST_SAME: Final = 0.2  # of all specks
 _LEAST_PERSON_DEG: Final = 5.0
@@ -76,10 +78,13 @@ _MOST_PERSON_DEG: Final = 25.0
 
 @dataclass(frozen=True, slots=True)
 class BallOptions(WayOptions):
-    """Options of a mirror ball.
+    """Options for a mirror ball.
 
-    `second` are the exposures from another side, taken at about azimuth `from_deg` (None: found);
-    none if empty. `reflectance` is the mirror's, head on; `pitch_deg` how far the camera looked up.
+    Attributes:
+        second: Exposures from another side; empty if there are none.
+        from_deg: Approximate azimuth of the camera for these; None to find it.
+        reflectance: Reflectance of the mirror at normal incidence.
+        pitch_deg: Elevation of the camera's axis.
     """
 
     second: tuple[Path, ...] = ()
@@ -97,8 +102,10 @@ class BallOptions(WayOptions):
 class Side:
     """The panorama of a ball from one side; the photographer is at azimuth 0.
 
-    `texels`, (H, W, 5) float32, are radiance, and the shares clipped and dark; `weight`, (H, W)
-    float32, is how well each is resolved, 0 to 1; 0 where it is blind. `notes` are what to report.
+    Attributes:
+        texels: (H, W, 5) float32. Radiance, and the clipped and dark shares.
+        weight: (H, W) float32. Resolution, 0 to 1; 0 in gaps.
+        notes: Remarks.
     """
 
     texels: Float32 = field(repr=False)
@@ -107,22 +114,22 @@ class Side:
 
     @property
     def blind(self) -> Float32:
-        """Mask of gaps, (H, W), 1 where blind."""
+        """Mask of gaps, (H, W), 1 in a gap."""
         return (self.weight <= 0.0).astype(np.float32)
 
 
 def panorama_rows(radius_px: float) -> int:
-    """Rows of a panorama as fine as the middle of a ball, and a little finer: a multiple of 8."""
+    """Return the rows of a panorama slightly finer than the middle of a ball: a multiple of 8."""
     return min(max(8 * round(radius_px * 0.625 * math.pi / 8.0), 64), _FINEST)
 
 
 def unwrap(
     merged: MergedLight, ball: Ball, rows: int, options: BallOptions, token: Token | None = None
 ) -> Side:
-    """Resample merged light, (H, W, 3), to the panorama, (rows, 2 rows), that a ball reflects.
+    """Resample merged light, (H, W, 3), to the panorama that a ball reflects, (rows, 2 rows).
 
-    Fields that are shares of area stay such; clipped light stays clipped. What is behind the ball
-    is what the picture shows past it.
+    Shares of area stay shares; clipped light stays clipped. The scene behind the ball comes from
+    the picture around it.
     """
     axes = _upright_axes(ball, options.pitch_deg)
     side = _reflection(merged, ball, rows, options, token or Token())
@@ -135,8 +142,8 @@ def unwrap(
 def find_lens(merged: MergedLight, ball: Ball, options: BallOptions, token: Token) -> Ball:
     """Estimate a missing focal length from the background.
 
-    Of those by which the picture past the ball is nearly as much like what the rim reflects as by
-    any, the shortest: a longer one leaves too little to compare.
+    Among the lengths for which the picture past the ball is nearly as similar as possible to the
+    reflection at the rim, choose the shortest: a longer one leaves too little to compare.
     """
     trials = []
     for mm in _LENSES:
@@ -151,7 +158,7 @@ def find_lens(merged: MergedLight, ball: Ball, options: BallOptions, token: Toke
 def _reflection(
     merged: MergedLight, ball: Ball, rows: int, options: BallOptions, token: Token
 ) -> Side:
-    """What the ball itself shows."""
+    """Return the panorama of the reflection alone."""
     axes = _upright_axes(ball, options.pitch_deg)
     size, planes = (rows, 2 * rows), (merged.radiance, merged.shares)
     every = directions((_SUPERSAMPLED * rows, 2 * _SUPERSAMPLED * rows))
@@ -174,10 +181,12 @@ def _reflection(
 
 
 def _without_dirt(side: Side, camera: Float32) -> Side:
-    """Fill what specks of dirt hide from around them, and give it hardly any weight.
+    """Fill specks of dirt from their surroundings, and give them almost no weight.
 
-    `camera`, (3,), is where the lens is. Nothing is filled where specks are too few to be told from
-    small things of the place.
+    Nothing is filled if there are too few specks to distinguish from small objects in the place.
+
+    Args:
+        camera: (3,). Position of the lens.
     """
     light, rows = side.texels[..., :3], side.weight.shape[0]
     tones, square = np.log(np.maximum(light, np.float32(1e-6) * light.mean())), np.ones((3, 3))
@@ -211,7 +220,7 @@ def _without_dirt(side: Side, camera: Float32) -> Side:
 
 
 def _matt(light: Float32, camera: Float32) -> Float32:
-    """What a white matt ball shows where it reflects a panorama's texels, (H, W, 3)."""
+    """Return the light, (H, W, 3), of a white matt ball where it would reflect the texels."""
     ways = directions(_MATT).reshape(-1, 3)
     normals = ways + camera / np.linalg.norm(camera)
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
@@ -224,7 +233,10 @@ def _matt(light: Float32, camera: Float32) -> Float32:
 
 
 def _commonest(colours: Float32) -> tuple[Float64, Bools]:
-    """The colour of dirt that most of some, (N, 3), have; and which, none if they are too few."""
+    """Return the most common colour among some, (N, 3), and a mask of those with it.
+
+    The mask is empty if they are too few.
+    """
     warmth = -np.diff(colours)
     fit = (warmth > -_COOL).all(axis=-1) & (warmth.sum(axis=-1) < _WARM)
     counts, edges = np.histogramdd(colours[fit], bins=30, range=[_COLOURS] * 3)
@@ -242,10 +254,11 @@ def _commonest(colours: Float32) -> tuple[Float64, Bools]:
 def _behind(
     side: Side, merged: MergedLight, ball: Ball, axes: Float64, least: int = 0
 ) -> tuple[Float32, Ball, float, float]:
-    """How far behind a ball the background is, radii: where it is most like what the rim reflects.
+    """Find the distance of the background behind a ball, radii, from its similarity to the rim.
 
-    First the picture, (h, w, 5), as fine as the panorama, and the ball in it; last how alike they
-    are, a correlation, less 1 where fewer than so many texels are in both.
+    Returns:
+        The picture, (h, w, 5), as fine as the panorama; the ball in it; the distance; and the
+        similarity, a correlation, minus 1 if fewer than `least` texels are in both.
     """
     share = min(side.weight.shape[0] / (math.pi * ball.focal), 1.0)
     resize = partial(cv2.resize, dsize=None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
@@ -265,9 +278,10 @@ def _behind(
 
 
 def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
-    """Take out the colour of a ball that is not chrome: its rim and the picture see the same.
+    """Remove the colour of a ball that is not chrome: its rim and the picture show the same scene.
 
-    Coloured glass has nearly one colour from the middle to the rim. Chrome, which has not, is left.
+    Coloured glass has almost one colour from the middle to the rim. Chrome does not, and stays as
+    it is.
     """
     both = (np.minimum(side.weight, visible) > 0.0) & (background[..., :3].min(axis=-1) > 0.0)
     both &= (side.texels[..., 3] + background[..., 3]) == 0.0
@@ -289,7 +303,7 @@ def _without_tint(side: Side, background: Float32, visible: Float32) -> Side:
 def _past(
     picture: Float32, ball: Ball, axes: Float64, shape: tuple[int, int], far: float
 ) -> tuple[Float32, Float32]:
-    """What a picture shows `far` radii from the ball, as a panorama, and 1 where it does."""
+    """Return the scene `far` radii from the ball as a panorama, and a mask of its visible part."""
     rays = np.float32(far) * directions(shape) - _camera(ball, axes)
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)) @ axes.T.astype(np.float32)
     x, y = ball.project(rays)
@@ -301,15 +315,15 @@ def _past(
 
 
 def _camera(ball: Ball, axes: Float64) -> Float32:
-    """The lens in the panorama's axes, radii of the ball from its middle."""
+    """Return the lens in the panorama's axes, radii from the centre of the ball."""
     return np.asarray(-(ball.axis @ axes) / math.sin(ball.angle), np.float32)
 
 
 def metal(cosine: Float32, reflectance: float) -> Float32:
-    """Return the reflectance of a metal by the cosine of incidence.
+    """Return the reflectance of a metal for a cosine of incidence.
 
     Fresnel's equations for a conductor (Pharr, Jakob and Humphreys, Physically Based Rendering,
-    9.3), unpolarised, with n = k, as it nearly is of chrome, so that one number says it all.
+    9.3), unpolarised, with n = k, which nearly holds for chrome, so that one number is enough.
     """
     rest = 1.0 - reflectance
     n = (2.0 - rest + math.sqrt((2.0 - rest) ** 2 - 2.0 * rest**2)) / (2.0 * rest)
@@ -321,7 +335,7 @@ def metal(cosine: Float32, reflectance: float) -> Float32:
 
 
 def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
-    """Camera's axes right, up and ahead as rows, in those of the panorama: the ball is at -Z."""
+    """Return the camera's axes right, up and ahead as rows, in panorama axes; the ball is at -Z."""
     right, ahead = np.array([1.0, 0.0, 0.0]), direction(180.0, pitch_deg)
     level = np.stack([right, np.cross(right, ahead), ahead])
     toward = ball.axis @ level
@@ -331,10 +345,13 @@ def _upright_axes(ball: Ball, pitch_deg: float) -> Float64:
 def _reflected(
     ball: Ball, axes: Float64, vectors: Float32
 ) -> tuple[Float32, Float32, Float32, Float32]:
-    """Where a ball shows directions, (..., 3): columns, rows, cosine of incidence, share of radius.
+    """Find the points of a ball that show directions, (..., 3).
 
-    In radii of the ball, with its middle as the origin; three rounds leave less than 0.001 degrees
-    but for what is hidden.
+    In radii of the ball, from its centre; three rounds leave less than 0.001 degrees except for
+    hidden directions.
+
+    Returns:
+        Columns, rows, cosine of incidence, and share of the radius.
     """
     camera = _camera(ball, axes)
     view = np.broadcast_to(camera / np.linalg.norm(camera), vectors.shape)
@@ -352,7 +369,7 @@ def _reflected(
 
 
 def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
-    """Mask somebody who holds the camera, (H, W): head and body."""
+    """Mask a person who holds the camera, (H, W): head and body."""
     away = 0.5 * BALL_M / math.sin(ball.angle)
     lens = math.degrees(math.asin(-float(ball.axis @ axes[:, 1])))
     mask = np.zeros(shape, np.float32)
@@ -364,18 +381,21 @@ def _photographer(ball: Ball, axes: Float64, shape: tuple[int, int]) -> Float32:
     return mask
 
 
-_APART_DEG: Final = 15.0  # by which the place of the second photographer may be off
-_LEAST_ALIKE: Final = (0.4, 0.8)  # where somebody said from where, and where nobody did
+_APART_DEG: Final = 15.0  # possible error of the second photographer's azimuth
+_LEAST_ALIKE: Final = (0.4, 0.8)  # if the user gave the azimuth, and if not
 
 
 def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side:
     """Merge two sides of a ball, weighted by resolution, in the first side's panorama.
 
-    `from_deg` is about the azimuth at which the second photographer stood, None where nobody said;
-    the panoramas themselves tell. ProbeError where they show nothing alike, or the same side.
+    Args:
+        from_deg: Approximate azimuth of the second photographer; None to find it from the
+            panoramas.
+
+    Raises `ProbeError` if the two have nothing in common, or show the same side.
     """
     angle, most = (0.0, 180.0) if from_deg is None else (from_deg, _APART_DEG)
-    # What is seen past the ball is not where it is from there.
+    # The scene past the ball has another parallax from there.
     sides = [replace(side, weight=np.maximum(side.weight - _PAST, 0.0)) for side in (first, second)]
     for rows in (_COARSE, 4 * _COARSE):
         tones, weights = zip(*(_small(side, (rows, 2 * rows)) for side in sides), strict=True)
@@ -401,7 +421,7 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
 
 
 def _small(side: Side, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-    """Logarithmic light and weight of a side at another size."""
+    """Return the logarithmic light and the weight of a side at another size."""
     planes = np.dstack([luminance(side.texels[..., :3]), side.weight])
     small = cv2.resize(planes, shape[::-1], interpolation=cv2.INTER_AREA).astype(np.float32)
     return log_light(small[..., 0]), small[..., 1]
@@ -417,7 +437,7 @@ _COARSE_DEG: Final = 1.2
 
 
 def ball_notes(balls: Sequence[Ball], blind: float) -> tuple[Remark, ...]:
-    """Report how fine a ball's panorama is, and how much of it was filled."""
+    """Report the resolution of a ball's panorama, and its filled share."""
     fine = max(math.degrees(2.0 / ball.radius_px) for ball in balls)
     width = min(round(2.0 * ball.radius_px) for ball in balls)
     small = [BallSmall()] if fine > _COARSE_DEG else []

@@ -1,4 +1,4 @@
-"""What there is to report of a mirror ball."""
+"""Remarks about a mirror ball."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class BallDirty(Remark):
-    """The share of what the ball shows, 0 to 1, that looks like dirt and was filled."""
+    """Share of the visible ball, 0 to 1, that looks like dirt and was filled."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
 class BallColoured(Remark):
-    """How the ball reflects the colours, which was taken out."""
+    """Reflectance of the ball by colour, which was corrected."""
 
     red: float
     green: float
@@ -25,7 +25,7 @@ class BallColoured(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallSize(Remark):
-    """How wide the ball is in the picture, and how finely it resolves."""
+    """Width of the ball in the picture, and its resolution."""
 
     width_px: int
     resolution_deg: float
@@ -33,12 +33,12 @@ class BallSize(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BallSmall(Remark):
-    """The ball resolves too coarsely."""
+    """The ball's resolution is too coarse."""
 
 
 @dataclass(frozen=True, slots=True)
 class BallBlind(Remark):
-    """The share of the sphere, 0 to 1, that the ball does not show, seen from one side or two."""
+    """Share of the sphere, 0 to 1, that the ball does not show from one side or two."""
 
     share: float
     sides: int
@@ -46,4 +46,4 @@ class BallBlind(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LensFromBackground(Remark):
-    """No file states the focal length; what is behind the ball gave it."""
+    """No file states the focal length; it was estimated from the background."""

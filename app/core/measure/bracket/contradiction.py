@@ -1,12 +1,12 @@
 """Test whether two frames of a bracket show the same scene, pixel by pixel.
 
-Through the camera's response a code of one frame says which codes a brighter frame can have there.
-Frames are compared as they are coded, which makes clipped and black codes inequalities by
-themselves: what is clipped in the darker frame must be clipped in the brighter one, and what is
-black in the brighter one must be black in the darker one. Predicting one frame of a bracket from
-another is how Grosch (Fast and Robust High Dynamic Range Image Generation with Camera and Object
-Movement, VMV 2006) and Gallo et al. (Artifact-free High Dynamic Range Imaging, ICCP 2009) find what
-moved; the tolerances here are those of area means of JPEG pictures.
+With the camera's response, a code of one frame limits the codes that a brighter frame can have
+there. Frames are compared as coded, which turns clipped and black codes into inequalities: pixels
+clipped in the darker frame must be clipped in the brighter one, and pixels black in the brighter
+one must be black in the darker one. Predicting one frame of a bracket from another is how Grosch
+(Fast and Robust High Dynamic Range Image Generation with Camera and Object Movement, VMV 2006) and
+Gallo et al. (Artifact-free High Dynamic Range Imaging, ICCP 2009) find motion; the tolerances here
+are for area means of JPEG pictures.
 """
 
 from __future__ import annotations
@@ -24,22 +24,25 @@ from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.measure.bracket.remarks import FramesContradict
 from app.core.measure.bracket.weighting import clipped_code
 
-_OPEN: Final = (20, 235)  # codes that say how much light there is
+_OPEN: Final = (20, 235)  # codes that are neither black nor clipped
 
 CLIPPED: Final = 243
-"""A mean of codes over an area that contains nothing but clipped pixels is above this."""
+"""A mean of codes over an area of clipped pixels only is above this."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
     """Permitted difference of frames of the same scene, in stops and codes.
 
-    Proxies are means of coded values, and the curve from one exposure to a brighter one is
-    concave. So the brighter frame's mean lies under the prediction wherever the averaged area
-    is not even (Jensen's inequality), and hardly ever over it. Measured on 20 scenes, 99.9 % of
-    the pixels lie under by no more than 0.66 of the codes' range among the neighbours. `under`
-    and `over` are shares of that contrast; the latter is for edges that are not quite aligned.
-    `toe` adds codes near black, where noise is cut off.
+    Proxies are means of coded values, and the curve from one exposure to a brighter one is concave.
+    So the brighter frame's mean is below the prediction wherever the averaged area is not even
+    (Jensen's inequality), and hardly ever above it. Measured on 20 scenes, 99.9 % of the pixels are
+    below it by no more than 0.66 of the codes' range among the neighbours.
+
+    Attributes:
+        toe: Codes added near black, where noise is cut off.
+        under, over: Shares of that range below and above the prediction; the latter is for edges
+            that are not quite aligned.
     """
 
     stops: float
@@ -51,18 +54,18 @@ class Tolerance:
 
 
 LOOSE: Final = Tolerance(stops=0.17, codes=2.5, toe=2.0, under=1.0, over=0.5, either=True)
-"""What frames of a still scene do not exceed."""
+"""Limits that frames of a still scene do not exceed."""
 
 CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, either=False)
-"""What they rarely exceed: for places where something is known to have moved."""
+"""Limits that they rarely exceed, for use where motion is known."""
 
 EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
-"""For the pixels next to those: what is left of them at the edge of something that moved."""
+"""Limits for the pixels next to those: remains at the edge of a moving object."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Prediction:
-    """Codes (1, 256, 3) of a brighter frame for each code of a darker one."""
+    """Codes, (1, 256, 3), of a brighter frame for each code of a darker one."""
 
     low: Bytes
     middle: Bytes
@@ -73,8 +76,10 @@ class _Prediction:
 class Predictions:
     """Predictions between frames of a bracket, computed on demand.
 
-    `table`, (3, 256) or (K, 3, 256) float64, is the linear light of each code, monotone, in all
-    frames or in each; `stops` their exposures.
+    Args:
+        table: (3, 256) or (K, 3, 256) float64. Linear light of each code, monotone, for all frames
+            or for each.
+        stops: Exposures of the frames.
     """
 
     def __init__(self, table: Float64, stops: Sequence[float], slack: float = 0.0) -> None:
@@ -85,12 +90,12 @@ class Predictions:
         self._alike = rising.ndim == 2
         self.stops = tuple(stops)
         self._slack = slack
-        # White that a local tone curve has darkened counts as clipped from there on.
+        # White that a local tone curve has darkened counts as clipped from its code on.
         self._clipped = [CLIPPED - (254 - clipped_code(one)) for one in self._tables]
         self._cache: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
 
     def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
-        """Predict frame `bright` from frame `dark`; the first frame is 0, the brightest."""
+        """Predict frame `bright` from frame `dark`; frame 0 is the brightest."""
         step = round(self.stops[bright] - self.stops[dark], 6)
         key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
         if key not in self._cache:
@@ -101,7 +106,7 @@ class Predictions:
         return self._cache[key]
 
     def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
-        """Return stops from frame `index` to the next where both are well exposed, any channel."""
+        """Return the stops from frame `index` to the next, where both are well exposed."""
         logs = np.log2(np.maximum(self._tables, 1e-9)) - np.asarray(self.stops)[:, None, None]
         parts = []
         for channel in range(3):
@@ -129,7 +134,7 @@ class Predictions:
 def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
     """Return the contradiction of two frames, (h, w, 3) area means, in codes, (h, w).
 
-    Of the worst channel, beyond its tolerance; 0 where the frames agree.
+    It is that of the worst channel, beyond its tolerance; 0 where the frames agree.
     """
     tolerance = prediction.tolerance
     under = cv2.subtract(cv2.LUT(dark, prediction.low), bright)
@@ -144,7 +149,7 @@ def contradiction(bright: Bytes, dark: Bytes, prediction: _Prediction) -> Bytes:
 def worst(pixels: Any) -> Bytes:
     """Return the largest channel of each pixel, (h, w).
 
-    OpenCV takes a fraction of the time that numpy takes along so short an axis.
+    OpenCV is several times faster than numpy along so short an axis.
     """
     red, green, blue = cv2.split(pixels)
     return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
@@ -153,9 +158,10 @@ def worst(pixels: Any) -> Bytes:
 def _predict(
     brights: Float64, darks: Float64, step: float, tolerance: Tolerance, clipped: tuple[int, int]
 ) -> _Prediction:
-    """Lowest, likeliest and highest code after `step` more stops, for each code.
+    """Return the lowest, likeliest and highest code after `step` more stops, for each code.
 
-    `clipped` is the mean of codes from which on the brighter and the darker frame are clipped.
+    Args:
+        clipped: Mean codes from which the brighter and the darker frame are clipped.
     """
     codes = np.arange(256.0)
     slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
@@ -164,8 +170,8 @@ def _predict(
         low[:, channel] = _brighter(dark, bright, codes - slack, step - tolerance.stops)
         middle[:, channel] = _brighter(dark, bright, codes, step)
         high[:, channel] = _brighter(dark, bright, codes + slack, step + tolerance.stops)
-    # What ought to be clipped may be anything above the clipping limit, and so may what a frame
-    # that is itself clipped predicts.
+    # A pixel that should be clipped may have any code above the clipping limit, and so may the
+    # prediction from a clipped frame.
     low = np.minimum(low - tolerance.codes, clipped[0])
     high += tolerance.codes
     high[(high >= clipped[0]) | (codes[:, None] >= clipped[1])] = 255.0
@@ -173,7 +179,7 @@ def _predict(
 
 
 def _brighter(dark: Float64, bright: Float64, codes: Float64, stops: float) -> Float64:
-    """Codes that so many stops more would make of these, by each frame's curve."""
+    """Return the codes after so many more stops, by each frame's curve."""
     light = np.interp(codes, np.arange(256.0), dark) * 2.0**stops
     return np.asarray(np.interp(light, bright, np.arange(256.0)), np.float64)
 
@@ -183,19 +189,19 @@ def _table(codes: Float64) -> Bytes:
 
 
 def _contrast(frame: Any) -> Bytes:
-    """Range of the codes among a pixel and its neighbours, per channel."""
+    """Return the range of the codes among a pixel and its neighbours, per channel."""
     box = np.ones((3, 3), np.uint8)
     return np.asarray(cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, box), np.uint8)
 
 
 _BLACK: Final = 8
-_FEWEST: Final = 64  # pixels that say something
-# What two of three pixels keep to, most keep to a multiple of.
+_FEWEST: Final = 64  # usable pixels
+# Most pixels keep to a multiple of the limit that two of three keep to.
 _USUAL_SHARE: Final = 0.68
 _MISFIT: Final = 4.0
 _MOST_SLACK: Final = 0.8
-_SHARED: Final = 0.05  # of the picture that two frames must both expose well to be compared
-_SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place, however they are toned
+_SHARED: Final = 0.05  # of the picture, that two frames must both expose well to be compared
+_SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place, whatever their tone curves
 
 
 def fill_hidden(
@@ -229,12 +235,12 @@ def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
 
 
 def hopeless(frames: Sequence[Bytes], share: float) -> FramesContradict:
-    """Report why motion cannot be found: another place, or frames of one that do not fit."""
+    """Report why motion cannot be found: another place, or frames of one place that do not fit."""
     return FramesContradict(share, same_place=alike(frames) > _SAME_PLACE)
 
 
 def alike(frames: Sequence[Bytes]) -> float:
-    """Return the least correlation of neighbouring frames where both are well exposed."""
+    """Return the lowest correlation of neighbouring frames where both are well exposed."""
     least = 1.0
     for one, other in pairwise(frames):
         first, second = one[..., 1].ravel(), other[..., 1].ravel()

@@ -1,11 +1,11 @@
 """Detect motion between the frames of a bracket, and choose the frames to trust there.
 
 People walk and clouds drift while a bracket is taken. Averaging such frames leaves ghosts with
-coloured edges, so every frame gets a mask of where it may be used. Frames that contradict each
-other (`measure.bracket.contradiction`) do so in connected places. In each, the frames that most
-others contradict are left out; where no majority is to be had, one frame is taken as the
-reference for the whole place, so that no person is cut in half. Every other frame stays in use
-wherever it agrees, and with it the range that the bracket was shot for.
+coloured edges, so every frame gets a mask of its usable area. Frames contradict each other
+(`measure.bracket.contradiction`) in connected regions. In each region, the frames that most others
+contradict are left out; without a majority, one frame is the reference for the whole region, so
+that no person is cut in half. All other frames stay in use wherever they agree, which preserves the
+dynamic range of the bracket.
 """
 
 from __future__ import annotations
@@ -38,32 +38,33 @@ from app.core.measure.bracket.contradiction import (
 from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.remarks import Motion, MovedPart, MuchMotion
 
-_BLACK: Final = 8  # below it a code says "at most" rather than "this much"
+_BLACK: Final = 8  # a code below it is an upper limit rather than a value
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region
-_SEEDS: Final = 4  # proxy pixels of that kind that one region needs, in pixels of the horizon
-_GROWTH: Final = 6  # proxy pixels that a region may grow by the closer test
-_CLOSING: Final = 0.008  # of the width: gaps in a region that are no gaps
-_MAJORITY: Final = 0.5  # share of a region's contradictions that a vote has to settle
-# What an agreement by inequality, a good exposure and a clipped pixel count beside a vote.
+_SEEDS: Final = 4  # number of such proxy pixels that a region needs, in pixels of the horizon
+_GROWTH: Final = 6  # proxy pixels that a region may grow by the stricter test
+_CLOSING: Final = 0.008  # of the width: largest gap in a region that is closed
+_MAJORITY: Final = 0.5  # share of a region's contradictions that a vote must settle
+# Weight, in votes, of an agreement by inequality, a good exposure and a clipped pixel.
 _WEAK_VOTE: Final = 0.25
 _EXPOSED: Final = 0.3
 _LOSS_COST: Final = 4.0
 _MUCH: Final = 0.15  # share of the sphere beyond which the frames hardly belong together
-# A wide place in which fewer contradict each other is grain and edges, which the gaps join.
+# A wide region with a smaller share of contradictions is grain and edges, joined by the gaps.
 _WIDE: Final = 0.05
 _DENSE: Final = 0.25
-_UNUSUAL: Final = 0.05  # share of the pixels from which on the response is in doubt
-_HOPELESS: Final = 0.35  # share beyond which it is not the scene that changed
-_NAMED: Final = 3  # regions named in the sentence
+_UNUSUAL: Final = 0.05  # share of the pixels from which the response is in doubt
+_HOPELESS: Final = 0.35  # share beyond which the cause is not motion
+_NAMED: Final = 3  # regions named in the remark
 
 
 @dataclass(frozen=True, slots=True)
 class GhostRegion:
     """A region in which frames contradict each other.
 
-    Centre and extent are shares of the width and the height, 0 to 1; `share` is of the sphere
-    (panoramas, by solid angle) or of the area; `frames` are left out in at least a part of it, by
-    their place in the bracket.
+    Attributes:
+        column, row, width, height: Centre and size as shares of the width and the height, 0 to 1.
+        share: Share of the sphere (panoramas, by solid angle) or of the area.
+        frames: Indices in the bracket of the frames that are left out in at least a part of it.
     """
 
     column: float
@@ -75,12 +76,12 @@ class GhostRegion:
 
     @property
     def azimuth_deg(self) -> float:
-        """Centre in degrees, positive to the right of the middle column; for panoramas."""
+        """Azimuth of the centre, degrees, positive to the right of the middle; for panoramas."""
         return 360.0 * (self.column - 0.5)
 
     @property
     def elevation_deg(self) -> float:
-        """Centre in degrees above the horizon; for panoramas."""
+        """Elevation of the centre in degrees; for panoramas."""
         return 90.0 - 180.0 * self.row
 
 
@@ -88,10 +89,12 @@ class GhostRegion:
 class FrameTrust:
     """Trusted areas of each frame.
 
-    `masks`, (h, w) float32 each in the size of the proxies, are 1 where a frame is to be used and
-    0 where not, None for a frame that can be used everywhere; no pixel is 0 in all of them.
-    `share` is of the sphere or of the area: where frames are left out, or differ too widely for
-    that. `where` has the largest place first.
+    Attributes:
+        masks: (h, w) float32 each, at the size of the proxies: 1 where a frame is to be used, else
+            0; None for a frame that can be used everywhere. No pixel is 0 in all of them.
+        share: Share of the sphere or of the area in which frames are left out, or differ too widely
+            for that.
+        where: Regions, the largest first.
     """
 
     masks: tuple[Float32 | None, ...] = field(repr=False)
@@ -109,16 +112,24 @@ def trust(
     exposures_known: bool = True,
     sphere: bool = True,
 ) -> FrameTrust:
-    """Detect motion, and return the usable area of each frame; ValueError if sizes differ.
+    """Detect motion, and return the usable area of each frame.
 
-    `proxies`, (h, w, 3) uint8 each, are area means of the coded frames at about an eighth of their
-    size, all aligned, in any order; twice as wide as high means a panorama, whose left and right
-    are neighbours. `response.table` is the linear light of each code, (3, 256) or (K, 3, 256).
-    Where `sphere` is False, 2:1 is no panorama either. `visibility`, (h, w) each, is 0 where a
-    frame shows nothing, None for a frame that fills the picture. `exposures_known` is False for a
-    recovered curve:
-    what differs widely may be that, and is no reason to shoot again. Where frames differ nearly
-    everywhere it is the curves or the exposures that are wrong: no frame is left out anywhere.
+    If frames differ almost everywhere, the curves or the exposures are wrong, and no frame is left
+    out anywhere.
+
+    Args:
+        proxies: (h, w, 3) uint8 each. Area means of the coded frames at about an eighth of their
+            size, all aligned, in any order. Twice as wide as high means a panorama, whose left and
+            right edges meet.
+        stops: Exposures of the frames.
+        response: Its table is (3, 256) or (K, 3, 256).
+        visibility: (h, w) each. 0 where a frame has no pixels; None for a frame that fills the
+            picture.
+        exposures_known: False for a recovered curve, which may itself be the reason for wide
+            differences, so that they are no reason to shoot again.
+        sphere: False if 2:1 pictures are not panoramas either.
+
+    Raises `ValueError` if the sizes differ.
     """
     if len(proxies) != len(stops) or len({proxy.shape for proxy in proxies}) > 1:
         raise ValueError("every frame needs a proxy of the same shape and an exposure")
@@ -168,7 +179,7 @@ def trust(
 
 
 def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tolerance) -> Bytes:
-    """Worst contradiction between neighbours in exposure: whatever moves shows in one of them."""
+    """Return the largest contradiction between neighbours in exposure, where all motion shows."""
     parts = [
         contradiction(frames[k], frames[k + 1], predictions.between(k, k + 1, tolerance))
         for k in range(len(frames) - 1)
@@ -177,7 +188,7 @@ def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tole
 
 
 def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None:
-    """Contradictions by the loose test, None when there is nothing worth a closer look."""
+    """Return contradictions by the loose test; None if none are worth a closer look."""
     if len(frames) < 2:
         return None
     evidence = _adjacent(frames, predictions, LOOSE)
@@ -185,25 +196,25 @@ def _evidence(frames: Sequence[Bytes], predictions: Predictions) -> Bytes | None
 
 
 def _quiet_column(evidence: Bytes) -> int:
-    """Column to begin a panorama with, so that as little as possible is cut there."""
+    """Return the column at which cutting a panorama cuts the fewest contradictions."""
     near = _box(evidence > 0, cv2.MORPH_DILATE, 4 * _closing(evidence.shape[1]) + 1)
     return int(np.argmin(np.count_nonzero(near, axis=0)))
 
 
 def _box(mask: NDArray[Any], operation: int, size: int) -> Bytes:
-    """Morphology with a square."""
+    """Apply a morphological operation with a square."""
     box = np.ones((size, size), np.uint8)
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), operation, box), np.uint8)
 
 
 def _closing(width: int) -> int:
-    """Side of the square that closes gaps, odd, in pixels of a proxy of that width."""
+    """Return the side of the square that closes gaps, odd, in pixels of a proxy of that width."""
     return 2 * max(round(0.5 * _CLOSING * width), 1) + 1
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A connected place of contradiction: a rectangle, and which of its pixels belong to it."""
+    """A connected region of contradiction: a rectangle, and a mask of its pixels."""
 
     rows: slice
     columns: slice
@@ -213,7 +224,7 @@ class _Place:
 def _places(
     evidence: Bytes, frames: Sequence[Bytes], predictions: Predictions, area: Float64
 ) -> list[_Place]:
-    """Find connected places that hold more than a stray contradiction, by solid angle."""
+    """Find connected regions with more than a stray contradiction, by solid angle."""
     closing = _box(evidence > 0, cv2.MORPH_CLOSE, 3)
     count, labels = cv2.connectedComponents(closing, connectivity=8)
     row, column = np.nonzero(evidence >= _SEED)
@@ -227,7 +238,7 @@ def _places(
     for _ in range(_GROWTH):
         region |= _box(region, cv2.MORPH_DILATE, 3) & closer
     region = _box(region, cv2.MORPH_CLOSE, _closing(region.shape[1]))
-    # Two pixels for what is left at an edge, one for the masks' slope when they are enlarged.
+    # Two pixels for remains at an edge, one for the slope of the enlarged masks.
     region = _box(region, cv2.MORPH_DILATE, 7)
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(region, connectivity=8)
     places = []
@@ -249,7 +260,7 @@ def _handle(
     masks: Sequence[Bytes],
     area: Float64,
 ) -> GhostRegion:
-    """Decide on one place, write it into the masks, and describe it in the masks' own frame."""
+    """Decide on one region, write it into the masks, and describe it in the masks' own frame."""
     crops = [frame[place.rows, place.columns] for frame in frames]
     height, width = masks[0].shape
     usable = _settle(crops, place.inside, predictions, _closing(width))
@@ -268,14 +279,14 @@ def _handle(
 def _settle(
     crops: Sequence[Bytes], inside: Bools, predictions: Predictions, closing: int
 ) -> list[Bytes]:
-    """Where each frame may be used in one place.
+    """Return the usable area of each frame in one region.
 
-    Where most frames agree, the others are left out. What contradictions that leaves, or all of
-    them when no majority is to be had (two frames), an order of belief resolves: the first frame
-    is used everywhere, each following one where it contradicts none of those before it. Either
-    way the frames in use agree with one another at every pixel.
+    If most frames agree, the others are left out. The remaining contradictions, or all of them
+    without a majority (two frames), are resolved by an order of trust: the first frame is used
+    everywhere, each following one where it contradicts none of the previous ones. Either way, the
+    frames in use agree with each other at every pixel.
     """
-    # The outermost pixels are there for the masks' soft edge, not for evidence.
+    # The outermost pixels are for the masks' soft edge, not for evidence.
     core = _box(inside, cv2.MORPH_ERODE, 3).astype(bool)
     against = _clashes(crops, core, predictions)
     codes = np.stack([worst(crop) for crop in crops])
@@ -289,7 +300,7 @@ def _settle(
         order.insert(0, unclipped)
     elif explanation >= _MAJORITY:
         usable = [1 - _closed(outlier, closing, inside) for outlier in outliers]
-        # Who was left out most is believed least where a vote is tied.
+        # If a vote is tied, the frame that was left out most is trusted least.
         order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
     for place, frame in enumerate(order[1:], start=1):
         clash = np.zeros(inside.shape, bool)
@@ -303,7 +314,7 @@ def _settle(
 
 
 def _closed(pixels: Bools, closing: int, inside: Bools) -> Bytes:
-    """Close the gaps of what a frame shows wrongly."""
+    """Close the gaps in a frame's outliers."""
     return _box(pixels, cv2.MORPH_CLOSE, closing) & inside.astype(np.uint8)
 
 
@@ -317,7 +328,7 @@ def _widened(usable: Sequence[Bytes], first: int, inside: Bools) -> list[Bytes]:
 
 
 def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> Bools:
-    """Where any two frames contradict each other by the closer test, (K, K, h, w)."""
+    """Return masks of contradictions between any two frames by the stricter test, (K, K, h, w)."""
     number = len(crops)
     against = np.zeros((number, number, *core.shape), bool)
     for bright in range(number):
@@ -333,10 +344,12 @@ def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> B
 
 
 def _outvoted(against: Bools) -> tuple[Bools, float]:
-    """Leave out, pixel by pixel, the frame that contradicts most of those left, until none does.
+    """Leave out, pixel by pixel, the frame that contradicts most others, until none does.
 
-    Returns the frames left out, (K, h, w) bool, none where two contradict equally many, and the
-    share of the pixels with a contradiction where that does not happen.
+    Returns:
+        The frames left out, (K, h, w) bool, none where two contradict equally many; and the share
+        of
+        the contradicting pixels that stays unsettled.
     """
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)
@@ -359,11 +372,11 @@ def _outvoted(against: Bools) -> tuple[Bools, float]:
 
 
 def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
-    """Frame that a vote must not leave out: all others are brighter and clipped. Usually none.
+    """Return a frame that a vote must not leave out: all others are brighter and clipped.
 
-    Somebody stands before a window in the only frame that does not clip it. The majority knows
-    no more of the window than that it is bright, and around that person the rest of it would be
-    lost.
+    Usually there is none. An example is a person in front of a window in the only frame that does
+    not clip it. The majority only knows that the window is bright, and would lose the rest of it
+    around that person.
     """
     clipped = codes > CLIPPED
     gap = (clipped | outliers).all(axis=0) & outliers.any(axis=0)
@@ -378,13 +391,13 @@ def _only_unclipped(codes: Bytes, outliers: Bools) -> int | None:
 
 
 def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
-    """Score of each frame: how many others agree with it, and how well it is exposed."""
+    """Return each frame's score: the agreement of the others with it, and its exposure."""
     number, size = len(codes), max(int(np.count_nonzero(core)), 1)
     level = codes[:, core]
     clash = against[:, :, core]
     clipped = level > CLIPPED
     telling = ~clipped & (level > _BLACK)
-    # Clipping counts where a darker frame could have told more.
+    # Clipping counts only where a darker frame has more information.
     darker = np.logical_or.accumulate(telling[::-1], axis=0)[::-1]
     scores = []
     for frame in range(number):
@@ -402,14 +415,14 @@ def _belief(codes: Bytes, core: Bools, against: Bools) -> list[float]:
 
 
 def _area(shape: tuple[int, int], panorama: bool) -> Float64:
-    """Share of the whole that a pixel of each row has, (h,)."""
+    """Return the share of the whole that a pixel of each row covers, (h,)."""
     if panorama:
         return solid_angles(shape) / (4.0 * math.pi)
     return np.full(shape[0], 1.0 / (shape[0] * shape[1]))
 
 
 def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> GhostRegion:
-    """Undo the turn of the picture by a share of its width, and the order of the frames."""
+    """Undo the shift of the picture by a share of its width, and the order of the frames."""
     frames = tuple(sorted(order[frame] for frame in region.frames))
     return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 
@@ -417,7 +430,7 @@ def _in_picture(region: GhostRegion, order: Sequence[int], turn: float) -> Ghost
 def _remarks(
     where: tuple[GhostRegion, ...], share: float, panorama: bool, exposures_known: bool
 ) -> tuple[Remark, ...]:
-    """Report what moved."""
+    """Report the motion."""
     if not where:
         return ()
     places = tuple(

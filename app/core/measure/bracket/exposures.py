@@ -1,4 +1,4 @@
-"""The exposures that the files of a bracket state: which to believe, and what contradicts."""
+"""The exposures stated in the files of a bracket, and their contradictions."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from app.core.measure.read.metadata import Header
 from app.core.text import tr, tr_plural
 
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
-"""Two statements of one exposure contradict each other when further apart; half of a third."""
+"""Difference of two statements of one exposure that is a contradiction, stops: half a third."""
 
 LENS_STOPS: Final = 0.05
-"""The two lenses of a camera count as differently exposed when further apart, in stops."""
+"""Difference from which the two lenses of a camera count as differently exposed, in stops."""
 
 _SAME: Final = 1e-3
 _GIVE_TIMES: Final = tr("Give the exposure times with --times, in seconds, one for each file.")
@@ -38,11 +38,16 @@ def settle_exposures(
 ) -> tuple[list[Exposure], list[Remark]]:
     """Determine the exposure of every frame.
 
-    Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
-    EXIF; where no frame states one, it is taken to be the same in all and nothing is known
-    absolutely; where some frames do not state it, the value that all others share is assumed.
-    Where the others differ, given times alone count; without them it is a ProbeError, as is a
-    frame without an exposure time.
+    Exposure times come from `times`, else from EXIF; ISO and f-number come from EXIF. If no frame
+    states one of these, it is assumed equal in all frames, and the absolute scale is unknown. If
+    some frames do not state it, they get the value that all others share. If the others differ,
+    only given times count.
+
+    Args:
+        times: Exposure times in seconds.
+
+    Raises `ProbeError` for a frame without an exposure time, and if the others differ and there are
+    no given times.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     by_hand = times is not None
@@ -70,10 +75,10 @@ def settle_exposures(
 
 
 def metered_exposure(header: Header) -> Exposure | None:
-    """Exposure of a picture that the camera metered by itself; None where no time is stated.
+    """Return the exposure of a picture metered by the camera; None if it states no time.
 
-    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either
-    one of them or a mean. The geometric mean lies in the middle of both halves.
+    A Theta on automatic may set its lenses to different ISO; its EXIF then states either one of
+    them or a mean. The geometric mean is in the middle of the two.
     """
     exposure, lenses = header.frame.exposure, header.frame.lenses
     if exposure is None or len(lenses) < 2:
@@ -101,7 +106,7 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
 def _fill(
     headers: Sequence[Header], values: list[float | None], tag: Tag, by_hand: bool
 ) -> tuple[list[float | None], list[Remark]]:
-    """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
+    """Return a tag's values for all frames, or all None, and remarks about doubtful ones."""
     stated = [value for value in values if value is not None]
     if len(stated) == len(values) or not stated:
         return values, []
@@ -157,7 +162,7 @@ def _times_doubts(headers: Sequence[Header], times: Sequence[float]) -> list[Rem
 
 
 def _lens_doubts(headers: Sequence[Header]) -> list[Remark]:
-    """Name the frame whose two halves lie furthest apart (theta-api: auto exposure per lens)."""
+    """Name the frame whose two lenses differ most (theta-api: auto exposure per lens)."""
     worst, gap = None, LENS_STOPS
     for header in headers:
         lenses = header.frame.lenses

@@ -1,12 +1,12 @@
 """Find frames in a folder that do not belong to the bracket.
 
-A camera's own HDR picture, a preview, a picture of another scene or a black one lies beside the
-exposures and states the exposure of one of them. Merged with them it bends the curve and the light.
-It shows by this: the other frames agree with each other, by one curve and their stated exposures,
-and it contradicts them over a large part of the picture, whatever exposure it is given.
+A camera's own HDR picture, a preview, a picture of another scene or a black one may be in the same
+folder, and state the exposure of one of the frames. Merged with them, it distorts the curve and the
+light. It is recognised because the other frames agree with each other, by one curve and their
+stated exposures, and it contradicts them over a large part of the picture, at any exposure.
 
-A frame that only states a wrong exposure is measured (`curve.response`). What moved, and
-light that changed a little, contradicts in places only (`app.core.measure.bracket.deghosting`).
+A frame that only states a wrong exposure is measured (`curve.response`). Motion, and light that
+changed slightly, contradict only in places (`app.core.measure.bracket.deghosting`).
 """
 
 from __future__ import annotations
@@ -38,44 +38,44 @@ from app.core.measure.bracket.curve.response import (
 from app.core.measure.bracket.remarks import ForeignFrame, Reason
 
 _WIDE: Final = Tolerance(stops=0.5, codes=4.0, toe=4.0, under=1.0, over=0.6, either=True)
-"""Half a stop, so that light that flickers or a cloud is no reason to leave a frame out."""
+"""Half a stop, so that flickering light or a cloud does not exclude a frame."""
 
 _LOUD: Final = 0.25  # share of the picture over which a foreign frame contradicts the others
-_QUIET: Final = 0.08  # share over which frames of one series contradict each other at most
+_QUIET: Final = 0.08  # largest share over which frames of one series contradict each other
 _BENT: Final = 0.45  # stops by which a foreign frame's step depends on the level
-_STRAIGHT: Final = 0.2  # stops by which the step between two frames of one series does
-_TIMES: Final = 3.0  # by how much more a foreign frame contradicts, or is bent
-_FITS: Final = 0.05  # stops that are left where one curve fits all frames
-_RESIDUAL: Final = 0.15  # stops that are left where one curve fits the others
+_STRAIGHT: Final = 0.2  # the same for two frames of one series
+_TIMES: Final = 3.0  # factor by which a foreign frame contradicts more, or is more bent
+_FITS: Final = 0.05  # remaining stops if one curve fits all frames
+_RESIDUAL: Final = 0.15  # remaining stops if one curve fits the others
 _NEIGHBOURS: Final = 4
-_TRIED: Final = 6  # frames for each of which a curve is recovered
+_TRIED: Final = 6  # frames for which a curve is recovered
 _FARTHEST_STOPS: Final = 6.1
 _BLACK: Final = 8
-_OPEN: Final = (24, 232)  # codes that say how much light there is
+_OPEN: Final = (24, 232)  # codes that are neither black nor clipped
 _LEVELS: Final = 12
 _MOST_LEVELS: Final = (0.1, 0.9)
 _FEWEST: Final = 60  # samples of a level
-_LEAST_SHARE: Final = 0.02  # of the pixels, that a pair must show
+_LEAST_SHARE: Final = 0.02  # of the pixels, that a pair must share
 _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
 _ONE_IN: Final = 3  # at most one frame in so many is foreign
 
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A file of a bracket that was not merged, and why."""
+    """A file of a bracket that was not merged, and the reason."""
 
     path: Path
     reason: Reason
 
     @property
     def remark(self) -> ForeignFrame:
-        """Name the file."""
+        """Return the remark about the file."""
         return ForeignFrame(self.path.name, self.reason)
 
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A foreign frame: its number in the bracket, brightest first, and the reason."""
+    """A foreign frame: its index in the bracket, brightest first, and the reason."""
 
     frame: int
     reason: Reason
@@ -86,9 +86,13 @@ def foreign_frames(
 ) -> tuple[Foreign, ...]:
     """Return the frames that do not belong to the series.
 
-    `proxies`, (h, w, 3) uint8 each, and `samples`, (K, N, 3) uint8, are of all frames, brightest
-    first, which lie on each other; `stops` are as stated, and `choice` is what was chosen for them.
-    Empty with fewer than three frames, and where the others do not agree with each other.
+    Empty with fewer than three frames, and if the others do not agree with each other.
+
+    Args:
+        proxies: (h, w, 3) uint8 each. All frames, brightest first, aligned.
+        samples: (K, N, 3) uint8. Of the same frames.
+        choice: Response chosen for them.
+        stops: As stated.
     """
     rest, foreign = list(range(len(proxies))), list[Foreign]()
     pictures = [np.ascontiguousarray(proxy) for proxy in proxies]
@@ -106,10 +110,13 @@ def foreign_frames(
 
 
 def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, ResponseChoice]]:
-    """Leave out each frame in turn: those that contradict the others, where these agree.
+    """Leave out each frame in turn, and return those that contradict the others, if these agree.
 
-    Returns by how much they contradict, their numbers, and the curve of the others. A curve is
-    recovered only where sRGB fits no set of others; in long brackets for the likeliest frames.
+    A curve is recovered only if sRGB fits no set of others; in long brackets, only for the
+    likeliest frames.
+
+    Returns:
+        Size of the contradiction, index, and curve of the others.
     """
     plain = replace(series, choice=replace(series.choice, response=srgb_response()))
     likely = sorted(series.frames, key=lambda number: -plain.oddness(number))
@@ -129,9 +136,12 @@ def _trials(series: _FrameSeries, mode: Mode) -> list[tuple[float, int, Response
 
 @dataclass(frozen=True, slots=True)
 class _FrameSeries:
-    """Some frames of a bracket with one curve: how well they and others fit each other.
+    """Some frames of a bracket with one curve, to judge how well they and others fit.
 
-    `pictures`, `samples` and `stops` are of all frames, as stated; `choice` is of `frames` only.
+    Attributes:
+        pictures, samples, stops: Of all frames, exposures as stated.
+        frames: Indices of the frames of the series.
+        choice: Response of `frames` only.
     """
 
     pictures: Sequence[Bytes]
@@ -142,7 +152,7 @@ class _FrameSeries:
 
     @property
     def table(self) -> Float64:
-        """One curve for all frames, (3, 256); of frames with their own, that of the middle one."""
+        """One curve for all frames, (3, 256); for frames with their own, that of the middle one."""
         table = self.choice.response.table
         return table if table.ndim == 2 else table[len(table) // 2]
 
@@ -157,7 +167,7 @@ class _FrameSeries:
 
     @property
     def sound(self) -> bool:
-        """Whether the frames agree; two of them fit any curve that is not known."""
+        """Whether the frames agree; two of them fit any unknown curve."""
         choice = self.choice
         if not choice.check.possible or choice.tag_errors or choice.response.table.ndim > 2:
             return False
@@ -169,21 +179,21 @@ class _FrameSeries:
 
     @property
     def greatest_oddness(self) -> float:
-        """Oddness of the oddest of the frames; each pair is judged once."""
+        """Return the largest oddness among the frames; each pair is judged once."""
         pairs = {frame: self._pairs(frame) for frame in self.frames}
         oddness = {pair: max(self._pair(*pair)) for pair in {*chain(*pairs.values())}}
         return max(_median([oddness[pair] for pair in some]) for some in pairs.values())
 
     def oddness(self, frame: int) -> float:
-        """How much a frame contradicts its neighbours; more than 1 is unusual."""
+        """Return how much a frame contradicts its neighbours; more than 1 is unusual."""
         return _median([max(self._pair(*pair)) for pair in self._pairs(frame)])
 
     def _pairs(self, frame: int) -> list[tuple[int, int]]:
-        """A frame with each of its neighbours, the brighter first."""
+        """Return a frame paired with each of its neighbours, the brighter first."""
         return [(min(frame, other), max(frame, other)) for other in self._near(frame)]
 
     def excludes(self, frame: int) -> bool:
-        """Whether a frame that is not among these contradicts them, whatever its exposure."""
+        """Return whether a frame outside the series contradicts it, whatever its exposure."""
         near = self._near(frame)
         if not near:
             return False
@@ -199,12 +209,12 @@ class _FrameSeries:
         return bool(min(shares) >= max(_LOUD, _TIMES * quiet))
 
     def _pair(self, bright: int, dark: int) -> tuple[float, float]:
-        """Bend and contradiction of two frames, as shares of what is usual."""
+        """Return bend and contradiction of two frames, relative to the usual values."""
         share = self._share(bright, dark, self._stop(bright))
         return self._bend(bright, dark) / _STRAIGHT, share / _QUIET
 
     def _stop(self, frame: int) -> float:
-        """Exposure of a frame, corrected where it is one of the series."""
+        """Return the exposure of a frame, corrected if it belongs to the series."""
         if frame in self.frames:
             return self.choice.stops[self.frames.index(frame)]
         return self.stops[frame]
@@ -219,7 +229,7 @@ class _FrameSeries:
         return near[:_NEIGHBOURS]
 
     def _steps(self, bright: int, dark: int) -> tuple[Float64, Float64]:
-        """Codes of the brighter frame's samples, and by how many stops it is brighter there."""
+        """Return the codes of the brighter frame's samples, and the stops between the frames."""
         logs = np.log2(np.maximum(self.table, 1e-9))
         codes, steps = [], []
         for channel in range(3):
@@ -231,7 +241,7 @@ class _FrameSeries:
         return np.concatenate(codes), np.concatenate(steps)
 
     def _bend(self, bright: int, dark: int) -> float:
-        """By how many stops the step between two frames depends on the level."""
+        """Return the stops by which the step between two frames depends on the level."""
         codes, steps = self._steps(bright, dark)
         levels = (codes - _OPEN[0]) * _LEVELS // (_OPEN[1] - _OPEN[0])
         parts = [steps[levels == level] for level in range(_LEVELS)]
@@ -242,7 +252,7 @@ class _FrameSeries:
         return float(high - low)
 
     def _exposure(self, frame: int, near: Sequence[int]) -> float:
-        """Exposure that a frame shows beside its neighbours, in stops."""
+        """Return the exposure of a frame measured against its neighbours, in stops."""
         levels = []
         for other in near:
             _, steps = self._steps(frame, other)
@@ -251,7 +261,11 @@ class _FrameSeries:
         return float(np.median(levels)) if levels else self.stops[frame]
 
     def _share(self, one: int, other: int, stop: float) -> float:
-        """Share of two frames that cannot be of the same thing; `stop` is of the first."""
+        """Return the share of two frames that cannot show the same scene.
+
+        Args:
+            stop: Exposure of the first frame.
+        """
         first, second = self.pictures[one], self.pictures[other]
         pair = (stop, self._stop(other))
         if pair[0] < pair[1]:
@@ -271,7 +285,7 @@ def _median(values: Sequence[float]) -> float:
 
 
 def _usable(bright: Bytes, dark: Bytes) -> Bools:
-    """Pixels at which two frames are not both black or both clipped."""
+    """Return a mask of pixels that are not black in both frames, nor clipped in both."""
     black = (worst(bright) <= _BLACK) & (worst(dark) <= _BLACK)
     # Inverted, the smallest channel is the largest.
     white = (worst(~bright) <= 255 - CLIPPED) & (worst(~dark) <= 255 - CLIPPED)

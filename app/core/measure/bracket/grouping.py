@@ -1,7 +1,7 @@
 """Read a bracket's headers: its frames, their order and exposures.
 
-Nothing here looks at pixels. What makes a merge impossible is a `ProbeError` that names the file;
-what makes it doubtful is a warning that travels with the bracket.
+Pixels are not read here. A `ProbeError` that names the file reports why a merge is impossible; a
+remark of the bracket reports a doubt.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _KIND_WORDS: Final = {
 
 _Value = TypeVar("_Value", bound="Hashable")
 _Listed: TypeAlias = tuple[Header, float | None]
-"""A file of the bracket with the exposure time in seconds that the user gave for it."""
+"""A file of the bracket, and the exposure time in seconds that the user gave for it."""
 
 
 def read_bracket(
@@ -67,16 +67,18 @@ def read_bracket(
 ) -> Bracket:
     """Read the headers of a bracket and sort its frames.
 
-    `paths` are the files in any order, or one folder: then of the pictures in it
-    (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
-    bracket. What is left out is said. `times` in seconds, one a file in that order, win over
-    EXIF; ISO and f-number are still EXIF's. `sort_out`: files are treated as those of a folder.
-    `alone`: one photograph of all directions will do, and
-    need not state its exposure.
+    Args:
+        paths: The files in any order, or one folder. In a folder, the largest set of pictures that
+            can be one bracket is used (`metadata.ENDINGS`, hidden ones ignored, sorted by name);
+            the others are reported.
+        times: Exposure times in seconds, one for each file in that order, instead of those in EXIF;
+            ISO and f-number still come from EXIF.
+        alone: Whether a single photo of all directions is enough; it need not state its exposure.
+        sort_out: Whether files are treated like those of a folder.
 
-    Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
-    that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
-    orientation or camera; when all exposures are equal, or `times` do not fit.
+    Raises `ProbeError` with fewer than two different frames or more than `MAX_FRAMES`; for a file
+    that is not a picture, is tone-mapped, has no exposure time, or differs in size, kind,
+    orientation or camera; if all exposures are equal; and if `times` has the wrong length.
     """
     inputs = [Path(path) for path in paths]
     sort_out = sort_out or (len(inputs) == 1 and _is_folder(inputs[0]))
@@ -111,7 +113,7 @@ def read_bracket(
 
 
 def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
-    """Leave out what the camera has rendered itself, where the others are a bracket."""
+    """Leave out pictures that the camera rendered itself, if the others are a bracket."""
     plain = [header for header in headers if not header.frame.tone_mapped]
     evs = [each.frame.exposure.ev for each in plain if each.frame.exposure is not None]
     if len(plain) == len(headers) or not evs or max(evs) - min(evs) < EQUAL_STOPS:
@@ -122,7 +124,7 @@ def _without_mapped(headers: list[Header]) -> tuple[list[Header], list[Remark]]:
 def _read_all(
     paths: list[Path], times: Sequence[float] | None, *, sort_out: bool
 ) -> tuple[list[Header], list[Remark]]:
-    """Read the headers of the files named, or of the bracket in the folder named."""
+    """Read the headers of the named files, or of the bracket in the named folder."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
         raise ProbeError(tr("There are no pictures to merge."), tr("Name at least two exposures."))
@@ -143,9 +145,10 @@ def _read_all(
 def _bracket_of(
     files: Sequence[Path], folder: str, count: int | None
 ) -> tuple[list[Header], list[Remark]]:
-    """Choose what belongs together: one size, one kind, one camera; most stated exposures first.
+    """Choose the files that belong together: one size, one kind, one camera; most exposures first.
 
-    Where two sets are as good, all of them are given back: then it is an error to name the odd one.
+    If two sets are equally good, all of them are returned; the caller then reports the odd one as
+    an error.
     """
     sets: dict[Hashable, list[Header]] = {}
     errors: list[ProbeError] = []
@@ -183,7 +186,7 @@ def _is_folder(path: Path) -> bool:
     try:
         return path.is_dir()
     except OSError:
-        return False  # Reading it as a file says why it cannot be reached.
+        return False  # Reading it as a file reports why it cannot be reached.
 
 
 def _check_times(times: Sequence[float] | None, count: int) -> list[float | None]:
@@ -221,7 +224,7 @@ def _check_number(count: int) -> None:
 
 
 def _check_pixels(headers: list[Header]) -> None:
-    """Refuse what would take hours: a few frames of a size that no camera has."""
+    """Refuse to spend hours on a few frames of a size that no camera has."""
     pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
     if pixels > _MOST_PIXELS:
         raise ProbeError(
@@ -235,7 +238,7 @@ def _check_pixels(headers: list[Header]) -> None:
 
 
 def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
-    """Leave out files that are named twice and files of the same bytes."""
+    """Leave out files named twice, and files with the same bytes."""
     unique: dict[tuple[str, ...], _Listed] = {}
     copy_names: dict[str, list[str]] = {}
     contents = _contents([header.frame.path for header, _ in files])
@@ -249,10 +252,10 @@ def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[Remark]]:
 
 
 def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
-    """Return equal values for equal files, reading no more of them than that takes.
+    """Return equal values for equal files, reading no more of them than necessary.
 
-    Nothing where no other has their length, the whole only where another starts with the same
-    bytes.
+    A file is read only if another has its length, and completely only if another starts with the
+    same bytes.
     """
     contents: list[tuple[str, ...]] = [()] * len(paths)
     for limit in (0, _START, None):
@@ -265,7 +268,7 @@ def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
 
 
 def _content(path: Path, limit: int | None) -> str:
-    """Digest of a file, or of its first bytes; its length for 0 of them."""
+    """Return the digest of a file, or of its first bytes; its length for 0 of them."""
     with os_errors_as(ProbeError, tr("{path} cannot be read: {reason}."), path=path):
         if limit == 0:
             return str(path.stat().st_size)
@@ -288,7 +291,7 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
 
 
 def not_all_around(frame: Frame) -> ProbeError:
-    """Return the error for a single photo that is neither panorama nor fisheye pair."""
+    """Return the error for a single photo that is neither a panorama nor a fisheye pair."""
     return ProbeError(
         tr(
             "{name} is {width} x {height}: alone it has to show every direction, and be twice "
@@ -302,7 +305,7 @@ def not_all_around(frame: Frame) -> ProbeError:
 
 
 def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | None) -> Bracket:
-    """Make a bracket of one photograph, or say why it will not do."""
+    """Make a bracket of one photo, or raise the reason why it is unsuitable."""
     frame, name = header.frame, header.frame.path.name
     if frame.kind not in ("uint8", "uint16"):
         _check_count([header], [frame.path])
@@ -364,7 +367,7 @@ def _one_value(
     words: Callable[[_Value], str],
     hint: str,
 ) -> None:
-    """Refuse frames that differ, and name those in the minority."""
+    """Raise an error if frames differ, and name those in the minority."""
     names: dict[_Value, list[str]] = {}
     for header in headers:
         names.setdefault(value(header), []).append(header.frame.path.name)
@@ -402,7 +405,7 @@ def _rendered(names: Sequence[str]) -> str:
 
 
 def _in_order(bracket: Bracket) -> Bracket:
-    """Sort, brightest first, and look for exposures that are there twice."""
+    """Sort the frames, brightest first, and report duplicate exposures."""
     order = sorted(
         range(len(bracket.frames)),
         key=lambda index: (-bracket.stops[index], bracket.frames[index].path.name),

@@ -1,16 +1,16 @@
 """Merge at half size: bright frames are decoded at half size, dark ones in full.
 
-A panorama is reduced after the merge anyway, and a JPEG decoder makes the means of four codes for
-half the work. Two things are lost in such a mean: the light of four pixels is more than the light
-of their mean code (the response is convex), and a pixel that clips hides among dark ones. Both
-are seen by a darker frame that is decoded in full, the **anchor**. With g the response and z the
-anchor's four codes, the merged light is multiplied by
+A panorama is reduced after the merge anyway, and a JPEG decoder computes means of four codes for
+half the work. Such a mean loses two things: the light of four pixels is more than the light of
+their mean code (the response is convex), and a clipped pixel is hidden among dark ones. A darker
+frame that is decoded in full, the **anchor**, shows both. With g the response and z the anchor's
+four codes, the merged light is multiplied by
 
     mean(g(z)) / g(mean(z))
 
-which for a power law does not depend on the exposure, and no frame is believed to be darker than
-what the anchor's brightest pixel of the four would show in it. Where only the anchor counts, the
-product is exactly the mean light of its four pixels.
+which for a power law does not depend on the exposure, and no frame counts as darker than the
+anchor's brightest pixel of the four would be in it. If only the anchor counts, the product is
+exactly the mean light of its four pixels.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ from app.core.measure.read.decoding import (
 )
 from app.core.measure.read.frame import Frame
 
-_TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
-# An anchor still tells detail in what a frame so much brighter shows at the end of its range:
-# there the anchor's codes are about 70.
+_TAIL: Final = 64  # last bytes in which a JPEG's end mark is searched
+# Largest step at which an anchor still resolves detail at the upper end of a frame's range: there,
+# the anchor's codes are about 70.
 _REACH_STOPS: Final = 4.1
-# Codes by which a pixel must stand out from the mean of its four to count as hidden in it, and
-# what is taken off an anchor's code for its noise.
+# Codes by which a pixel must exceed the mean of its four to count as hidden, and the allowance for
+# noise in an anchor's code.
 _STANDS_OUT: Final = 8
 _CODE_NOISE: Final = 2
 # Light of this code is added to both sides of the quotient, so that noise in black does not count.
@@ -65,7 +65,7 @@ _BLACK_LIGHT: Final = 1e-7
 
 
 def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
-    """Return the frames to decode in full: the darkest, and those without another in reach.
+    """Return which frames to decode in full: the darkest, and those without another in reach.
 
     >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
     ((False, False, True), (False, True, False, False, True))
@@ -83,7 +83,7 @@ def halvable(frame: Frame) -> bool:
     if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
         return False
     with contextlib.suppress(OSError), frame.path.open("rb") as stream:
-        # The file is read as a whole: never more of it than its pixels would take.
+        # The file is read as a whole, so its size is limited to that of its pixels.
         if os.fstat(stream.fileno()).st_size > frame.decoded_bytes:
             return False
         if stream.read(3) != b"\xff\xd8\xff" or needs_whole_decode(frame.path):
@@ -94,7 +94,7 @@ def halvable(frame: Frame) -> bool:
 
 
 def is_whole(frame: Frame, token: Token) -> bool:
-    """Whether a frame's file can be decoded to its end without an error."""
+    """Return whether a frame's file can be decoded to its end without an error."""
     with contextlib.closing(FileRows(frame)) as source:
         try:
             for start, stop in row_bands(frame.shape[0], READ_ROWS):
@@ -107,13 +107,15 @@ def is_whole(frame: Frame, token: Token) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class AnchorTables:
-    """What an anchor's full-size pixels become, two neighbours looked up at a time as 16 bits.
+    """Conversions of an anchor's full-size pixels, looked up in pairs of neighbours as 16 bits.
 
-    `exact`, (3, 65536) float32, is a quarter of the radiance of two codes together, and half of
-    `_DARK_CODE`'s. `codes`, (3, 65536) uint16, is the sum of two codes as the brightest frame
-    that the anchor serves would show them, never clipped, in steps of which four times the most
-    fit 16 bits; there they lie on the power law of the response, above its straight foot.
-    `mean`, (3, 65536) float32, is the radiance of the mean of four such codes, by their sum.
+    Attributes:
+        exact: (3, 65536) float32. A quarter of the radiance of two codes together, plus half of
+            `_DARK_CODE`'s.
+        codes: (3, 65536) uint16. Sum of two codes as they would be in the brightest frame that the
+            anchor serves, never clipped, in steps of which four times the maximum fit 16 bits; they
+            follow the power law of the response, extended beyond its straight foot.
+        mean: (3, 65536) float32. Radiance of the mean of four such codes, by their sum.
     """
 
     exact: Float32 = field(repr=False)
@@ -125,8 +127,10 @@ class AnchorTables:
 class HalfLight:
     """Tables from a frame's pixels to weights and radiance at half size.
 
-    `reach`, (256,) uint8, is the least code of this frame where the anchor's brightest pixel of
-    four has the index's code.
+    Attributes:
+        anchor: Index of the frame's anchor.
+        reach: (256,) uint8. Least code of this frame for each code of the anchor's brightest pixel
+            of four.
     """
 
     light: FrameLight
@@ -136,7 +140,11 @@ class HalfLight:
 
 
 def half_lights(lights: Sequence[FrameLight], whole: Sequence[bool]) -> tuple[HalfLight, ...]:
-    """Prepare the tables of frames, brightest first, of which the anchors come `whole`."""
+    """Prepare the tables of frames, brightest first.
+
+    Args:
+        whole: Whether each frame is decoded in full, as an anchor.
+    """
     raw = [light.tables.value for light in lights]
     # Radiance of the codes of each frame, never 0.
     values = [np.maximum(one, np.float32(_BLACK_LIGHT) * one.max()) for one in raw]
@@ -154,30 +162,30 @@ def half_lights(lights: Sequence[FrameLight], whole: Sequence[bool]) -> tuple[Ha
 
 
 def _anchor_tables(values: Float32, brightest: Float32) -> AnchorTables:
-    """See `AnchorTables`; radiance of the codes of the anchor and of the brightest it serves."""
+    """Return an anchor's tables, given its radiance and that of the brightest frame it serves."""
     unit = float(brightest.max())
     step = float(_code(values.max() / unit)) / 16383.0
     codes = np.rint(_code(values / unit) / step).astype(np.uint16)
     means = np.arange(65536) * (step / 4.0)
-    # Between two of the anchor's codes radiance follows the curve, at them it is exact.
+    # Between two of the anchor's codes, radiance follows the curve; at them, it is exact.
     mean = [unit * np.interp(means, _code(row / unit), row / unit) for row in values]
     exact = values / np.float32(4.0) + values[:, _DARK_CODE, None] / np.float32(4.0)
     return AnchorTables(_pairs(exact), _pairs(codes), np.array(mean, np.float32))
 
 
 def _pairs(table: NDArray[Any]) -> NDArray[Any]:
-    """Add the entries of two codes, (3, 65536), by both as 16 bits in either order."""
+    """Add the entries of two codes, (3, 65536), indexed by both as 16 bits in either order."""
     return np.asarray((table[:, :, None] + table[:, None, :]).reshape(3, -1))
 
 
 def _code(light: Floats | float) -> Float64:
-    """Code sRGB on beyond its end, 1 to 1 (IEC 61966-2-1)."""
+    """Return the sRGB code, continued one to one beyond its ends (IEC 61966-2-1)."""
     linear = np.asarray(light, np.float64)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
 
 
 def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
-    """See `HalfLight.reach`; radiance of the codes of both frames, (3, 256) each."""
+    """Return `HalfLight.reach` for the radiance of the codes of both frames, (3, 256) each."""
     if own:
         return np.arange(256, dtype=np.uint8)
     indices = [np.searchsorted(values[c], anchor[c]) for c in range(3)]
@@ -187,10 +195,11 @@ def _reach(values: Float32, anchor: Float32, own: bool) -> Bytes:
 
 @dataclass(frozen=True, slots=True)
 class _BandReading:
-    """What one frame says of a band, at half size.
+    """Information from one frame about a band, at half size.
 
-    `smooth` is the light of the mean codes, and `exact` the mean light of an anchor's four pixels
-    and of `_DARK_CODE`.
+    Attributes:
+        smooth: Light of the mean codes.
+        exact: Mean light of an anchor's four pixels plus that of `_DARK_CODE`.
     """
 
     planes: Sequence[Any]
@@ -207,9 +216,12 @@ def merge_halved(
 ) -> Band:
     """Merge the same rows of all frames at half size.
 
-    `bands` are rows of each frame, brightest first: (rows, W, 3) uint8, of anchors (2 rows, 2
-    W, 3); `trusts`, (rows, W) each, as for `weighted_merge.merge_band`. `Band.clipped` is of
-    the half size and holds shares of the area in 255ths.
+    `Band.clipped` is at half size and contains shares of the area in 255ths.
+
+    Args:
+        bands: Rows of each frame, brightest first: (rows, W, 3) uint8, for anchors (2 rows, 2 W,
+            3).
+        trusts: (rows, W) each, as for `weighted_merge.merge_band`.
     """
     peaks: dict[int, Bytes] = {}
     views: dict[int, _BandReading] = {}
@@ -247,7 +259,7 @@ def merge_halved(
 
 
 class _Detail:
-    """By how much light exceeds the light of mean codes, as the anchors say."""
+    """Ratio of the light to the light of the mean codes, from the anchors."""
 
     def __init__(self, alone: bool) -> None:
         self.exact, self.smooth = Sums(), Sums()
@@ -256,7 +268,7 @@ class _Detail:
     def add(
         self, channel: int, smooth: Float32, exact: Float32, weight: Float32, trust: Float32 | None
     ) -> None:
-        """Add what an anchor says; nothing where it is not trusted."""
+        """Add the data of an anchor; nothing where it is not trusted."""
         if trust is not None:
             exact = np.where(trust < TRUSTED, smooth, exact)
         if self._alone:  # its weight would be on both sides of the quotient
@@ -267,7 +279,7 @@ class _Detail:
         self.smooth.add(channel, smooth, weight, keep=True)
 
     def factors(self) -> list[Float32]:
-        """Factors of the three channels."""
+        """Return the factors of the three channels."""
         return [
             np.asarray(cv2.divide(exact, smooth, exact), np.float32)
             for exact, smooth in zip(self.exact.values, self.smooth.values, strict=True)
@@ -275,7 +287,7 @@ class _Detail:
 
 
 def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
-    """Look at a frame that comes at half size."""
+    """Read a frame that is decoded at half size."""
     planes = cv2.split(pixels)
     light = half.light
     largest, hidden = _with_hidden(planes, np.asarray(cv2.LUT(peak, half.reach)))
@@ -284,7 +296,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
         4 * clipped_count(largest, largest, light),
     )
     if count and hidden is not None:
-        # Of four pixels of which some are hidden, about two clip.
+        # If some of four pixels are hidden, about two clip.
         count -= 2 * clipped_count(hidden, hidden, light)
     smooth = [look_up(plane, light.tables.value[c]) for c, plane in enumerate(planes)]
     return _BandReading(planes, largest, hidden, clipped, count, smooth)
@@ -293,7 +305,7 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _BandReading:
 def _anchor(
     pixels: Pixels, light: FrameLight, tables: AnchorTables, darkest: bool
 ) -> tuple[Bytes, _BandReading]:
-    """Look at a frame that comes in full; the brightest of each four pixels comes first."""
+    """Read a frame that is decoded in full; return the brightest of each four pixels first."""
     full: Sequence[Any] = cv2.split(pixels)
     brightest = np.asarray(cv2.max(cv2.max(full[0], full[1]), full[2]), np.uint8)
     exact = [_of_four(plane, table) for plane, table in zip(full, tables.exact, strict=True)]
@@ -316,7 +328,7 @@ def _anchor(
 
 
 def _of_four(plane: Bytes, pairs: NDArray[Any]) -> NDArray[Any]:
-    """Sum over each four pixels what a table has for two of them, which is half the work."""
+    """Sum a table over each four pixels, with one look-up for two of them."""
     two = look_up(plane.view(np.uint16), pairs)
     return np.asarray(cv2.add(two[::2], two[1::2]))
 
@@ -324,29 +336,29 @@ def _of_four(plane: Bytes, pairs: NDArray[Any]) -> NDArray[Any]:
 def _keep_hue_of_four(
     exact: Sequence[Float32], full: Sequence[Bytes], brightest: Bytes, light: FrameLight
 ) -> None:
-    """Do what `keep_hue` does to each of four pixels to their mean."""
+    """Apply the effect of `keep_hue` on each of four pixels to their mean."""
     near, rises = hue_rises(full, brightest, light)
     row, column = np.divmod(near, brightest.shape[1])
     place = row // 2 * (brightest.shape[1] // 2) + column // 2
     for plane, rise in zip(exact, rises, strict=True):
-        # By one flat index: numpy adds ten times as fast so.
+        # With one flat index: numpy adds ten times as fast.
         np.add.at(plane.reshape(-1), place, rise / np.float32(4.0))
 
 
 def _halved(plane: NDArray[Any]) -> NDArray[Any]:
-    """Means of each four pixels."""
+    """Return the means of each four pixels."""
     size = (plane.shape[1] // 2, plane.shape[0] // 2)
     return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_AREA))
 
 
 def _peak(largest: Bytes) -> Bytes:
-    """Largest of each four pixels."""
+    """Return the largest of each four pixels."""
     rows = np.maximum(largest[::2], largest[1::2]).view(np.uint16)
     return np.asarray(np.maximum(rows & 255, rows >> 8), np.uint8)
 
 
 def _with_hidden(planes: Sequence[Any], reach: Bytes) -> tuple[Bytes, Bytes | None]:
-    """Return the largest codes, and where a brighter pixel hides among four, its code."""
+    """Return the largest codes, raised where a brighter pixel is hidden among four, and a mask."""
     largest = np.asarray(cv2.max(cv2.max(planes[0], planes[1]), planes[2]), np.uint8)
     stands_out = cv2.compare(cv2.subtract(reach, largest), _STANDS_OUT, cv2.CMP_GT)  # type: ignore[call-overload]
     if not cv2.countNonZero(stands_out):

@@ -1,8 +1,8 @@
 """Read frames while others are still downloading.
 
-`ArrivingFrames` reads each frame while the next is coming: when the last file is there only its own
-decoding and the merge are left to do. The result equals `measure.bracket.measure.measure` of the
-same files, bit for bit.
+`ArrivingFrames` reads each frame while the next is coming. When the last file is there, only its
+own decoding and the merge are left to do. The result equals `measure.bracket.measure.measure` of
+the same files, bit for bit.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ from app.core.measure.read.opening import (
 from app.core.measure.read.pixels import MEMORY_BYTES, workers
 from app.core.styles.style_pack import StylePack
 
-_LOOK_S: Final = 0.05  # a cancelled wait ends within this
+_LOOK_S: Final = 0.05  # a cancelled wait ends within this time
 _REHEARSAL: Final = (128, 256)
-# What a rehearsal warms belongs to the process, so once is enough.
+# A rehearsal warms up the whole process, so once is enough.
 _REHEARSED: Final = threading.Event()
 
 
 @dataclass(frozen=True, slots=True)
 class _ReadFrame:
-    """A frame that was read, and what its file was like then."""
+    """A frame that was read, and the state of its file at that time."""
 
     opened: OpenedFrame
     frame: Frame
@@ -58,8 +58,11 @@ class _ReadFrame:
 class ArrivingFrames:
     """Reads frames in worker threads as they arrive.
 
-    Use it as a context manager, or call `close`. `expected` is how many frames will come, 0
-    where not known: they are held in memory when so many of them fit.
+    Use it as a context manager, or call `close`.
+
+    Args:
+        expected: Number of frames to come, 0 if unknown: frames are kept in memory if that many
+            fit.
 
     >>> with ArrivingFrames(3) as frames:
     ...     pass  # frames.add(path) for each file, then frames.measure(paths)
@@ -79,7 +82,7 @@ class ArrivingFrames:
         self._count = count
 
     def prepare(self, pack: StylePack) -> None:
-        """Rehearse the merge in a worker, once in a process: call it while there is time."""
+        """Rehearse the merge in a worker, once per process, while there is time."""
         with self._lock:
             if not self._token.cancelled and not _REHEARSED.is_set():
                 _REHEARSED.set()
@@ -108,7 +111,7 @@ class ArrivingFrames:
         return ""
 
     def _of(self, path: Path, token: Token | None) -> _ReadFrame | None:
-        """Wait for a file that was added; None for another one."""
+        """Wait for an added file; return None for any other."""
         with self._lock:
             future = self._reading.get(path)
         return None if future is None else _wait(future, token or Token())
@@ -120,15 +123,15 @@ class ArrivingFrames:
         token: Token | None = None,
         report: Report = silent,
     ) -> Measurement:
-        """Measure by the frames; see `app.core.measure.bracket.measure`.
+        """Measure from the frames; see `app.core.measure.bracket.measure`.
 
-        Files that were not added, or have changed since, are read now. Every frame is handed over
+        Files that were not added, or have changed since, are read now. Every frame can be used only
         once: measuring a second time reads the files again.
         """
         return measure(paths, options, token, report, opener=self.take)
 
     def take(self, frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-        """Hand over a frame, or read it now: an `app.core.measure.read.decoding.Opener`."""
+        """Return a frame, or read it now: an `app.core.measure.read.decoding.Opener`."""
         with self._lock:
             future = self._reading.pop(frame.path, None)
         if future is None:
@@ -138,21 +141,22 @@ class ArrivingFrames:
         except (Cancelled, CancelledError):
             future.add_done_callback(self._let_go)
             token.check()
-            return open_frame(frame, hold=hold, token=token, half=half)  # it was closed meanwhile
+            # it was closed in the meantime
+            return open_frame(frame, hold=hold, token=token, half=half)
         with self._lock:
             self._cache_bytes -= _bytes(read)
         fits = read.hold == hold and (read.frame.shape, read.frame.kind) == (
             frame.shape,
             frame.kind,
         )
-        # Which frames come at half their size is known only when all are there.
+        # The frames to decode at half size are known only when all have arrived.
         if fits and not half and read.stamp == _stamp(frame.path):
             return read.opened
         read.opened.source.close()
         return open_frame(frame, hold=hold, token=token, half=half)
 
     def close(self) -> None:
-        """Stop reading and close everything that was not taken; more than once is fine."""
+        """Stop reading and close all unused frames; may be called more than once."""
         self._token.cancel()
         with self._lock:
             pending = list(self._reading.values())
@@ -186,7 +190,7 @@ class ArrivingFrames:
         return _ReadFrame(opened, frame, hold, stamp)
 
     def _let_go(self, future: Future[_ReadFrame]) -> None:
-        """Close what a worker has opened and is no longer wanted."""
+        """Close a frame that a worker has opened and that is no longer needed."""
         if future.cancelled() or future.exception() is not None:
             return
         read = future.result()
@@ -196,7 +200,7 @@ class ArrivingFrames:
 
 
 def _bytes(read: _ReadFrame) -> int:
-    """Bytes that a frame takes in memory."""
+    """Return the bytes that a frame takes in memory."""
     return read.frame.decoded_bytes if read.hold else 0
 
 
@@ -210,7 +214,7 @@ def _wait(future: Future[_ReadFrame], token: Token) -> _ReadFrame:
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return what changes when a file changes."""
+    """Return values that change when a file changes."""
     try:
         facts = path.stat()
     except OSError:
@@ -219,10 +223,10 @@ def _stamp(path: Path) -> tuple[int, ...]:
 
 
 def rehearse(pack: StylePack) -> None:
-    """Go the whole way once with a small made-up bracket.
+    """Run the whole merge once with a small synthetic bracket.
 
-    Libraries are loaded, tables computed and memory is asked for then. Done while a camera is
-    exposing, it saves a third of the first `measure` of a process.
+    This loads libraries, computes tables and allocates memory. Done while a camera is exposing, it
+    saves a third of the time of a process's first `measure`.
     """
     frames = tuple(
         Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))
@@ -235,7 +239,7 @@ def rehearse(pack: StylePack) -> None:
 
 
 def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame that is in no file: squares of light at its exposure."""
+    """Open a frame that has no file: squares of light at its exposure."""
     del hold, token, half
     assert frame.exposure is not None
     squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))

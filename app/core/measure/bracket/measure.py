@@ -3,7 +3,7 @@
     files -> bracket -> merged light -> gaps filled -> lamps -> sun, gains, meter readings
           -> clutter filled -> clip audit
 
-`merging` holds the steps as far as merged light.
+`merging` contains the steps up to the merged light.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from app.core.measure.read.frame import Bracket, Exposure
 from app.core.measure.read.opening import Opener, open_frame
 from app.core.text import tr
 
-_BLACK: Final = 0.0024  # linear: code 8, as compression leaves of black
+_BLACK: Final = 0.0024  # linear: code 8, which compression can make of black
 _HALF: Final = 0.5  # of a texel
 _MOST_BLIND: Final = 0.9  # of the sphere
 
@@ -53,13 +53,13 @@ def measure(
     *,
     opener: Opener = open_frame,
 ) -> Measurement:
-    """Measure from the exposures of a place, in any order, or one folder.
+    """Measure from the exposures of a place, in any order, or from one folder.
 
-    Pictures of two fisheye circles are stitched. Of one photograph, where the options take it
-    alone, the light is rough. Raises as `measurement.Entry`.
+    Pictures of two fisheye circles are stitched. A single photo, if the options allow it, gives
+    rough light. Raises as `measurement.Entry`.
 
     Args:
-        opener: Opens the frames; some may be open already.
+        opener: Opens the frames; some may already be open.
     """
     options, token = options or MeasureOptions(), token or Token()
     bracket = read_bracket(files, options.times, alone=options.alone, sort_out=options.sort_out)
@@ -78,9 +78,10 @@ def measure(
 
 
 def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float32 | None]:
-    """Fill what the frames do not show: where they are transparent, or black canvas.
+    """Fill the gaps of the frames: transparent areas and black canvas.
 
-    Returns also where that is, (H, W), 1 where it was filled.
+    Returns:
+        The measurement, and a mask, (H, W), 1 where it was filled; None if there are no gaps.
     """
     bracket, rotation = probe.bracket, probe.levelling.rotation
     if bracket.unstitched or not bracket.panorama:
@@ -88,7 +89,7 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
     shape = probe.merged.clipped.shape
     frame = bracket.frames[0]
     unseen = transparent(frame, (shape[0], shape[1]))
-    # The frames of a 360 camera have no canvas: what is black there was dark.
+    # The frames of a 360 camera have no canvas: black areas were dark.
     if rotation is None and camera_facts(frame.camera) is None:
         coded = frame.kind in ("uint8", "uint16")
         unit = 2.0 ** (probe.merged.reference_ev - max(bracket.stops))
@@ -116,7 +117,7 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
 def finished(
     measurement: Measurement, options: MeasureOptions, blind: Float32 | None = None
 ) -> FinishedLight:
-    """Finish a panorama; other pictures are left alone."""
+    """Finish a panorama; leave other pictures alone."""
     if not measurement.bracket.panorama:
         return measurement.finished
     foot, room = foot_of(measurement.levelling.rotation), room_below(measurement.bracket)

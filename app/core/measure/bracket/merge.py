@@ -1,10 +1,10 @@
 """Merge the frames of a bracket to linear light, reduced in the same pass.
 
-Last, colours that stand out by no more than the frames' codes leave open are taken back. Rounding,
-noise and JPEG, which stores colour at half the size, leave a code several off. In a channel that
-holds little beside the others, or near black, that is a stop and more, and shows as salt and pepper
-of all colours. What a pixel's colour differs by from the median of its neighbours is taken back as
-far as such an error explains it, so that a small lamp keeps its colour.
+In the last step, coloured specks that the error of the codes can explain are removed. Rounding,
+noise and JPEG, which stores colour at half the size, leave an error of several codes. In a channel
+that is weak compared with the others, or near black, that is a stop and more, and visible as
+coloured salt and pepper. A pixel's difference in colour from the median of its neighbours is
+reduced as far as such an error explains it, so that a small lamp keeps its colour.
 """
 
 from __future__ import annotations
@@ -35,20 +35,21 @@ from app.core.measure.read.resampling import Reduction
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
 
-# Pixels per band: many enough that the interpreter's share of the work is small, few enough that
-# the planes of a band stay near the processor.
+# Pixels per band: enough to keep the interpreter's share of the work small, few enough to keep the
+# planes of a band in the cache.
 _BAND_PIXELS: Final = 240_000
-# Rows of all frames that are read together when they are not held in memory.
+# Size of the rows of all frames that are read together if they are not in memory.
 _READ_BYTES: Final = 48 << 20
-# Bands that are being merged or wait for their turn.
+# Bands that are being merged or queued.
 _WAITING: Final = 16
-# What the brightest frame cannot tell from black, as a share of what saturates it.
+# Light of the brightest frame that cannot be distinguished from black, as a share of its
+# saturation.
 _BLACK: Final = 0.0045
 
 
 @dataclass(slots=True)
 class _Result:
-    """Pictures that are being filled."""
+    """The pictures to be filled."""
 
     radiance: Float32
     clipped: Float32
@@ -58,7 +59,7 @@ class _Result:
 
 @dataclass(frozen=True, slots=True)
 class _Band:
-    """What a band of rows adds to the result, from row `first` on."""
+    """Contribution of a band of rows to the result, from row `first` on."""
 
     first: int
     radiance: Float32 = field(repr=False)
@@ -70,7 +71,7 @@ class _Band:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """What all bands have in common."""
+    """Data that all bands share."""
 
     lights: tuple[FrameLight, ...]
     trusts: tuple[Float32 | None, ...]
@@ -102,28 +103,34 @@ def merge(
 ) -> MergedLight:
     """Merge the frames to linear light.
 
-    Each pixel is the weighted mean of what its frames say (`weighting`). A pixel that is
-    clipped in every frame gets the darkest frame's value, a lower bound; one that is black in
-    every frame the brightest frame's value. The merged pixels, not the frames', are reduced by
-    area and solid angle.
+    Each pixel is the weighted mean of its frames (`weighting`). A pixel that is clipped in every
+    frame gets the darkest frame's value, a lower bound; one that is black in every frame gets the
+    brightest frame's value. The merged pixels, not those of the frames, are reduced by area and
+    solid angle.
 
-    `response.table`, (3, 256), or (K, 3, 256) where each frame has its own, is the linear value
-    in 0..1 of each code; not used for float frames. `stops` are the true exposures. `doubts`
-    say by how much each frame differs from its neighbours, where frames do not fit each other;
-    only for 8-bit frames of full size. `trust`, (h, w) each at the size of the proxies,
-    interpolated bilinearly, is 0 to 1; None for a frame that is trusted everywhere. `size` is
-    the rows and columns wanted of a panorama; None keeps the frames' own, as pictures that are
-    not panoramas do. `MergedLight.clipped_fractions` are in the order of the stack.
+    Args:
+        response: Its table, (3, 256) or (K, 3, 256) for a curve per frame, is the linear value in
+            0..1 of each code; not used for float frames.
+        stops: The true exposures.
+        doubts: Difference of each frame from its neighbours, if frames do not fit each other; only
+            for 8-bit frames of full size.
+        trust: (h, w) each, at the size of the proxies, interpolated bilinearly, 0 to 1; None for a
+            frame that is trusted everywhere.
+        size: Rows and columns of the resulting panorama; None keeps the size of the frames, as for
+            pictures that are not panoramas.
 
-    ProbeError when a file has been damaged since it was first read; ValueError when the numbers
-    of frames, stops and trusts differ; Cancelled.
+    Returns:
+        The light; its `clipped_fractions` are in the order of the stack.
+
+    Raises `ProbeError` if a file has been damaged since it was first read; `ValueError` if the
+    numbers of frames, stops and trusts differ; `Cancelled`.
     """
     if len(stops) != len(stack.frames) or not stops:
         raise ValueError(f"{len(stops)} exposures for {len(stack.frames)} frames")
     trusts = tuple(trust) if trust is not None else (None,) * len(stops)
     if len(trusts) != len(stops):
         raise ValueError(f"{len(trusts)} trust maps for {len(stops)} frames")
-    # The kernel takes the last frame for the darkest; corrected exposures may swap two of them.
+    # The kernel treats the last frame as the darkest; corrected exposures may swap two of them.
     order = sorted(range(len(stops)), key=lambda index: -stops[index])
     reference = reference_exposure(stops)
     lights = _lights(stack, response, stops, scheme, reference, order, exposures_known)
@@ -145,7 +152,7 @@ def merge(
     if plan.black:
         quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
     if stack.frames[0].primaries:
-        # Last: clipping is the camera's own.
+        # Last, because clipping belongs to the camera's own colours.
         to_rec709(result.radiance, stack.frames[0].primaries)
         np.maximum(result.radiance, np.float32(0.0), out=result.radiance)
     pixels = stack.shape[0] * stack.shape[1]
@@ -159,7 +166,7 @@ def merge(
         dark=result.dark,
         reference_ev=reference,
         clip_level=2.0 ** (reference - min(stops)),
-        # ISO 12232, for the exposure that the unit stands for.
+        # ISO 12232, for the exposure whose saturation is the unit.
         cd_m2=1.2 / 2.0**reference if exposures_known else None,
         clipped_fractions=tuple(fractions),
     )
@@ -202,13 +209,13 @@ def _lights(
 def _doubts(
     stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
 ) -> tuple[float, ...]:
-    """Doubts in order, where all frames are of 8 bits and full size and their weights ours."""
+    """Return the doubts in order, if all frames are 8-bit, of full size, and weighted by noise."""
     coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
     return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 
 
 def _black(stack: FrameStack, exposures_known: bool, sphere: bool) -> float:
-    """Light of the brightest frame below which there is no telling; 0 where that is known."""
+    """Return the light that the brightest frame cannot distinguish from black; 0 if it can."""
     precise = all(frame.kind != "uint8" for frame in stack.frames)
     return 0.0 if precise or (exposures_known and _panorama(stack.shape, sphere)) else _BLACK
 
@@ -242,7 +249,7 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
             plan.token.check()
             frames = list(pool.map(lambda source, a=top, b=bottom: source.rows(a, b), sources))
             merge_rows = partial(_merge_rows, plan, frames, top)
-            # Frames at half size are all in memory: then this is the one and only slab.
+            # Frames at half size are all in memory, so this is the only slab.
             bands = [(top + a, top + b) for a, b in row_bands(min(bottom, height) - top, band)]
             for part in _flow(pool, merge_rows, bands):
                 plan.token.check()
@@ -252,7 +259,7 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
 
 
 def _slab_rows(stack: FrameStack, band: int) -> int:
-    """Rows to read at a time of frames that are not in memory: whole bands."""
+    """Return the rows to read at a time from frames that are not in memory: whole bands."""
     row_bytes = sum(frame.decoded_bytes // frame.shape[0] for frame in stack.frames)
     return max(1, _READ_BYTES // row_bytes // band) * band
 
@@ -262,7 +269,7 @@ def _flow(
     work: Callable[[tuple[int, int]], _Band],
     bands: Iterable[tuple[int, int]],
 ) -> Iterator[_Band]:
-    """Results in order, with only a few tasks under way or waiting at any time."""
+    """Yield results in order, with only a few tasks running or queued at any time."""
     waiting: deque[Future[_Band]] = deque()
     try:
         for band in bands:
@@ -297,7 +304,7 @@ def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[
 
 
 def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Band:
-    """Reduce a band to what it adds to the result."""
+    """Reduce a band to its contribution to the result."""
     share = np.float32(1.0 / 255.0)
     clipped, dark = (
         None if mask is None else mask.astype(np.float32) * share
@@ -319,7 +326,7 @@ def _mixed(planes: Sequence[Float32]) -> Float32:
 
 
 def _put(result: _Result, part: _Band) -> None:
-    """Add a band's part to the pictures."""
+    """Add a band's contribution to the pictures."""
     rows = slice(part.first, part.first + part.radiance.shape[0])
     result.radiance[rows] += part.radiance
     if part.clipped is not None:
@@ -331,8 +338,8 @@ def _put(result: _Result, part: _Band) -> None:
 
 
 def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -> Float32 | None:
-    """Interpolate rows ``start..stop`` of a trust map at full size; None where all are 1."""
-    # Pixel centres: the same as one cv2.resize of the whole map.
+    """Interpolate rows ``start..stop`` of a trust map at full size; None if all are 1."""
+    # Pixel centres: equivalent to one cv2.resize of the whole map.
     places = (np.arange(start, stop) + 0.5) * (trust.shape[0] / shape[0]) - 0.5
     places = np.clip(places, 0.0, trust.shape[0] - 1.0)
     above = places.astype(np.intp)
@@ -346,10 +353,10 @@ def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -
 
 _Change: TypeAlias = tuple[Indices, Float32]
 
-_AROUND: Final = 5  # pixels of the square whose median is asked
-_STOPS: Final = 0.15  # by which colours may differ from it as they like
-_CODES: Final = 6.0  # by which a code may be wrong at the edges of colours
-_OPEN: Final = 235  # codes from here on say less than those of a darker frame
+_AROUND: Final = 5  # pixels of the square for the median
+_STOPS: Final = 0.15  # permitted difference of a colour from it
+_CODES: Final = 6.0  # possible error of a code at the edges of colours
+_OPEN: Final = 235  # codes above are less reliable than those of a darker frame
 _LEAST: Final = 1e-12
 _QUIET_PIXELS: Final = 1 << 20
 
@@ -357,8 +364,8 @@ _QUIET_PIXELS: Final = 1 << 20
 def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) -> None:
     """Reduce colour noise of merged light, (h, w, 3), in place.
 
-    `values`, (3, 256) each, are the light of each code of each frame, brightest first, in that
-    unit.
+    Args:
+        values: (3, 256) each. Light of each code of each frame, brightest first, in the same unit.
     """
     height, width = radiance.shape[:2]
     bands = list(row_bands(height, max(_AROUND, _QUIET_PIXELS // width)))
@@ -372,7 +379,7 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
 def _changes(
     radiance: Float32, values: Sequence[Float32], token: Token, rows: tuple[int, int]
 ) -> list[_Change]:
-    """Places in the flat picture, and their new light, of each channel in some rows."""
+    """Return positions in the flat picture and their new light, per channel, for some rows."""
     token.check()
     start, stop = rows
     top = max(start - _AROUND // 2, 0)
@@ -397,7 +404,7 @@ def _changes(
 
 
 def _leeway(own: Float32, most: Float32, values: Sequence[Float32], channel: int) -> Float32:
-    """Light that a few codes stand for in the brightest frame that does not clip the pixel."""
+    """Return the light of a few codes in the brightest frame that does not clip the pixel."""
     leeway = np.zeros(own.shape, np.float32)
     rest = np.arange(own.size)
     for number, value in enumerate(values):

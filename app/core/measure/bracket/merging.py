@@ -1,10 +1,10 @@
 """Read, align and merge the frames of a bracket.
 
-    opened -> aligned -> response -> what moved -> merged -> (stitched) -> levelled
+    opened -> aligned -> response -> motion -> merged -> (stitched) -> levelled
 
-Frames of two fisheye circles are not aligned, and stitched between merging and levelling.
+Frames of two fisheye circles are not aligned; they are stitched between merging and levelling.
 
-Every step is a module beside this one, or of `measure.fisheye`; here is only their order.
+Every step is a module beside this one, or of `measure.fisheye`; this one only defines their order.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ from app.core.measure.read.pixels import FrameStack, open_frames, reduced, relai
 from app.core.text import tr
 
 _MOST_KEPT: Final = 12288 * 6144
-# Frames at half size that differ over so much of the sphere are looked at for damage.
+# Frames at half size that differ over more of the sphere are checked for damage.
 _SUSPICIOUS: Final = 0.01
 
 
 def check_options(bracket: Bracket, options: MeasureOptions) -> None:
-    """Check that options suit ordinary pictures, and that memory suffices."""
+    """Check that the options suit ordinary pictures, and that there is enough memory."""
     check_size(bracket, options)
     if not bracket.panorama and (options.gains or options.lux or options.masks):
         raise ProbeError(
@@ -97,11 +97,11 @@ def merge_frames(
     """Merge frames, and close their files in any case.
 
     Args:
-        halves: Which frames are decoded at half their size.
-        look: Ordinary pictures: gets the frames as they are aligned, before they are merged.
+        halves: Whether each frame is decoded at half size.
+        look: Called with the aligned frames before they are merged; for ordinary pictures.
 
     Returns:
-        A measurement whose light is not finished.
+        A measurement with unfinished light.
     """
     ordinary = look is not None
     opened, circles = _open(bracket, opener, token, span(report, 0.0, 0.4), halves, not ordinary)
@@ -114,7 +114,7 @@ def merge_frames(
         size = None if options.full or ordinary else SIZE
         aligned = _align(opened, circles is None, sphere, token, span(report, 0.4, 0.5))
         with aligned.stack as stack:
-            # Frames that were turned have other samples.
+            # Rotated frames have other samples.
             same = stack is opened
             response = early.result() if same else choose(stack.samples, stack.stops)
             foreign = () if ordinary else _foreign(stack, response, options)
@@ -183,7 +183,7 @@ def _way_of(bracket: Bracket, circles: Circles | None) -> str:
 def _foreign(
     stack: FrameStack, choice: ResponseChoice, options: MeasureOptions
 ) -> tuple[Foreign, ...]:
-    """Find frames that are no exposures of the series; given times are believed."""
+    """Find frames that do not belong to the series; given times are trusted."""
     if options.times is not None or any(mask is not None for mask in stack.visibility):
         return ()
     return foreign_frames(stack.proxies, stack.samples, choice, stack.stops, options.response)
@@ -197,7 +197,7 @@ def _without(
     token: Token,
     report: Report,
 ) -> Measurement:
-    """Go from files to light without the frames that are no exposures of the series."""
+    """Merge again from the files, without the foreign frames."""
     left_out = tuple(LeftOut(stack.frames[each.frame].path, each.reason) for each in foreign)
     names = {each.path for each in left_out}
     indices = [k for k, frame in enumerate(stack.frames) if frame.path not in names]
@@ -213,7 +213,7 @@ def _without(
 
 
 def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
-    """Measure how far frames differ, unless they are panoramas or the curve is why."""
+    """Measure the differences of frames, unless they are panoramas or the curve is the cause."""
     doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
     if choice.response.name == "sRGB" and doubtful:
         return ()
@@ -228,7 +228,7 @@ def _open(
     halves: Sequence[bool],
     whole: bool,
 ) -> tuple[FrameStack, Circles | None]:
-    """Open the frames; those of two circles in full, since half the sphere fills half of them."""
+    """Open the frames; those of two circles in full, since their circles fill only half of them."""
     frame_stack = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
     if not whole:
         return frame_stack, None
@@ -243,7 +243,7 @@ def _open(
 
 
 def _circles(stack: FrameStack) -> Circles | None:
-    """Look at every frame whether it is a panorama, or two fisheye circles."""
+    """Check whether the frames are panoramas, or two fisheye circles."""
     names = [frame.path.name for frame in stack.frames]
     circles = recognise(stack.proxies, names)
     fisheye = [frame.path.name for frame in stack.frames if frame.fisheye]
@@ -261,7 +261,7 @@ def _circles(stack: FrameStack) -> Circles | None:
 
 
 def _halves(bracket: Bracket) -> tuple[bool, ...]:
-    """Choose the frames that are decoded at half their size, which is still more than is wanted."""
+    """Choose the frames to decode at half size, which is still larger than the result."""
     fits = bracket.panorama and bracket.shape[0] >= 2 * SIZE[0]
     if not fits or not all(halvable(frame) for frame in bracket.frames):
         return ()
@@ -270,7 +270,7 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _AlignedFrames:
-    """Frames that lie on each other."""
+    """Aligned frames."""
 
     stack: FrameStack
     alignments: tuple[align.FrameAlignment, ...]
@@ -278,11 +278,11 @@ class _AlignedFrames:
     lays: tuple[handheld.Lay, ...] = ()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
-        """Return what was done to the frame that was shot first, whose pose counts."""
+        """Return the rotation of the first shot, whose pose is used."""
         return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
     def picture(self, bracket: Bracket) -> Bytes | None:
-        """Return a small copy of the frame in which edges can be seen best, if one is needed."""
+        """Return a small copy of the frame with the clearest edges, if one is needed."""
         poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
         if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):
             return None
@@ -292,7 +292,7 @@ class _AlignedFrames:
 def _align(
     stack: FrameStack, moves: bool, sphere: bool, token: Token, report: Report
 ) -> _AlignedFrames:
-    """Lay frames on each other where they do not lie so already, if they are to be moved at all."""
+    """Align the frames, if they need it and may be moved."""
     report(0.0, Progress(Task.ALIGNING_FRAMES))
     if not moves:
         return _AlignedFrames(stack, (), ())
@@ -314,7 +314,7 @@ def _aligned_by_hand(
     token: Token,
     report: Report,
 ) -> _AlignedFrames:
-    """Undo what a hand did between the frames of ordinary pictures."""
+    """Undo the motion of a hand between the frames of ordinary pictures."""
     small = reduced(stack, handheld.LONGEST, token)
     scale = max(stack.shape) / max(small[0].shape)
     home = handheld.reference_of(small)
@@ -328,7 +328,7 @@ def _aligned_by_hand(
 
 
 def _levelled(merged: MergedLight, level: Levelling) -> MergedLight:
-    """Turn merged light so that up is up."""
+    """Rotate merged light so that up is up."""
     if level.rotation is None:
         return merged
     light, clipping = (

@@ -1,4 +1,4 @@
-"""Remarks about a bracket: its files, exposures, tone curve, and what moved."""
+"""Remarks about a bracket: its files, exposures, tone curve, and motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 
 class Reason(Enum):
-    """Why a frame does not belong to the series."""
+    """Reason why a frame does not belong to the series."""
 
     BLACK = "black"
     OTHER_SCENE = "other-scene"
@@ -22,7 +22,7 @@ Tag: TypeAlias = Literal["shutter", "iso", "aperture"]
 
 @dataclass(frozen=True, slots=True)
 class PicturesTaken(Remark):
-    """Which pictures of a folder are the bracket."""
+    """The pictures of a folder that form the bracket."""
 
     count: int
     folder: str
@@ -39,7 +39,7 @@ class FileLeftOut(Remark):
 
 @dataclass(frozen=True, slots=True)
 class NotOfBracket(Remark):
-    """Pictures of a folder that are of another size, kind or camera."""
+    """Pictures of a folder with another size, kind or camera."""
 
     names: tuple[str, ...]
 
@@ -54,7 +54,7 @@ class RenderedByCamera(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Copies(Remark):
-    """Files with the same bytes as one that is used; all have its name where it is named twice."""
+    """Files with the same bytes as one in use; they have its name if it was named twice."""
 
     name: str
     copies: tuple[str, ...]
@@ -62,21 +62,21 @@ class Copies(Remark):
 
 @dataclass(frozen=True, slots=True)
 class SameExposure(Remark):
-    """Frames of one exposure, all of which are used."""
+    """Frames of equal exposure, all of which are used."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class TimeUnstated(Remark):
-    """A photo that states no exposure time."""
+    """A photo without an exposure time."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class TagAssumed(Remark):
-    """Frames without a tag; the value of the other frames is assumed for them."""
+    """Frames without a tag, for which the value of the other frames is assumed."""
 
     tag: Tag
     names: tuple[str, ...]
@@ -93,7 +93,7 @@ class TagIgnored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class TagsUnstated(Remark):
-    """Tags that no frame states; the same values are assumed for all."""
+    """Tags that no frame states; they are assumed equal in all frames."""
 
     iso: bool
     aperture: bool
@@ -130,7 +130,7 @@ class NoteContradiction(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ForeignFrame(Remark):
-    """A file that is no exposure of the series and was left out."""
+    """A file that does not belong to the series and was left out."""
 
     name: str
     reason: Reason
@@ -138,9 +138,10 @@ class ForeignFrame(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WrongTag(Remark):
-    """A frame that is brighter than its tags say by `stops`, or darker; the measurement is used.
+    """A frame that is brighter than its tags state by `stops`, or darker; the measurement is used.
 
-    `suspects`: frames whose tags may be wrong instead.
+    Attributes:
+        suspects: Frames whose tags may be wrong instead.
     """
 
     name: str
@@ -150,14 +151,14 @@ class WrongTag(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CurveUnchecked(Remark):
-    """No two frames show the same place well exposed: sRGB is assumed."""
+    """No two frames show the same area well exposed: sRGB is assumed."""
 
     recover: bool
 
 
 @dataclass(frozen=True, slots=True)
 class CurveDoubtful(Remark):
-    """Frames lie apart by other steps than stated: the curve is probably not sRGB."""
+    """The steps between frames differ from the stated ones: the curve is probably not sRGB."""
 
     measured_stops: float
     stated_stops: float
@@ -165,19 +166,19 @@ class CurveDoubtful(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CurveRecovered(Remark):
-    """The tone curve is not sRGB and was recovered."""
+    """The tone curve is not sRGB, and was recovered."""
 
     residual_stops: float
 
 
 @dataclass(frozen=True, slots=True)
 class OwnCurves(Remark):
-    """Each frame has a tone curve of its own, and they were recovered."""
+    """Each frame has its own tone curve; all were recovered."""
 
 
 @dataclass(frozen=True, slots=True)
 class TwoFramesAlone(Remark):
-    """Two frames cannot tell another tone curve from a wrong tag."""
+    """With two frames, another tone curve and a wrong tag cannot be distinguished."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,14 +205,14 @@ class FramesUnlike(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FramesApart(Remark):
-    """Frames that share too little with the others to be aligned."""
+    """Frames that have too little in common with the others to be aligned."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class FramesShifted(Remark):
-    """Frames of a moving camera that were laid on the others."""
+    """Frames of a moving camera that were aligned with the others."""
 
     names: tuple[str, ...]
     shifts_px: tuple[float, ...]
@@ -219,7 +220,7 @@ class FramesShifted(Remark):
 
 @dataclass(frozen=True, slots=True)
 class Levelled(Remark):
-    """How far the camera was tilted; or states so, where it has levelled the picture itself."""
+    """Tilt of the camera, or its stated tilt if the camera levelled the picture itself."""
 
     name: str
     pitch_deg: float
@@ -237,7 +238,7 @@ class FramesContradict(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MovedPart:
-    """Where something moved: azimuth and elevation, deg; or column and row, 0 to 1."""
+    """Position of a motion: azimuth and elevation, deg; or column and row, 0 to 1."""
 
     across: float
     up: float
@@ -245,7 +246,7 @@ class MovedPart:
 
 @dataclass(frozen=True, slots=True)
 class Motion(Remark):
-    """Where things moved between the frames, and at how many smaller places."""
+    """Positions of motion between the frames, and the number of smaller ones."""
 
     places: tuple[MovedPart, ...]
     more: int
@@ -254,6 +255,6 @@ class Motion(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MuchMotion(Remark):
-    """The share of the picture, 0 to 1, in which things moved."""
+    """Share of the picture, 0 to 1, with motion."""
 
     share: float

@@ -1,7 +1,7 @@
 """Merge one band of rows of all frames: the inner loop.
 
-Everything works on whole planes that stay in the processor's cache, by look-up tables and
-products of OpenCV, which let go of the interpreter's lock: several bands run at the same time.
+The work is done on whole planes that fit in the cache, with OpenCV's look-up tables and products,
+which release the interpreter's lock, so that several bands run in parallel.
 """
 
 from __future__ import annotations
@@ -22,28 +22,31 @@ from app.core.measure.read.decoding import Pixels
 Plane: TypeAlias = NDArray[Any]
 
 TRUSTED: Final = 0.5
-"""Below this trust a frame has no say in whether a pixel is clipped in every frame."""
+"""Trust below which a frame does not affect whether a pixel is clipped in every frame."""
 
-# Keeps a pixel at which no frame is trusted from having no weight at all; so little that a trusted
-# frame that is clipped there still decides.
+# Gives a pixel at which no frame is trusted some weight, but so little that a trusted frame that is
+# clipped there still decides.
 _LEAST_TRUST: Final = 1e-14
-# The brightest code that counts as black: JPEG moves 0 by one.
+# The brightest code that counts as black: JPEG changes 0 by one.
 _BLACK_SHARE: Final = 1.0 / 255.0
-# Codes over which a channel counts as being at its end, and a pixel as clipping, for its hue.
+# Codes over which a channel counts as near its end, and a pixel as clipping, for its hue.
 _HUE_CODES: Final = (215.0, 248.0)
 _CLIPPING_CODES: Final = (248.0, 254.0)
 _FLOAT_CLIPPED: Final = 0.9995
-# Share of the pixels up to which those near clipping are weighed by themselves.
+# Share of the pixels up to which those near clipping are weighted separately.
 _FEW: Final = 1.0 / 16.0
-_FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
+_FADED: Final = 8.0  # levels from which lifting black adds less than 0.005 %
 
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """A merged band: red, green, blue, (rows, W) float32 each.
+    """A merged band.
 
-    `clipped` and `dark`, (rows, W) uint8, are 255 where the pixel is clipped (black) in every
-    frame; None where no pixel is. `clipped_counts` are the clipped pixels in each frame.
+    Attributes:
+        radiance: Red, green, blue, (rows, W) float32 each.
+        clipped, dark: (rows, W) uint8. 255 where the pixel is clipped (black) in every frame; None
+            if no pixel is.
+        clipped_counts: Number of clipped pixels in each frame.
     """
 
     radiance: list[Float32] = field(repr=False)
@@ -54,7 +57,7 @@ class Band:
 
 @dataclass(slots=True)
 class Sums:
-    """Weighted sums over frames, and pixels that all frames clip or show as black."""
+    """Weighted sums over frames, and masks of pixels that are clipped or black in all frames."""
 
     values: list[Float32] = field(default_factory=list)
     weights: list[Float32] = field(default_factory=list)
@@ -72,19 +75,19 @@ class Sums:
         self.weights.append(weight.copy() if keep else weight)
 
     def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
-        """Intersect the marks with those of a frame."""
+        """Intersect the masks with those of a frame."""
         self.clipped = clipped if first else _both(self.clipped, clipped)
         self.dark = dark if first else _both(self.dark, dark)
 
     def means(self) -> list[Float32]:
-        """Weighted means of the channels, which take the place of the sums."""
+        """Return the weighted means of the channels, which overwrite the sums."""
         return [
             np.asarray(cv2.divide(value, weight, value), np.float32)
             for value, weight in zip(self.values, self.weights, strict=True)
         ]
 
     def band(self, radiance: list[Float32], counts: list[int]) -> Band:
-        """Return the band that the sums belong to."""
+        """Return the band for these sums."""
         return Band(radiance, _or_none(self.clipped), _or_none(self.dark), counts)
 
 
@@ -93,7 +96,8 @@ def merge_band(
 ) -> Band:
     """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
 
-    `trusts`, (rows, W) each, 0 to 1; None for a frame that is trusted everywhere.
+    Args:
+        trusts: (rows, W) each, 0 to 1; None for a frame that is trusted everywhere.
     """
     sums = Sums()
     counts = []
@@ -108,7 +112,7 @@ def merge_band(
         if trust is not None:
             clipped = distrust(faint, clipped, trust)
         weights = weigh(index, faint, light)
-        # Channel by channel: few planes at a time stay near the processor.
+        # Channel by channel, so that the few planes in use stay in the cache.
         for channel, plane in enumerate(planes):
             weight = weights.of(_index(plane, light))
             sums.add(channel, _value(plane, light, channel), weight, keep=weights.shared)
@@ -129,8 +133,8 @@ def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
 class Weights:
     """Weights of a frame's pixels.
 
-    `whole` serves all three channels, except near clipping, where each has one of its own: at the
-    flat places `near`, and everywhere where that is None.
+    `whole` is for all three channels, except near clipping, where each has its own weight: at the
+    flat positions `near`, or everywhere if that is None.
     """
 
     light: FrameLight
@@ -141,11 +145,11 @@ class Weights:
 
     @property
     def shared(self) -> bool:
-        """Whether all channels have the same."""
+        """Whether all channels have the same weights."""
         return self.near is not None and not self.near.size
 
     def of(self, index: Plane) -> Float32:
-        """Return the weight of a channel, by its own codes."""
+        """Return the weight of a channel, from its own codes."""
         if self.shared:
             return self.whole
         if self.near is not None:
@@ -160,7 +164,7 @@ class Weights:
 
 
 def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
-    """Return pixel weights by the largest and smallest codes."""
+    """Return pixel weights from the largest and smallest codes."""
     tables, none = light.tables, np.empty(0, np.intp)
     top = int(index.max())
     if top < tables.full:
@@ -179,13 +183,13 @@ def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
 def _planes(pixels: Pixels) -> Sequence[Plane]:
     if pixels.dtype != np.float32:
         return cv2.split(pixels)
-    # Whatever a float file carries, light is finite and not negative.
+    # Whatever a float file contains, light is finite and not negative.
     whole = np.nan_to_num(pixels, nan=0.0, posinf=1e30, neginf=0.0)
     return cv2.split(np.maximum(whole, np.float32(0.0)))
 
 
 def _index(plane: Plane, light: FrameLight) -> Plane:
-    """Place of each pixel in the tables."""
+    """Return each pixel's index in the tables."""
     if plane.dtype == np.float32:
         root = np.sqrt(np.minimum(plane * np.float32(1.0 / light.unit), np.float32(1.0)))
         return np.asarray(root * np.float32(65535.0) + np.float32(0.5)).astype(np.uint16)
@@ -205,7 +209,7 @@ def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
 
 
 def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return 255 where the frame may be clipped; None where no pixel is."""
+    """Return 255 where the frame may be clipped; None if no pixel is."""
     return _at_end(index, largest, light, light.tables.spent)
 
 
@@ -218,20 +222,20 @@ def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes
 
 
 def black_pixels(index: Plane) -> Bytes | None:
-    """Return 255 where the frame is black; None where no pixel is."""
+    """Return 255 where the frame is black; None if no pixel is."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
 
 
 def _both(first: Bytes | None, second: Bytes | None) -> Bytes | None:
-    """Return what two masks share, in the first one's place; None where one of them is empty."""
+    """Intersect two masks in place of the first; None if either is empty."""
     if first is None or second is None:
         return None
     return np.asarray(cv2.min(first, second, first), np.uint8)
 
 
 def _compare(plane: Plane, limit: float, operation: int) -> Bytes:
-    # The type hints of OpenCV do not know that the second operand may be a number.
+    # OpenCV's type hints do not allow a number as the second operand.
     return np.asarray(cv2.compare(plane, limit, operation))  # type: ignore[call-overload]
 
 
@@ -248,9 +252,9 @@ def keep_hue(
 ) -> None:
     """Preserve the hue of lamps where the darkest frame clips.
 
-    A channel that is about to clip says little more than one that does: without this a white lamp
-    whose codes are 255, 244, 255 would be magenta. Channels are only ever raised, by nothing at
-    code 215 and below, so that a lamp which is red stays red, and every value stays a lower bound.
+    A channel about to clip has little more information than a clipped one: without this, a white
+    lamp with codes 255, 244, 255 would be magenta. Channels are only ever raised, and not at all at
+    code 215 and below, so that a red lamp stays red, and every value stays a lower bound.
     """
     near, rises = hue_rises(planes, largest, light, radiance)
     for plane, rise in zip(radiance, rises, strict=True):
@@ -265,14 +269,15 @@ def hue_rises(
     light: FrameLight,
     radiance: Sequence[Float32] | None = None,
 ) -> tuple[Indices, list[Float32]]:
-    """Find the pixels that `keep_hue` changes, flat, and by how much in each channel.
+    """Return the pixels that `keep_hue` changes, flat, and the rise of each channel.
 
-    Without `radiance` the frame's own is raised.
+    Args:
+        radiance: Light to raise; by default the frame's own.
     """
     limit = _raw(_CLIPPING_CODES[0], largest, light)
     if largest.max() < limit:
         return np.empty(0, np.intp), [np.empty(0, np.float32)] * len(planes)
-    # Bools, among which what is true is found ten times as fast as among bytes.
+    # Booleans, in which numpy finds true values ten times as fast as in bytes.
     near = np.flatnonzero(largest >= limit)
     codes = [plane.take(near) for plane in planes]
     if radiance is None:
@@ -291,8 +296,8 @@ def hue_rises(
 def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
     """Fade light to the floor of the brightest frame.
 
-    Glare in the lens and the foot of the tone curve hide what lies below, and its ratios between
-    channels are noise: as speckle of all colours. What lies well above stays as it is.
+    Glare in the lens and the foot of the tone curve hide light below it, and the ratios between its
+    channels are noise, visible as coloured speckle. Light well above it stays as it is.
     """
     for plane in radiance:
         near = np.flatnonzero(plane < np.float32(_FADED * level))
@@ -302,7 +307,7 @@ def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
 
 
 def _codes(values: Plane, light: FrameLight) -> Float32:
-    """Bring values as stored to codes of 0 to 255."""
+    """Convert stored values to codes of 0 to 255."""
     if values.dtype == np.float32:
         codes = srgb_encode(values * np.float32(1.0 / light.unit))
         return np.asarray(codes * np.float32(255.0), np.float32)
@@ -310,20 +315,20 @@ def _codes(values: Plane, light: FrameLight) -> Float32:
 
 
 def _raw(code: float, plane: Plane, light: FrameLight) -> float:
-    """Return the value as stored of a code of 0 to 255."""
+    """Return the stored value of a code of 0 to 255."""
     if plane.dtype == np.float32:
         return light.unit * float(srgb_decode(code / 255.0)) if light.clips else float("inf")
     return round(code if plane.dtype == np.uint8 else 257.0 * code)
 
 
 def _share(values: Plane, light: FrameLight, limits: tuple[float, float]) -> Float32:
-    """Rise from 0 to 1 between two codes, for values as stored."""
+    """Return a ramp from 0 to 1 between two codes, for stored values."""
     if values.dtype != np.uint8:
         return _smooth(_codes(values, light), limits)
     return _smooth(np.arange(256, dtype=np.float32), limits).take(values)
 
 
 def _smooth(codes: Float32, limits: tuple[float, float]) -> Float32:
-    """Rise from 0 to 1 between two codes, without corners."""
+    """Return a smooth ramp from 0 to 1 between two codes."""
     share = np.clip((codes - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0)
     return np.asarray(share * share * (3.0 - 2.0 * share), np.float32)

@@ -1,11 +1,11 @@
 """Weights and radiance of the codes of each frame.
 
-One weight serves all three channels of a pixel, so that no weighting can colour it. It is a
-product of two tables: one looked up with the largest of the three codes (a pixel is clipped when
-its worst channel is), one with the smallest (the noise of the channel that has least light).
-There is one exception in the default weights: in a pixel that is clipped in one channel, channels
-that are well below clipping keep most of their weight, beside what darker frames say about them. A
-blue sky is clipped in blue long before red and green carry no more news.
+One weight serves all three channels of a pixel, so that no weighting can tint it. It is a product
+of two tables: one indexed by the largest of the three codes (a pixel is clipped when its worst
+channel is), one by the smallest (the noise of the channel with the least light). There is one
+exception in the default weights: in a pixel with one clipped channel, channels well below clipping
+keep most of their weight, in addition to that of darker frames. A blue sky is clipped in blue long
+before red and green lose their information.
 
 **Noise-aware weights** (the default). The linear estimate x = g(z) / t of a frame with response g
 and exposure t has the variance
@@ -13,35 +13,35 @@ and exposure t has the variance
     v(z) / t^2,   v(z) = g(z) / W + (r / W)^2 + (g'(z) c)^2 + b^2
 
 from shot noise with a full well of W electrons, read noise of r electrons, an error of c codes from
-quantisation and JPEG, carried through the slope of the response, and an uncertainty b of black:
-glare in the lens, film base, a black level that is not 0. The least noisy mean has weights
-t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras";
-Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography").
-v is taken at the frame's own noisy code, which pulls the mean down a little where v rises with z
-(Aguerrebere et al. 2014, "Best algorithms for HDR image generation", section 4); the smallest of
-three codes lies where v is flattest. Weights that rise with t instead of t^2 would not be pulled,
-but then what adds to black would count in the dark frames: on the memorial church bracket that
-trebles the median error.
+quantisation and JPEG, scaled by the slope of the response, and an uncertainty b of black: glare in
+the lens, film base, a black level that is not 0. The least noisy mean has weights t^2 / v (Granados
+et al. 2010, "Optimal HDR reconstruction with linear digital cameras"; Hasinoff, Durand and Freeman
+2010, "Noise-optimal capture for high dynamic range photography"). v is evaluated at the frame's own
+noisy code, which lowers the mean slightly where v rises with z (Aguerrebere et al. 2014, "Best
+algorithms for HDR image generation", section 4); the smallest of three codes is where v is
+flattest. Weights proportional to t instead of t^2 would avoid that, but then additions to black
+would count in the dark frames: on the memorial church bracket that triples the median error.
 
-A recovered response is wrong by some per cent besides, in every frame in its own way, and these
-weights leave nearly all to one frame. So where the response is not known, a code with a relative
-error e = sqrt(v) / g counts by another d^-2 / (1 + (e / e0)^4): darker frames keep a say. They have
-more to say the closer they are: d grows with the square of the steps between the frames.
+A recovered response also has an error of a few per cent, different in every frame, and these
+weights rely almost entirely on one frame. So if the response is not known, a code with a relative
+error e = sqrt(v) / g has the additional weight d^-2 / (1 + (e / e0)^4), which keeps the darker
+frames in use. The closer they are, the more they count: d grows with the square of the steps
+between the frames.
 
-**Reinhard's weights**, as the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
-Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as
-Matlab's makehdr does.
+**Reinhard's weights**, as in the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
+Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as in
+Matlab's makehdr.
 
-**Frames that do not fit each other** are merged by how far they agree: scans of film that are
-warped, a hand that a homography does not undo, tone curves that differ from place to place. There
-weights by noise leave nearly all to the brightest frame that is not clipped, and at an edge that
-lies a pixel off the light is wrong by stops although all darker frames say otherwise. So where
-frames differ beyond noise in most places, each frame's log light counts by
+**Frames that do not fit each other** are merged by their agreement: warped scans of film, motion of
+a hand that a homography does not undo, tone curves that vary across the picture. With weights by
+noise, almost only the brightest unclipped frame would count, and at an edge that is a pixel off the
+light would be wrong by stops although all darker frames contradict it. So if frames differ beyond
+noise in most places, each frame's log light has the weight
 
     1 / (e^2 + d^2) / (1 + r^2 / s^2 / (e^2 + d^2))
 
-with e the relative error of its code, d by how much it differs from its neighbours in exposure, as
-measured, and r how far it lies off the mean of all (Cauchy's weights, a few rounds).
+with e the relative error of its code, d its measured difference from its neighbours in exposure,
+and r its distance from the mean of all (Cauchy's weights, a few rounds).
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ from app.core.measure.read.decoding import Pixels
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
 CLIPPED_CODE: Final = 254
-"""Codes from here on count as clipped: JPEG moves 255 by one."""
+"""Codes from here on count as clipped: JPEG changes 255 by one."""
 
 # A small sensor at base sensitivity, in electrons. Twice or half as many change no weight by more
-# than a third, since the error of the codes is the larger part of an 8-bit picture's noise.
+# than a third, since the error of the codes dominates an 8-bit picture's noise.
 _FULL_WELL: Final = 20_000.0
 _READ_NOISE: Final = 4.0
 _BLACK_ERROR: Final = 0.0015
@@ -73,22 +73,22 @@ _BLACK_ERROR: Final = 0.0015
 _CODE_ERROR: Final = 1.0
 # 16-bit files come from raw converters.
 _FINE_CODE_ERROR: Final = 0.1
-# The ramp ends some codes under clipping and is this wide: ringing around clipped areas makes
-# JPEG codes a few too low or too high there.
+# The ramp ends this many codes below clipping, and is this wide: ringing around clipped areas
+# changes JPEG codes by a few there.
 _RAMP_END: Final = 4.0
 _RAMP_WIDTH: Final = 40.0
-# What an unclipped channel of a clipped pixel counts, and over which codes that fades.
+# Weight of an unclipped channel of a clipped pixel, and the codes over which it fades.
 _OWN_WEIGHT: Final = 0.7
 _OWN_FADE: Final = (200.0, 240.0)
 # Relative error of a recovered response for steps of one stop, and the relative error at which a
-# code loses its say in that.
+# code loses that weight.
 _CURVE_ERROR: Final = 0.065
 _TELLING_ERROR: Final = 0.2
 _LEAST_DOUBT: Final = 0.03
 _HAT_LIMITS: Final = (0.02 * 255.0, 0.98 * 255.0)
 _PLATEAU: Final = 0.9995
-# Weights of last resort: far below every proper weight, so that they matter only where all
-# frames are clipped (the darkest then decides) or black (the brightest does).
+# Weights of last resort: far below every regular weight, so that they matter only where all frames
+# are clipped (the darkest then decides) or black (the brightest does).
 _CLIPPED_DARKEST: Final = 1e-6
 _CLIPPED_OTHERS: Final = 1e-10
 _BLACK: Final = 1e-6
@@ -98,13 +98,21 @@ _BLACK: Final = 1e-6
 class FrameTables:
     """Look-up tables of one frame; n is 256, or 65,536 for 16-bit and float frames.
 
-    A pixel's weight is the product of `bright`, (n,), by the largest of its three codes and
-    `faint`, (n,), by the smallest. `own`, (n,), takes the place of `bright` for a channel where
-    it is larger, by the channel's own code. Below the code `full` `bright` is 1, below `ramp`
-    at least where `own` is not 0, so that `own` need not be asked. `value`, (3, n), is the
-    radiance a code stands for. Codes from `spent` on may be clipped: JPEG moves 255 by several
-    beside a lamp. They have no weight, and a pixel that a darker frame clips is clipped in this
-    one. The darkest frame's are those that are clipped. All arrays are float32.
+    A pixel's weight is the product of `bright`, indexed by the largest of its three codes, and
+    `faint`, indexed by the smallest. All arrays are float32.
+
+    Attributes:
+        bright, faint: (n,).
+        own: (n,). Replaces `bright` for a channel where it is larger, indexed by the channel's own
+            code.
+        full: Code below which `bright` is 1.
+        ramp: Code below which `bright` is at least 1 wherever `own` is not 0, so that `own` is not
+            needed.
+        value: (3, n). Radiance of each code.
+        clipped: First code that counts as clipped.
+        spent: First code that may be clipped, since JPEG changes 255 by several beside a lamp. Such
+            codes have no weight, and a pixel that a darker frame clips is clipped in this one. In
+            the darkest frame it equals `clipped`.
     """
 
     bright: Float32 = field(repr=False)
@@ -121,8 +129,8 @@ class FrameTables:
 class FrameLight:
     """Tables from a frame's pixels to weights and radiance.
 
-    Places in the tables are codes, or for float frames the square root of the value as a share
-    of `unit`.
+    Indices of the tables are codes, or for float frames the square root of the value as a share of
+    `unit`.
     """
 
     tables: FrameTables
@@ -134,7 +142,7 @@ class FrameLight:
 def clipped_code(table: Float64) -> int:
     """Return the first code that counts as clipped in a response, (3, 256).
 
-    254, or less where some channel's response has reached its end before.
+    It is 254, or less if some channel's response reaches its end earlier.
     """
     flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
     return min(CLIPPED_CODE, int(np.argmax(flat)))
@@ -152,8 +160,11 @@ def frame_tables(
 ) -> FrameTables:
     """Return the look-up tables of a frame.
 
-    `table`, (3, 256) float64, is the response: linear value in 0..1 of each code, rising.
-    `stops` are the exposures of all frames. `fine` makes 65,536 codes, for 16-bit frames.
+    Args:
+        table: (3, 256) float64. Response: linear value in 0..1 of each code, rising.
+        stops: Exposures of all frames.
+        reference_ev: Exposure whose saturation is the unit of the light.
+        fine: Whether to make 65,536 codes, for 16-bit frames.
     """
     count = 65536 if fine else 256
     codes = np.linspace(0.0, 255.0, count)
@@ -188,7 +199,7 @@ def float_tables(
 ) -> FrameTables:
     """Return the tables of a linear frame, 65,536 entries by square root.
 
-    `value` is not meant to be used, the frame's own values are finer.
+    `value` is not meant to be used, since the frame's own values are finer.
     """
     places = np.linspace(0.0, 1.0, 65536)
     linear = places * places
@@ -218,9 +229,9 @@ def float_tables(
 
 
 def relative_error(value: Float32) -> Float64:
-    """Relative error by noise alone of 8-bit codes that stand for light, (3, 256); (256,).
+    """Return the relative noise, (256,), of 8-bit codes with that light, (3, 256).
 
-    Infinite for codes of no light.
+    It is infinite for codes without light.
     """
     linear = value.mean(axis=0, dtype=np.float64) / float(value.max())
     variance = _variance(linear, np.gradient(linear) * _CODE_ERROR)
@@ -231,10 +242,9 @@ def relative_error(value: Float32) -> Float64:
 def neutral_end(table: Float64) -> Float64:
     """Scale the channels of a response, (3, 256), to the same end.
 
-    A lamp that clips all three channels must come out neutral. A recovered response can end at
-    a different value in each: it is the least certain there, where no frame shows anything
-    darker. The difference is spread over the codes above 235, rising towards the largest;
-    nothing is lowered.
+    A lamp that clips all three channels must come out neutral. A recovered response can end at a
+    different value in each: it is least certain there, where no frame shows anything darker. The
+    difference is spread over the codes above 235, rising towards the largest; nothing is lowered.
     """
     share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
     gain = table[:, -1].max() / table[:, -1:]
@@ -242,12 +252,12 @@ def neutral_end(table: Float64) -> Float64:
 
 
 def _first(codes: Bools) -> int:
-    """Find the first code of which something is true, one after the last where it never is."""
+    """Return the first code for which a condition is true, or one past the last."""
     return int(np.argmax(codes)) if codes.any() else codes.size
 
 
 def _floors(exposure: Float64, index: int) -> tuple[float, float]:
-    """Weights of last resort of a frame where all are clipped, and where all are black."""
+    """Return a frame's weights of last resort, where all are clipped and where all are black."""
     if index == int(np.argmin(exposure)):
         clipped = _CLIPPED_DARKEST
     else:
@@ -256,24 +266,24 @@ def _floors(exposure: Float64, index: int) -> tuple[float, float]:
 
 
 def _ramp(codes: Float64, first: int) -> Float64:
-    """Fall from 1 to 0 just under clipping."""
+    """Return a ramp from 1 to 0 just below clipping."""
     return _fade(codes, first - _RAMP_END - _RAMP_WIDTH, first - _RAMP_END)
 
 
 def _own(codes: Float64, first: int) -> Float64:
-    """Weight of a channel by itself where another one is clipped."""
+    """Return the weight of a single channel where another one is clipped."""
     shift = first - CLIPPED_CODE
     return _OWN_WEIGHT * _fade(codes, _OWN_FADE[0] + shift, _OWN_FADE[1] + shift)
 
 
 def _fade(codes: Float64, start: float, stop: float) -> Float64:
-    """Fall from 1 to 0 without corners."""
+    """Return a smooth ramp from 1 to 0."""
     share = np.clip((stop - codes) / (stop - start), 0.0, 1.0)
     return np.asarray(share * share * (3.0 - 2.0 * share))
 
 
 def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64:
-    """1 / v(z) and what doubt of the response adds, in units of the least v."""
+    """Return 1 / v(z), plus the term for a doubtful response, in units of the least v."""
     error = _FINE_CODE_ERROR if fine else _CODE_ERROR
     variance = _variance(linear, np.gradient(linear, codes) * error)
     weight = np.asarray(variance.min() / variance)
@@ -285,41 +295,44 @@ def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64
 
 
 def _variance(linear: Float64, error: Float64 | float) -> Float64:
-    """v, of all the errors above and one of its own."""
+    """Return v, from all the errors above and one of its own."""
     floor = (_READ_NOISE / _FULL_WELL) ** 2 + _BLACK_ERROR**2
     return np.asarray(linear / _FULL_WELL + np.square(error) + floor)
 
 
 def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
-    """Reinhard's hat, its upper half by the largest code, its lower half by the smallest."""
+    """Return Reinhard's hat: the upper half for the largest code, the lower for the smallest."""
     hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
     hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
     upper = codes > 127.5
     return np.where(upper, hat, 1.0), np.where(upper, 1.0, hat)
 
 
-# Codes that say how much light there is: from here on, and so far below clipping.
+# Usable codes: from here on, up to as far below clipping.
 _DARKEST: Final = 32
 _UNDER_WHITE: Final = 19
 _FEWEST: Final = 300
-_USUAL: Final = 0.8  # of the places keep to what frames are said to differ by
-# Frames of one curve and of curves of their own differ by 0.03 to 0.08 (natural logarithm), scans
-# of film by 0.1 to 0.6. Below this they are believed to fit.
+_USUAL: Final = 0.8  # share of the positions within the frames' typical difference
+# Frames with one curve, and with their own curves, differ by 0.03 to 0.08 (natural logarithm),
+# scans of film by 0.1 to 0.6. Below this, they count as fitting.
 _MISFIT: Final = 0.1
-# With wider steps hardly a place is well exposed in three frames: there is no majority.
+# With wider steps, hardly a position is well exposed in three frames: there is no majority.
 _WIDE_STOPS: Final = 1.5
-_ODD: Final = 1.4  # standard errors from which on a frame loses its say
+_ODD: Final = 1.4  # standard errors from which a frame loses its weight
 _ROUNDS: Final = 3
-_ENOUGH_WEIGHT: Final = 0.25  # of a frame's say that is enough for a mean
+_ENOUGH_WEIGHT: Final = 0.25  # share of a frame's weight that is enough for a mean
 _LEAST: Final = 1e-12
 
 
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
     """Return the difference of each frame from its neighbours, natural logarithm.
 
-    `samples`, (K, N, 3) uint8, are coded values of the same places; `table`, (3, 256) or (K, 3,
-    256), linear light of each code; `stops` true exposures. Empty where the frames fit, cannot
-    be compared, or are too far apart to outvote another.
+    Empty if the frames fit, cannot be compared, or are too far apart to outvote another.
+
+    Args:
+        samples: (K, N, 3) uint8. Coded values of the same positions.
+        table: (3, 256) or (K, 3, 256). Linear light of each code.
+        stops: True exposures.
     """
     if len(stops) < 3 or np.median(np.abs(np.diff(np.sort(stops)))) > _WIDE_STOPS:
         return ()
@@ -354,8 +367,9 @@ def agree(
 ) -> None:
     """Replace merged light by the mean of agreeing frames, where unclipped.
 
-    `bands`, (rows, W, 3) uint8, are the same rows of each frame; `radiance`, three of (rows,
-    W), what they were merged to, is changed in place.
+    Args:
+        bands: (rows, W, 3) uint8. The same rows of each frame.
+        radiance: Three of (rows, W). The merged light, changed in place.
     """
     logs, says, sure = [], [], []
     weights = np.zeros(radiance[0].shape, np.float32)
@@ -382,7 +396,7 @@ def agree(
 
 
 def _logs(pixels: Pixels, light: FrameLight) -> Float32:
-    """Logarithms of the light, (rows, W, 3)."""
+    """Return the logarithms of the light, (rows, W, 3)."""
     table = np.log(np.maximum(light.tables.value, np.float32(_LEAST)))
     return np.asarray(cv2.LUT(pixels, np.ascontiguousarray(table.T[None])), np.float32)
 

@@ -1,7 +1,7 @@
 """Compare a film with a measured place, and save its frames as photos.
 
-A panorama tells what light reaches the head, a film what it does to the sitter's own face: where
-both are there, the film is the truth, and by how much the panorama's turns differ from it is told.
+A panorama shows the light that reaches the head, and a film its effect on the sitter's own face. If
+there are both, the film is the truth, and the error of the panorama's turns is reported.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 GLANCES: Final = 16
-"""Frames by which a film is laid on a panorama."""
+"""Frames by which a film is located in a panorama."""
 
-_SAME_DEG: Final = 10.0  # by which those that are found may differ
+_SAME_DEG: Final = 10.0  # largest difference between the frames that are located
 _FEWEST: Final = 3
 _AGREED_DEG: Final = 5
 
@@ -36,8 +36,9 @@ _AGREED_DEG: Final = 5
 class Beside:
     """A film compared with a place.
 
-    `offset_deg`: azimuth in the panorama at which the lens stood when the film began.
-    `apart_deg`: by style that both offer, how much further the film turns than the panorama.
+    Attributes:
+        offset_deg: Azimuth of the lens in the panorama at the start of the film.
+        apart_deg: For each style that both offer, the film's turn minus the panorama's.
     """
 
     offset_deg: float
@@ -45,7 +46,7 @@ class Beside:
 
     @property
     def typical_deg(self) -> int | None:
-        """How far apart the turns are, in the median; None where no style is in both."""
+        """Median difference of the turns, whole degrees; None if no style is in both."""
         apart = np.abs([*self.apart_deg.values()])
         return round(float(np.median(apart))) if self.apart_deg else None
 
@@ -61,7 +62,7 @@ def looks_mirrored(
     """Return whether only the mirrored film fits a place; None if neither does.
 
     Args:
-        frames: A dozen of it, as `read_film` takes them.
+        frames: A dozen frames of it, as `read_film` takes them.
     """
     votes = [0, 0]
     for _, _, picture in frames:
@@ -83,9 +84,9 @@ def beside(
     """Locate a film in a place's panorama by its background, and compare their turns.
 
     Args:
-        results: Of the film.
-        frames: A dozen of it, as `read_film` takes them.
-        index: Of the place's panorama, where it was made before.
+        results: Results of the film.
+        frames: A dozen frames of it, as `read_film` takes them.
+        index: Index of the place's panorama, if it exists already.
 
     Raises:
         ProbeError: If the film shows another place.

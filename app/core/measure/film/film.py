@@ -37,26 +37,26 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 MOST_FRAMES: Final = 96
-"""Frames of a turn that are looked at: one every 4 degrees."""
+"""Largest number of frames of a turn that are used: one every 4 degrees."""
 WIDTH: Final = 1280
-"""Most columns of a frame."""
+"""Largest width of a frame, pixels."""
 
 _SURE: Final = 0.5
 _FEWEST: Final = 6  # frames with a face
 _ASIDE_DEG: Final = 50.0  # a face turned further from the lens is not read
-_STILL_DEG: Final = 45.0  # a lens that went around less stood still
-_LEAST_DEG: Final = 40.0  # of turns, or there is nothing to choose from
+_STILL_DEG: Final = 45.0  # a lens that moved around less counts as still
+_LEAST_DEG: Final = 40.0  # least range of turns, so that there is a choice
 _WHOLE: Final = 60  # of 64 turns
 _MOST_ASSUMED: Final = 0.5
 _UNSURE: Final = 0.15
-_FACELESS: Final = 12  # frames without a face, and the film is given up
-_IDLE: Final = 30  # frames in which nothing moves
+_FACELESS: Final = 12  # frames without a face after which the film is rejected
+_IDLE: Final = 30  # frames without motion
 _UNMOVED: Final = 0.03  # of a frame's longer side
-_ROOM: Final = 0.8  # sides of a face around it, where it is looked for again, and shown
-_THUMB: Final = 256  # most pixels of a side of what is kept of a frame
+_ROOM: Final = 0.8  # margin around a face, in its sides, for the next search and for display
+_THUMB: Final = 256  # longest side of a frame's saved picture, pixels
 _QUEUE: Final = 6  # frames in memory at once
 _MISFIT: Final = 0.75
-_WHOLLY: Final = 0.9  # of a texel of the light, that was seen and is not clipped
+_WHOLLY: Final = 0.9  # share of a light's texel that is visible and not clipped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,8 +64,9 @@ class Glimpse:
     """Face and background of one frame.
 
     Attributes:
-        grey, visible: (N * N,) float32 and bool. The face on the head's pixels, empty if none.
-        picture: (h, w, 3) uint8 sRGB. The face and a little around it; None without one.
+        grey, visible: (N * N,) float32 and bool. The face on the head's pixels; empty without a
+            face.
+        picture: (h, w, 3) uint8 sRGB. The face with a small margin; None without a face.
     """
 
     time_s: float
@@ -81,13 +82,15 @@ class Film:
     """Result of a film of a turn.
 
     Attributes:
-        times_s, trust: (n,) float64. Of each frame: seconds, and how much it counts.
-        noses_deg: (n,) float64. Where the nose points, seen from above, clockwise from where the
-            lens stood at the first frame.
-        radiance: (H, 2 H, 3) float32. The light as a panorama, the lens of the first frame in the
-            middle.
-        still: Whether the lens stood still and only the face turned.
-        visible: (64,) bool. Grid turns at which the face was seen.
+        times_s, trust: (n,) float64. Time, seconds, and weight of each frame.
+        noses_deg: (n,) float64. Direction of the nose, clockwise from above, from the lens's
+            position in the first frame.
+        headings: Azimuths of the lens.
+        light: Light estimated from the face.
+        radiance: (H, 2 H, 3) float32. The light as a panorama, with the lens of the first frame in
+            the middle.
+        still: Whether the lens was still and only the face turned.
+        visible: (64,) bool. Grid turns with a visible face.
         pictures: Of each frame, as in `Glimpse`.
     """
 
@@ -110,7 +113,7 @@ class Film:
         )
 
     def frame_at(self, turn_deg: float) -> int:
-        """Return the number of the frame nearest to a turn."""
+        """Return the index of the frame nearest to a turn."""
         away = np.abs((self.noses_deg - turn_deg + 180) % 360 - 180)
         return int(np.argmin(away + 10 * (1 - self.trust)))
 
@@ -126,7 +129,7 @@ class Film:
 
     @property
     def notes(self) -> tuple[Remark, ...]:
-        """Sentences about missing turns and the reliability of the rest."""
+        """Return remarks about missing turns and the reliability of the others."""
         notes: list[Remark] = []
         count, heads = int(self.visible.sum()), self.headings
         if count < _WHOLE:
@@ -146,13 +149,13 @@ class _FrameReading(NamedTuple):
     glimpse: Glimpse
     background: Background
     step: FramePair | None
-    pause_s: float  # since the frame before
+    pause_s: float  # since the previous frame
 
 
 class FilmReader:
     """Reads frames in order; results are available at any time.
 
-    The face is looked for in one thread, the background followed in another.
+    One thread searches for the face, another follows the background.
     """
 
     def __init__(self) -> None:
@@ -162,11 +165,11 @@ class FilmReader:
         self._frames: list[Future[_FrameReading]] = []
 
     def __enter__(self) -> FilmReader:
-        """Begin."""
+        """Return the reader."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let go of the threads."""
+        """Stop the threads."""
         for executor in (self._looking, self._following):
             executor.shutdown(cancel_futures=True)
 
@@ -178,7 +181,7 @@ class FilmReader:
         self._frames.append(self._following.submit(self._follow, glimpse, picture))
 
     def check_begin(self) -> None:
-        """Stop early on a hopeless film; raises as `film`."""
+        """Stop early on a hopeless film; raises the errors of `film`."""
         if len(self._frames) not in (_FACELESS, _IDLE):
             return
         readings = [one.result() for one in self._frames]
@@ -193,7 +196,7 @@ class FilmReader:
     def film(self) -> Film:
         """Return the result of the frames so far.
 
-        Raises `ProbeError` where no face is seen, or nothing turns.
+        Raises `ProbeError` if no face is visible or nothing turns.
         """
         readings = [one.result() for one in self._frames]
         return read_turn(
@@ -235,9 +238,9 @@ def read_film(
     """Read a whole film.
 
     Args:
-        frames: Time in seconds, share of the film that is over, and picture of each frame.
+        frames: Time in seconds, played share of the film, and picture of each frame.
 
-    Raises `ProbeError` where no face is seen or nothing turns; `Cancelled`.
+    Raises `ProbeError` if no face is visible or nothing turns; `Cancelled`.
     """
     token = token or Token()
     with FilmReader() as reader:
@@ -325,14 +328,14 @@ def _no_turn() -> ProbeError:
 
 
 def _trust(glimpse: Glimpse) -> float:
-    """How much a frame counts: how sure its face is, and how far it looks into the lens."""
+    """Return a frame's weight, by the confidence of its face and its angle to the lens."""
     if glimpse.face is None or glimpse.pose is None or glimpse.face.confidence < _SURE:
         return 0.0
     return glimpse.face.confidence * max(1 - abs(wrap(glimpse.pose.yaw_deg)) / _ASIDE_DEG, 0.0)
 
 
 def _face_in(picture: Bytes, near: Face | None) -> Face | None:
-    """Find the sitter: where they were, around there, and then everywhere."""
+    """Find the sitter: at the previous position, around it, then everywhere."""
     if near is not None:
         part, corner = _around(picture, near)
         faces = find_faces(part, small=False) if part.size else ()
@@ -343,7 +346,7 @@ def _face_in(picture: Bytes, near: Face | None) -> Face | None:
 
 
 def _around(picture: Bytes, face: Face) -> tuple[Bytes, Float32]:
-    """Cut out a face with some room; (3,) what that moves landmarks by."""
+    """Cut out a face with a margin; return it with the shift of its landmarks, (3,)."""
     left, top, right, bottom = face.box
     room = _ROOM * face.side
     x, y = max(round(left - room), 0), max(round(top - room), 0)

@@ -30,12 +30,13 @@ _LONGEST_FILM_S: Final = 300.0
 
 
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
-    """Give about so many frames of a video, evenly spread, none with more columns than `width`.
+    """Yield about `most` frames of a video, evenly spaced, shrunk to `width` columns or less.
 
-    Each is the time since the first by the file's own timestamps, s, the share of the film that is
-    over, and (H, W, 3) uint8.
+    Each is the time since the first by the file's own timestamps, s; the played share of the film;
+    and the picture, (H, W, 3) uint8.
 
-    Raises `VideoError` for what is no video ("bad-file"), not there ("no-file"), or too long.
+    Raises `VideoError` if it is not a video ("bad-file"), does not exist ("no-file"), or is too
+    long.
     """
     check_video(path)
     capture = open_url(native_path(path.resolve()))
@@ -64,7 +65,7 @@ def _evenly(
     indices = set(np.unique(np.linspace(0, count - 1, min(most, count)).astype(int)).tolist())
     clock = FrameClock(rate)
     for number in range(count):
-        # A frame that is not looked at need not be turned into colours.
+        # An unused frame need not be converted to colours.
         if not capture.grab():
             return
         time_s = clock.time_of(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0)
@@ -77,10 +78,10 @@ def _evenly(
 
 
 class FrameClock:
-    """Times of a film's frames, seconds since the first, by the timestamps of the file.
+    """Times of a film's frames, seconds since the first, from the timestamps of the file.
 
-    A timestamp that is missing, not later than the one before, or later by more than a film may
-    last counts as one frame at the mean rate. So times always increase.
+    A timestamp that is missing, not later than the previous one, or later by more than the longest
+    film counts as one frame at the mean rate. So times always increase.
     """
 
     def __init__(self, rate: float) -> None:
@@ -89,7 +90,7 @@ class FrameClock:
         self._time_s = 0.0
 
     def time_of(self, stamp_s: float) -> float:
-        """Take the timestamp of the next frame."""
+        """Return the time of the next frame, given its timestamp."""
         if self._stamp_s is not None:
             step = stamp_s - self._stamp_s
             self._time_s += step if 0.0 < step <= _LONGEST_FILM_S else 1.0 / self._rate

@@ -1,12 +1,12 @@
-"""Track how far the camera has gone around, by the background of a film's frames.
+"""Track how far the camera has moved around the sitter, from the background of a film.
 
-Points of the background that two frames share fix how the camera turned between them; where a wall
-shows none, its shading does, slid over that of the frame before. Frame by frame these rotations
-make a chain. Where it comes back to what was seen before, both ends are the same direction: that
-fixes the focal length, which few films state, and takes the drift out. Distances are left out:
-where the background is near, a turn seems a little smaller.
+Background points shared by two frames determine the camera's rotation between them; on a wall
+without points, its shading does, shifted against that of the previous frame. Frame by frame, these
+rotations form a chain. Where it returns to an earlier view, both ends have the same direction. That
+determines the focal length, which few films state, and removes the drift. Distances are ignored: if
+the background is near, a turn appears slightly smaller.
 
-Axes of the camera are right, down, front.
+The camera's axes are right, down, front.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from app.core.localization.recapture_registration import fit_rotation
 from app.core.localization.rotation import unit_rays
 
 USUAL_FOCAL: Final = 0.8
-"""Focal length by the longer side where a film does not tell: a phone's main camera."""
+"""Default focal length over the longer side: a phone's main camera."""
 
-_LONGER: Final = 480  # pixels: side of what is described
+_LONGER: Final = 480  # pixels: side of the picture in which points are described
 _POINTS: Final = 300
-_APART: Final = 0.01  # of the longer side: rivals that are nearer are the same point
+_APART: Final = 0.01  # of the longer side: closer rivals are the same point
 _ALIKE: Final = 0.75
 _MISFIT_PX: Final = 2.0
 _LEAST: Final = 12  # points that agree
 _LEAST_RETURN: Final = 16
 _THUMB: Final = 96  # pixels: longer side of the shading
-_ROOM: Final = 0.25  # of the thumb: how far it may slide
+_ROOM: Final = 0.25  # of the thumbnail: largest shift
 _OVERLAP: Final = 0.25
-_SURE: Final = 0.85  # correlation of what slid
-_SMOOTH: Final = 3  # frames to both sides: a hand trembles, the way around does not
-_RETURN_DEG: Final = (200.0, 560.0)  # of the chain, whose lens is not known yet
-_LOOKS_BACK: Final = 10  # early frames that later ones are held against
+_SURE: Final = 0.85  # correlation of a reliable shift
+_SMOOTH: Final = 3  # frames on both sides: a hand trembles, the path does not
+_RETURN_DEG: Final = (200.0, 560.0)  # of the chain, while its lens is unknown
+_LOOKS_BACK: Final = 10  # early frames that later ones are compared with
 _FOCALS: Final = (0.35, 3.0)
-_UPRIGHT_DEG: Final = 60.0  # from here on the axis of the turn tells what is upright
+_UPRIGHT_DEG: Final = 60.0  # a turn from which its axis shows the vertical
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,11 +53,12 @@ class Background:
     """Feature points of a frame's background.
 
     Attributes:
-        places: (N, 2) float32. From the middle to the right and down, by the picture's longer side.
-        picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame made small, and what of it is
-            not the sitter.
+        places: (N, 2) float32. From the middle to the right and down, relative to the picture's
+            longer side.
+        picture, beside: (h, w, 3) uint8 and (h, w) bool. The frame reduced in size, and a mask of
+            the area without the sitter.
         shading, mask: (h, w) float32 and bool. The same, smaller, in grey.
-        face: Where the face is, the same way; None where none was found.
+        face: Position of the face, in the same unit; None if there is none.
     """
 
     features: Features = field(repr=False)
@@ -71,9 +72,10 @@ class Background:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePair:
-    """Places of the same points in two frames, (N, 2) float64, as in `Background`.
+    """Positions of the same points in two frames, (N, 2) float64, as in `Background`.
 
-    `assumed`: nothing was seen; the turn is supposed to go on as it did.
+    Attributes:
+        assumed: Whether nothing could be followed, and the previous turn is assumed to continue.
     """
 
     before: Float64 = field(repr=False)
@@ -81,7 +83,7 @@ class FramePair:
     assumed: bool = False
 
     def rotation(self, focal: float) -> Float64:
-        """From the axes of the camera before to those after, (3, 3)."""
+        """Return the rotation from the camera's axes before to those after, (3, 3)."""
         return fit_rotation(*(unit_rays(each, 1 / focal) for each in (self.after, self.before)))
 
 
@@ -90,13 +92,13 @@ class Headings:
     """Azimuths of the lens.
 
     Attributes:
-        turns_deg: (n,) float64. How far the lens has gone around the sitter since the first frame,
-            clockwise from above, more than 360 after a whole turn.
+        turns_deg: (n,) float64. Turn of the lens around the sitter since the first frame, clockwise
+            from above; more than 360 after a full turn.
         rotations: (n, 3, 3) float64. From the camera's axes to level ones that look at the sitter
-            from where the lens stood at the first frame.
-        focal: By the picture's longer side.
-        closed: Whether the film came back to what it had seen.
-        error_deg: How far its ends lay apart before the drift was taken out.
+            from the lens's position in the first frame.
+        focal: Focal length over the picture's longer side.
+        closed: Whether the film returned to an earlier view.
+        error_deg: Gap between its ends before the drift was removed.
         assumed: Share of the steps in which nothing of the background could be followed.
     """
 
@@ -113,6 +115,7 @@ def background(picture: Bytes, face: Face | None) -> Background:
 
     Args:
         picture: (H, W, 3) uint8. sRGB, upright, not mirrored.
+        face: The sitter's face, which is excluded with the body; None if there is none.
     """
     longer = max(picture.shape[:2])
     small, _ = shrunk(picture, _LONGER / longer)
@@ -140,17 +143,17 @@ def background(picture: Bytes, face: Face | None) -> Background:
 
 
 def link(before: Background, after: Background) -> FramePair | None:
-    """Match two frames; None if too few points agree."""
+    """Match two frames; return None if too few points agree."""
     pairs = pair(
         before.features.descriptors, after.features.descriptors, after.places, _APART, _ALIKE
     )
     if len(pairs.first) < _LEAST:
         return None
     one, other = before.places[pairs.first], after.places[pairs.second]
-    # Of a distant background this is what a turn does; it needs no lens to be known.
+    # A homography describes a turn in front of a distant background without knowing the lens.
     pixels = one * _LONGER, other * _LONGER
     matrix, inside = cv2.findHomography(*pixels, cv2.USAC_MAGSAC, _MISFIT_PX, maxIters=1000)
-    # None where nothing fits, whatever the types say.
+    # None if nothing fits, despite the type stubs.
     agree = np.asarray(inside).ravel() > 0 if np.ndim(matrix) == 2 else np.zeros(len(one), bool)
     if agree.sum() < _LEAST:
         return None
@@ -163,7 +166,7 @@ def step(
     """Return the camera's rotation from one frame to the next.
 
     Args:
-        last: The step before, which goes on where nothing is seen.
+        last: The previous step, which continues if nothing can be followed.
         pace: Time of this step over the time of the last.
     """
     pair_link = link(before, after)
@@ -178,9 +181,9 @@ _GRID: Final = np.stack(np.meshgrid([-0.3, 0.3], [-0.2, 0.2]), axis=-1).reshape(
 
 
 def _slid(before: Background, after: Background) -> Float64 | None:
-    """How far the shading moved, (2,) of the longer side; None where it fits nowhere well.
+    """Return the shift of the shading, (2,) of the longer side; None if it fits nowhere well.
 
-    Correlation over the pixels that both show (D. Padfield, Masked object registration in the
+    Correlation over the pixels visible in both (D. Padfield, Masked object registration in the
     Fourier domain, IEEE TIP 2012, eq. 20).
     """
     rows, columns = before.shading.shape
@@ -213,7 +216,7 @@ def _slid(before: Background, after: Background) -> Float64 | None:
 
 
 def _between(scores: Float64, best: int) -> float:
-    """Where the top of a parabola through three scores lies beside the middle one."""
+    """Return the offset of the peak of a parabola through three scores from the middle one."""
     if not 0 < best < len(scores) - 1:
         return 0.0
     low, top, high = (float(one) for one in scores[best - 1 : best + 2])
@@ -226,8 +229,8 @@ def find_headings(
     """Return the azimuth of the lens at each frame.
 
     Args:
-        steps: Of `step`, from each frame to the next.
-        focal: Focal length by the picture's longer side, where it is known.
+        steps: Results of `step`, from each frame to the next.
+        focal: Focal length over the picture's longer side, if known.
     """
     lens = focal or USUAL_FOCAL
     chain = _chain(steps, lens)
@@ -257,7 +260,7 @@ def _smooth(turns: Float64) -> Float64:
 
 
 def _chain(steps: Sequence[FramePair], focal: float) -> Float64:
-    """Rotations from each frame's axes to those of the first, (n, 3, 3)."""
+    """Return the rotations from each frame's axes to those of the first, (n, 3, 3)."""
     chain = [np.eye(3)]
     for one in steps:
         chain.append(chain[-1] @ one.rotation(focal).T)
@@ -265,7 +268,7 @@ def _chain(steps: Sequence[FramePair], focal: float) -> Float64:
 
 
 def _axis(chain: Float64) -> Float64:
-    """Down, in the axes of the first camera: a long turn is about what is upright, (3,)."""
+    """Return down, in the axes of the first camera, (3,), from the axis of a long turn."""
     steps = np.array([_vector(*pair) for pair in itertools.pairwise(chain)]).reshape(-1, 3)
     axis = (np.sign(steps[:, 1:2]) * steps).sum(axis=0)
     if math.degrees(float(np.linalg.norm(axis))) < _UPRIGHT_DEG:
@@ -274,19 +277,19 @@ def _axis(chain: Float64) -> Float64:
 
 
 def _vector(before: Float64, after: Float64) -> Float64:
-    """Turn from one camera to another, in the axes that both are turned in; radians."""
+    """Return the rotation vector from one camera to another, in the chain's axes; radians."""
     return sphere.to_vector(after @ before.T)
 
 
 def _walk(chain: Float64) -> Float64:
-    """How far the chain has turned at each frame, clockwise, deg, without an end."""
+    """Return the turn of the chain at each frame, clockwise, deg, unwrapped."""
     axis = _axis(chain)
     steps = [math.degrees(float(_vector(*pair) @ axis)) for pair in itertools.pairwise(chain)]
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, int], FramePair]:
-    """Links between early frames and late ones that see the same after a turn."""
+    """Return matches between early frames and late ones with the same view after a turn."""
     walk = _walk(chain)
     links: dict[tuple[int, int], FramePair] = {}
     early = np.unique(np.linspace(0, len(frames) // 3, _LOOKS_BACK).astype(int))
@@ -305,7 +308,7 @@ def _returns(frames: Sequence[Background], chain: Float64) -> dict[tuple[int, in
 
 
 def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], FramePair]) -> float:
-    """The focal length with which the way from each end to the other is a whole turn."""
+    """Return the focal length for which the chain between matching ends is a full turn."""
     low, high = _FOCALS
     for _ in range(14):
         middle = math.sqrt(low * high)
@@ -325,7 +328,7 @@ def _closing_focal(steps: Sequence[FramePair], ends: Mapping[tuple[int, int], Fr
 def _without_drift(
     chain: Float64, ends: Mapping[tuple[int, int], FramePair], focal: float
 ) -> float:
-    """Turn the chain until its ends meet, evenly all the way; tell how far they lay apart, deg."""
+    """Rotate the chain evenly until its ends meet; return the gap between them, deg."""
     drifts = []
     for (before, after), pair_link in ends.items():
         end_pose = chain[before] @ pair_link.rotation(focal).T
@@ -338,7 +341,7 @@ def _without_drift(
 
 
 def _upright(chain: Float64) -> Float64:
-    """From the chain's axes to those of a level camera, (3, 3)."""
+    """Return the rotation from the chain's axes to those of a level camera, (3, 3)."""
     down = _axis(chain)
     front = np.array([0.0, 0.0, 1.0]) - down[2] * down
     front /= np.linalg.norm(front)

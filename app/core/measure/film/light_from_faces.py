@@ -1,8 +1,8 @@
 """Estimate the light of a place from a face at many turns.
 
-Each turn shows the same head under the same light turned around it; all turns together fix the
-light as deconvolution does, and the exposure of each frame with it. The face's own albedo stays:
-what is alike at all turns may also be light from above. Pictures are products of light and
+Each turn shows the same head in the same light, rotated around it. All turns together determine the
+light by deconvolution, and with it the exposure of each frame. The face's own albedo is ambiguous:
+what is equal at all turns may also be light from above. Pictures are products of light and
 transport for each azimuth frequency (eq. 1 for all turns at once, as in `app.core.solver.search`).
 The light is not negative (FISTA: A. Beck and M. Teboulle, SIAM J. Imaging Sciences 2009).
 """
@@ -21,16 +21,16 @@ from app.core.base.arrays import Bools, Float32, Float64
 from app.core.environment.environment import energy, solid_angles
 from app.core.faces.on_head import head_map
 
-_DAMPING: Final = 1e-4  # of the largest eigenvalue: keeps light small that no skin shows
-_HELD_NEAR: Final = 1e-3  # the same, near what is expected
-_FLOOR: Final = 0.5  # of what is expected: there is at least so much light
+_DAMPING: Final = 1e-4  # of the largest eigenvalue: suppresses light that no skin shows
+_HELD_NEAR: Final = 1e-3  # the same, toward the expected light
+_FLOOR: Final = 0.5  # of the expected light: lower limit
 MOST: Final = 4.0
-"""Of what was seen and not clipped: there is at most so much light."""
+"""Upper limit of the light, relative to the visible, unclipped light."""
 
 _ROUNDS: Final = 8  # light and exposures in turn
 _STEPS: Final = 60
-_NEAR_DEG: Final = 6.0  # of a turn: farther frames do not show it
-_FEWEST: Final = 0.02  # weight below which a pixel was not seen
+_NEAR_DEG: Final = 6.0  # of a turn: frames further away do not show it
+_FEWEST: Final = 0.02  # weight below which a pixel counts as hidden
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class FaceTurns:
         pictures: (Q, 64) float64. Luminance at the pixels of `head_map().skin`, each turn in its
             own exposure.
         visible: (Q, 64) bool.
-        levels: (n,) float64. Mean of the skin in each frame, as its camera exposed it.
+        levels: (n,) float64. Mean of the skin in each frame, as exposed by the camera.
     """
 
     pictures: Float64 = field(repr=False)
@@ -50,7 +50,7 @@ class FaceTurns:
 
     @property
     def turns(self) -> Bools:
-        """(64,) bool. Turns in the film."""
+        """Mask of the grid turns in the film, (64,) bool."""
         return np.asarray(self.visible.any(axis=0))
 
 
@@ -59,10 +59,10 @@ class FilmedLight:
     """Light estimated from a film.
 
     Attributes:
-        luminance: (H, W) float64. Panorama coordinates, the film's first turn in the middle; mean
-            of 1 over the sphere.
-        exposures: (64,) float64. What brings the picture of each turn to this unit.
-        misfit: Deviation of pictures and explanation over the pictures' own contrast.
+        luminance: (H, W) float64. Panorama coordinates, the film's first turn in the middle; mean 1
+            over the sphere.
+        exposures: (64,) float64. Factors that convert the picture of each turn to this unit.
+        misfit: Deviation of the model from the pictures, relative to the pictures' own contrast.
     """
 
     luminance: Float64 = field(repr=False)
@@ -71,12 +71,12 @@ class FilmedLight:
 
 
 def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -> FaceTurns:
-    """Combine frames to one picture per grid turn.
+    """Combine frames into one picture per grid turn.
 
     Args:
-        turns_deg: (n,) float64. Where the nose points at each frame.
-        greys, visible: (n, N * N) float32 and bool. Of `app.core.faces.on_head.on_head`.
-        trust: (n,) float64. How much each frame counts.
+        turns_deg: (n,) float64. Direction of the nose at each frame.
+        greys, visible: (n, N * N) float32 and bool. From `app.core.faces.on_head.on_head`.
+        trust: (n,) float64. Weight of each frame.
     """
     skin = head_map().skin
     values, there = greys[:, skin].astype(np.float64), visible[:, skin]
@@ -93,8 +93,10 @@ def gather(turns_deg: Float64, greys: Float32, visible: Bools, trust: Float64) -
 class _TurnedTransport:
     """The transport of the skin, by azimuth frequency.
 
-    `spectra`: (Q, H, M); `products`: (M, H, H), of it with itself; `largest`: their largest
-    eigenvalue.
+    Attributes:
+        spectra: (Q, H, M). The transport.
+        products: (M, H, H). Its products with itself.
+        largest: Their largest eigenvalue.
     """
 
     spectra: NDArray[np.complex128]
@@ -103,13 +105,13 @@ class _TurnedTransport:
     shape: tuple[int, int]
 
     def pictures(self, light: Float64) -> Float64:
-        """(Q, 64) of the skin under light (H, W) at all turns."""
+        """Return the pictures of the skin, (Q, 64), in the light, (H, W), at all turns."""
         spectrum = np.fft.rfft(light, axis=1)
         images = np.einsum("qhm,hm->mq", self.spectra, spectrum, optimize=True)
         return np.asarray(np.fft.irfft(images.T, n=self.shape[1], axis=1))
 
     def against(self, pictures: Float64) -> NDArray[np.complex128]:
-        """(H, M): pictures (Q, 64) seen by the transport's other side."""
+        """Apply the adjoint of the transport to pictures, (Q, 64); return (H, M)."""
         spectrum = np.fft.rfft(pictures, axis=1)
         return np.asarray(np.einsum("qhm,qm->hm", self.spectra.conj(), spectrum, optimize=True))
 
@@ -134,8 +136,8 @@ def find_light(
     """Estimate the light that explains a face at its turns.
 
     Args:
-        likely: What to expect where the face does not tell, and the exposures to begin with.
-        most: The most that there can be, (H, W), in the unit of `likely`.
+        likely: Expected light where the face carries no information, and the first exposures.
+        most: Upper limit, (H, W), in the unit of `likely`.
     """
     transport = _transport()
     prior = np.zeros(transport.shape) if likely is None else likely.luminance
@@ -167,7 +169,7 @@ def _fit_light(
     prior: Float64,
     most: Float64 | float,
 ) -> Float64:
-    """Light, (H, W), not negative, that explains pictures (Q, 64) best, else near `prior`."""
+    """Return the non-negative light, (H, W), that best explains pictures, (Q, 64), near `prior`."""
     target, width = transport.against(pictures), transport.shape[1]
     solid = solid_angles(transport.shape)[:, None]
     share = _HELD_NEAR if prior.any() else _DAMPING

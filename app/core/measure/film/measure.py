@@ -1,4 +1,4 @@
-"""Measure by a film of a sitter who turns: light read off the face and its surroundings."""
+"""Measure from a film of a turning sitter: light read from the face and its surroundings."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from app.core.measure.read.frame import Bracket, MergedLight
 
 @dataclass(frozen=True, slots=True)
 class FilmOptions(WayOptions):
-    """What is known of a film.
+    """Options for a film.
 
     Attributes:
-        film: What it shows, where it was read while it was taken.
+        film: Its result, if it was read while it was recorded.
     """
 
     film: Film | None = None
@@ -36,9 +36,9 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure by one film; azimuth 0 is where the lens was at its first frame.
+    """Measure from one film; azimuth 0 is the position of the lens in its first frame.
 
-    Raises as `measurement.Entry`; also where no face is seen or nothing turns.
+    Raises as `measurement.Entry`, and if no face is visible or nothing turns.
     """
     options, token = options or MeasureOptions(), token or Token()
     (video,) = files

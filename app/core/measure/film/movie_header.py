@@ -1,7 +1,7 @@
 """Read mirroring and camera from a film's header, which OpenCV ignores.
 
-A header is `moov` of ISO/IEC 14496-12; the matrix of a track (8.3.2) turns its pictures, and may
-mirror them, as that of a phone's front camera does. OpenCV turns them and leaves the mirror out.
+The header is `moov` of ISO/IEC 14496-12. The matrix of a track (8.3.2) rotates its pictures, and
+may mirror them, as for a phone's front camera. OpenCV rotates them but does not mirror them.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from app.core.base.arrays import Bytes
 from app.core.base.atomic_files import open_file
 
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
-"""Endings shown in file dialogs; a film is recognised by its content."""
+"""Suffixes for file dialogs; a film is recognised by its content."""
 
 _MOST_BYTES: Final = 32 << 20
 _MOST_BOXES: Final = 4096
-_MATRIX: Final = {0: 40, 1: 52}  # where it begins in `tkhd`, by version
+_MATRIX: Final = {0: 40, 1: 52}  # offset of the matrix in `tkhd`, by version
 _FRONT: Final = b"front camera"  # in the lens model of QuickTime's metadata
 
 
@@ -31,16 +31,16 @@ class MovieHeader:
     """Header of a film.
 
     Attributes:
-        flip: Axis of a frame, (H, W, 3), as OpenCV turns it, that is still to be reversed; None
-            for a film without a mirror.
-        front_camera: Whether a phone's front camera took it, whose films may be mirror images.
+        flip: Axis of a frame from OpenCV, (H, W, 3), that must still be reversed; None for a film
+            that is not mirrored.
+        front_camera: Whether a phone's front camera recorded it, whose films may be mirror images.
     """
 
     flip: int | None = None
     front_camera: bool = False
 
     def upright(self, picture: Bytes) -> Bytes:
-        """Return a frame of OpenCV, (H, W, 3) uint8, as the film should be shown."""
+        """Return a frame from OpenCV, (H, W, 3) uint8, as the film should be displayed."""
         return picture if self.flip is None else np.ascontiguousarray(np.flip(picture, self.flip))
 
 
@@ -56,7 +56,7 @@ def read_movie_header(path: Path) -> MovieHeader:
 
 
 def _moov(stream: BinaryIO, length: int) -> bytes:
-    """Read the header's content; nothing where there is none of a sane size."""
+    """Return the header's content; empty if there is none of a plausible size."""
     start = 0
     for _ in range(_MOST_BOXES):
         stream.seek(start)
@@ -77,7 +77,7 @@ def _moov(stream: BinaryIO, length: int) -> bytes:
 
 
 def _boxes(content: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Give the boxes in a box: their names and contents."""
+    """Yield the names and contents of the boxes inside a box."""
     start = 0
     for _ in range(_MOST_BOXES):
         size = int.from_bytes(content[start : start + 4])
@@ -94,7 +94,7 @@ def _is_video(trak: bytes) -> bool:
 
 
 def _flip(trak: bytes) -> int | None:
-    """Find the axis that a track's matrix mirrors once OpenCV has turned the picture."""
+    """Return the axis that a track's matrix mirrors after OpenCV's rotation."""
     head = next((part for name, part in _boxes(trak) if name == b"tkhd"), b"")
     start = _MATRIX.get(head[0]) if head else None
     if start is None or len(head) < start + 36:
@@ -102,5 +102,5 @@ def _flip(trak: bytes) -> int | None:
     a, b, _, c, d, *_ = struct.unpack(">9i", head[start : start + 36])
     if a * d - b * c >= 0:
         return None
-    # Turned by a quarter, the rows that were mirrored are columns.
+    # After a quarter turn, the mirrored rows are columns.
     return 0 if abs(a) > abs(b) else 1

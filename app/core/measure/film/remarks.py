@@ -1,4 +1,4 @@
-"""What there is to report of a film."""
+"""Remarks about a film."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class FilmPart(Remark):
-    """Over how much of the turn the face was seen."""
+    """Part of the turn with a visible face."""
 
     seen_deg: int
 
 
 @dataclass(frozen=True, slots=True)
 class FilmStill(Remark):
-    """The camera stood still."""
+    """The camera was still."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilmOpen(Remark):
-    """The film does not come back to where it began."""
+    """The film does not return to where it began."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilmBlank(Remark):
-    """The share of the film, 0 to 1, whose background was blank."""
+    """Share of the film, 0 to 1, with a featureless background."""
 
     share: float
 

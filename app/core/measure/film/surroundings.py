@@ -1,7 +1,8 @@
 """Build a panorama from the backgrounds of a film.
 
-The face is the grey card: the light that explains it says what each frame's exposure was. Lamps
-and windows are clipped as in any single exposure, and what no frame shows is filled from around.
+The face serves as the grey card: the light that explains it gives each frame's exposure. Lamps and
+windows are clipped as in any single exposure, and areas that no frame shows are filled from their
+surroundings.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ from app.core.measure.read.resampling import wrapped_blur
 
 SHAPE: Final = (512, 1024)
 _MOST: Final = 24  # frames: one every 15 degrees
-_LEAST: Final = 0.12  # of the sphere, or there is too little to fill the rest from
-_BEHIND: Final = np.diag([1.0, -1.0, -1.0])  # the camera looks where the sitter's back does
-_CLIPPED: Final = 0.05  # of a texel, and it counts as clipped
+_LEAST: Final = 0.12  # of the sphere: with less, there is too little to fill the rest from
+# the camera looks in the direction of the sitter's back
+_BEHIND: Final = np.diag([1.0, -1.0, -1.0])
+_CLIPPED: Final = 0.05  # share of a texel from which it counts as clipped
 _DETAIL: Final = (0.2, 5.0)
 
 
@@ -36,11 +38,11 @@ def surroundings(
     """Combine the backgrounds and fill the rest; None if they cover too little.
 
     Args:
-        gains: (n,) float64. Radiance of linear 1 in each frame; nan where it is not known.
+        gains: (n,) float64. Radiance of linear 1 in each frame; nan if unknown.
 
     Returns:
-        (512, 1024, 3) float32, the lens of the first frame in the middle; and (512, 1024) float32,
-        1 where it was seen and nothing is clipped.
+        (512, 1024, 3) float32 radiance, with the lens of the first frame in the middle; and (512,
+        1024) float32, 1 where the light is visible and not clipped.
     """
     rows = np.flatnonzero(np.isfinite(gains))
     picks = rows[np.unique(np.linspace(0, len(rows) - 1, _MOST).astype(int))].tolist()
@@ -65,7 +67,7 @@ def surroundings(
 
 
 def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
-    """Add detail and colours of a panorama, (h, w, 3), to light, (H, W), preserving its means."""
+    """Add a panorama's detail and colours, (h, w, 3), to light, (H, W), keeping its means."""
     size = (panorama.shape[1], panorama.shape[0])
     texel = panorama.shape[1] / light.shape[1]
     smooth = wrapped_blur(luminance(panorama).astype(np.float32), texel)[..., None]
@@ -79,7 +81,7 @@ def with_detail(light: Float64, panorama: FloatImage) -> FloatImage:
 
 
 def _resized(picture: FloatImage, size: tuple[int, int]) -> FloatImage:
-    """Enlarge a panorama that ends where it begins."""
+    """Enlarge a panorama, wrapping around its edge."""
     share = size[0] // picture.shape[1]
     larger = (size[0] + 2 * share, size[1])
     larger_picture = cv2.resize(wrapped(picture, 1), larger, interpolation=cv2.INTER_LINEAR)

@@ -1,15 +1,15 @@
 """The clip audit: missing light, and the answers that depend on it.
 
-Where every frame is clipped the merged panorama is a lower bound. The audit says how much light
-that concerns, tries what the answers would be if it were brighter, and tells the styles that would
-lose by it from those that would not. A style is in doubt when its turn would give up more than 5 %
-of what the place could give, were any clipped lamp, any part of a wide one, or all of them together
-1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of it, are named,
-too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that was off by more
-than 10 % was among those in doubt.
+Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much light
+that affects, computes the answers for brighter light, and separates the styles that would lose by
+it from the others. A style is in doubt when its turn would give up more than 5 % of what the place
+could give, if any clipped lamp, any part of a wide one, or all of them together were 1, 3, 6 or 10
+stops brighter. Styles that would come into reach or out of it are reported too. On brackets of 20
+places, clipped 1 to 15 stops deep, every answer with an error of more than 10 % was among those in
+doubt.
 
-`choices` finds the turns of many lights at once by the rule of `app.core.solver.turn_choice`,
-without refining them.
+`choices` finds the turns for many lights at once, by the rule of `app.core.solver.turn_choice`
+without its refinement.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from app.core.solver.solve import measure
 from app.core.solver.turn_choice import LIMITS, Choice, Limits, Objective, StyleMeasures
 from app.core.styles.style_pack import StylePack
 
-_AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
+_AT_ONCE: Final = 16  # lights: few enough to keep their spectra in the cache
 
 
 def choices(
@@ -64,8 +64,11 @@ def choices(
 ) -> Choice:
     """Choose the turns of all styles under each of several lights.
 
-    Each is (H, W, 3) radiance or (H, W) luminance at turn 0 in the pack's size, linear Rec.
-    709, any exposure. EnvironmentFileError if one is black or not finite.
+    Args:
+        lights: (H, W, 3) radiance or (H, W) luminance each, at turn 0 in the pack's size, linear
+            Rec. 709, any exposure.
+
+    Raises `EnvironmentFileError` if one is black or not finite.
     """
     parts = []
     for start in range(0, len(lights), _AT_ONCE):
@@ -78,12 +81,15 @@ def choices(
 
 
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
-    """Return the share of a style's range lost by another turn, (S,) or (N, S).
+    """Return the share of a style's range that another turn loses, (S,) or (N, S), 0 to 1.
 
-    `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
-    among the turns allowed, minus its value at the turn taken, over the range of the
-    objective's curve; 0 to 1. A turn of a lower grade that matches better gives up as much, since
-    the grade is what it lacks.
+    It is the best value of the objective among the permitted turns, minus its value at the given
+    turn, over the range of the objective's curve. A turn of a lower grade that matches better loses
+    as much, since it lacks the grade.
+
+    Args:
+        truth: Choice under the true light.
+        turns: (S,) in 0..63. Turn of each style.
     """
     best = np.where(truth.eligible, truth.curve, -np.inf).max(axis=-1)
     at_turns = truth.curve[..., np.arange(len(turns)), turns]
@@ -93,24 +99,24 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
 
 GAINS: Final = (1.0, 3.0, 6.0)
-"""Stops by which clipped lamps are thought brighter, as reported."""
+"""Stops by which clipped lamps are assumed brighter in the report."""
 
 DOUBT: Final = 0.05
-"""Share of the range of a style's curve that may be given up before its turn is doubted."""
+"""Share of the range of a style's curve that its turn may give up before it is in doubt."""
 
 BLIND: Final = "blind"
-"""Stands for a lamp's letter where the light was filled because no frame shows it."""
+"""Used in place of a lamp's letter for light that was filled because no frame shows it."""
 
-_FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind what looks like a window
+_FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind an apparent window
 _PART_GAINS: Final = (3.0, 6.0)
 _WIDE_DEG: Final = 20.0
 _PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 deg
-_PART_SHARE: Final = 0.02  # of all that is clipped
+_PART_SHARE: Final = 0.02  # of all clipped light
 
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style under a lamp brighter by some stops: its best turn then, degrees."""
+    """A style with a lamp brighter by some stops, and its best turn then, degrees."""
 
     light: str
     stops: float
@@ -122,11 +128,13 @@ class WhatIf:
 class StyleChange:
     """Dependence of a style's answer on clipped light; grid turn in degrees.
 
-    `cases` are every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored
-    light at both ends of its likely range. `worst` is the most given up in any case tried,
-    parts of wide lamps and 10 stops included. `least_stops` is the smallest brightening tried
-    that puts the turn in doubt, `reach_stops` the smallest that brings the style into reach, or
-    puts it out; None when none does.
+    Attributes:
+        cases: Every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored light
+            at both ends of its likely range.
+        worst: Largest loss in any case, including parts of wide lamps and 10 stops.
+        least_stops: Smallest brightening in the trials that puts the turn in doubt; None if none
+            does.
+        reach_stops: Smallest one that brings the style into reach or out of it; None if none does.
     """
 
     name: str
@@ -148,9 +156,10 @@ class StyleChange:
 class Audit:
     """Result of the clip audit.
 
-    `clipped_energy_range` goes from the share of the light in clipped texels as measured, a lower
-    bound, 0 to 1, to what it would be if all that is clipped were 6 stops brighter, or, for the
-    sun, as bright as the clear-sky model allows.
+    Attributes:
+        clipped_energy_range: Share of the light in clipped texels, 0 to 1: as measured, a lower
+            bound; and with all clipped light 6 stops brighter, or the sun as bright as the
+            clear-sky model allows.
     """
 
     clipped_energy_range: tuple[float, float]
@@ -176,14 +185,18 @@ def audit(
     grid: LightGrid | None = None,
     blind: Float32 | None = None,
 ) -> Audit:
-    """Audit what is clipped in every frame, and which answers depend on it.
+    """Audit the light that is clipped in every frame, and the answers that depend on it.
 
-    `environment`, (H, W), is the luminance of `merged` reduced to the pack's size, where the
-    caller has it already. `restoration` put the sun or a lamp of `merged` back: its likely
-    range is tried as well, and the sun has been looked for already. `room_stops` is how many
-    stops darker than its darkest frame the camera can go; None where unknown. `blind`, (H, W), is 1
-    where the light was filled because no frame shows it: there it may be brighter by a stop.
-    ProbeError if `merged` is not a full panorama.
+    Args:
+        environment: (H, W). Luminance of `merged` reduced to the pack's size, if already computed.
+        restoration: The restored sun or lamp of `merged`; its likely range is tried too, and the
+            sun is not searched for again.
+        room_stops: How many stops darker than its darkest frame the camera can go; None if unknown.
+        grid: Result of `light_grid`, if already computed.
+        blind: (H, W). 1 where the light was filled because no frame shows it; it may be brighter by
+            a stop there.
+
+    Raises `ProbeError` if `merged` is not a full panorama.
     """
     grid = light_grid(merged) if grid is None else grid
     bound = float((grid.loss * grid.solid_angle).sum()) / grid.total
@@ -205,7 +218,7 @@ def audit(
 def _verdict(
     changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
 ) -> tuple[Remark, ...]:
-    """Report which styles are in doubt, and how much it takes."""
+    """Report the styles in doubt, and the brightening that it takes."""
     names = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
     if bound <= 0:
         if restoration is None or restoration.light is None or not names:
@@ -231,7 +244,7 @@ def _verdict(
 
 
 def _blind_remarks(changes: Sequence[StyleChange]) -> tuple[Remark, ...]:
-    """Report which styles depend on the light where nothing was seen."""
+    """Report the styles that depend on light in the gaps."""
     unsure = [
         style.name
         for style in changes
@@ -245,12 +258,12 @@ def _rest(names: Sequence[str], changes: Sequence[StyleChange]) -> tuple[str, ..
 
 
 def _between(stops: float | None, least: float, most: float) -> bool:
-    """Whether something happens at more than the least stops, and at most so many."""
+    """Return whether a limit is above the least stops, and at most the most stops."""
     return stops is not None and least < stops <= most
 
 
 def _upper(merged: MergedLight, grid: LightGrid, bound: float, sun: Light | None) -> float:
-    """Upper end of the clipped share."""
+    """Return the upper end of the clipped share."""
     if bound <= 0:
         return 0.0
     if sun is None or merged.cd_m2 is None:
@@ -309,7 +322,7 @@ def _changes(
 
 
 def _offer(then: Choice, turns: Indices, now: Indices) -> Indices:
-    """(S,) grid turn offered in brighter light; where the best turn stays, the offer stays."""
+    """Return the grid turns offered in brighter light, (S,); same best turn, same offer."""
     best, turns_offer = then.turns, now.copy()
     for row in np.flatnonzero(best != turns).tolist():
         turns_offer[row] = then[row].peak(int(best[row])).index
@@ -323,7 +336,7 @@ def _or_none(stops: np.floating[Any]) -> float | None:
 def _restoration_trials(
     restoration: Restoration, shape: tuple[int, int]
 ) -> list[tuple[str, float, Float64]]:
-    """Both ends of the likely range of a restored light: name, stops, and what to add."""
+    """Return both ends of a restored light's likely range: name, stops, and light to add."""
     lux, held_lux = restoration.illuminance_lux, restoration.held_lux
     if restoration.light is None or lux <= held_lux:
         return []
@@ -337,9 +350,9 @@ def _restoration_trials(
 def _brightened(
     lights: Sequence[Light], grid: LightGrid, shape: tuple[int, int]
 ) -> tuple[list[str], Float64, Float64]:
-    """Clipped light that may be brighter, one map (K, H, W) each: by lamp, by part, and all.
+    """Return clipped light that may be brighter, one map (K, H, W) each: lamps, parts, and all.
 
-    Names are lamp ids, "" for parts of wide lamps and "all"; the last result is the whole
+    Names are lamp ids, "" for parts of wide lamps, and "all"; the last result is the whole
     panorama, (H, W).
     """
     loss = grid.loss.ravel()
@@ -362,7 +375,7 @@ def _brightened(
 
 @lru_cache(maxsize=4)
 def _cells(height: int, shape: tuple[int, int]) -> tuple[Indices, Float64]:
-    """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
+    """Return each texel's cell in the reduced panorama, and its share of the cell's area."""
     width = 2 * height
     row, column = np.divmod(np.arange(height * width), width)
     cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width

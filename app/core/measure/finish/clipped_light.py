@@ -1,17 +1,16 @@
-"""The light of a single photo: guess clipped light, and find the answers that depend on it.
+"""The light of a single photo: estimate clipped light, and find the answers that depend on it.
 
-A lone panorama exposed by the camera itself loses between a tenth and nine tenths of the light.
-What is white in all channels counts as four stops brighter, what is clipped in some as one: of
-twenty rules tried on 35 places (flat gains of 2 to 32, gains by size, by depth, lamps, and mixes of
-these) none had turns that give up less, and this is the simplest.
+A single panorama in the camera's own exposure loses between a tenth and nine tenths of the light.
+Areas that are white in all channels count as four stops brighter, those clipped in some channels as
+one stop. Of twenty rules tried on 35 places (flat gains of 2 to 32, gains by size, by depth, lamps,
+and mixes of these), none had turns that give up less, and this one is the simplest.
 
-Four other guesses say which turns hang on that: that what is clipped is no brighter than it looks;
-that it is two stops brighter still; that it is brightest in the middle of each white area, as the
-glow around the sun is; and that one of the largest white areas is no brighter than it looks, each
-in its turn. A style is in doubt by the mean share of its match range that its turn gives up under
-the four, and by how little its picture matches where it is best. The weight and the limit were
-chosen so that nine tenths of the turns that give up more than a tenth are among them
-(`benchmarks/light/plain_panorama.py`).
+Four alternatives show which turns depend on that: clipped light is no brighter than it looks; it is
+two stops brighter still; it is brightest in the middle of each white area, as the glow around the
+sun is; and one of the largest white areas, each in its turn, is no brighter than it looks. A
+style's doubt is the mean share of its match range that its turn gives up under the four, plus a
+term for a poor best match. The weight and the limit were chosen so that nine tenths of the turns
+that give up more than a tenth are in doubt (`benchmarks/light/plain_panorama.py`).
 """
 
 from __future__ import annotations
@@ -39,27 +38,30 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 STOPS: Final = 4.0
-"""Stops by which white is thought brighter than it looks."""
+"""Stops by which white areas are assumed brighter than they look."""
 
 DOUBT: Final = 0.036
-"""Above it a style's turn is in doubt."""
+"""Doubt above which a style's turn is in doubt."""
 
 _COLOURED_STOPS: Final = 1.0
-_BRIGHTER_STOPS: Final = 2.0  # of the guess that what is clipped is brighter still
-_UNSURE: Final = 0.11  # of doubt, for a picture that does not match at all
-_CLIPPED: Final = 0.947  # linear light of code 249: JPEG moves 255 by several
-_WHITE: Final = 0.83  # least channel of white, of the largest
-_WHOLE: Final = 3  # guesses about all that is clipped at once
+_BRIGHTER_STOPS: Final = 2.0  # for the alternative that clipped light is brighter still
+_UNSURE: Final = 0.11  # doubt added for a picture that does not match at all
+_CLIPPED: Final = 0.947  # linear light of code 249: JPEG changes 255 by several
+_WHITE: Final = 0.83  # least channel of white, relative to the largest
+_WHOLE: Final = 3  # alternatives for all clipped light at once
 _AREAS: Final = 8
 _LEAST_SR: Final = 5e-5
 _COLUMNS: Final = 512
-_GLOW: Final = (2.0, 2.0)  # times as bright at its edge, and the power of 1 + depth in degrees
+_GLOW: Final = (2.0, 2.0)  # factor at its edge, and the power of 1 + depth in degrees
 _MOST_CLIPPED: Final = 0.9  # of the sphere
 _LEAST_LIGHT: Final = 0.004  # of what saturates the frame: code 13
 
 
 def told_clipped(merged: MergedLight, name: str) -> MergedLight:
-    """Mark clipped texels of a single coded frame; ProbeError if all is clipped or black."""
+    """Mark the clipped texels of a single coded frame.
+
+    Raises `ProbeError` if it is entirely clipped or black.
+    """
     largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
         raise ProbeError(
@@ -91,13 +93,13 @@ def dimmed(merged: MergedLight) -> MergedLight:
 
 
 def _gain(white: Float32, coloured: Float32, stops: float, coloured_stops: float) -> Float32:
-    """How many times as bright as it looks each texel is, (H, W, 1)."""
+    """Return the factor by which each texel is brighter than it looks, (H, W, 1)."""
     gain = 1.0 + (2.0**stops - 1.0) * white + (2.0**coloured_stops - 1.0) * coloured
     return np.asarray(gain[..., None], np.float32)
 
 
 def _shares(radiance: Float32, clipped: Float32) -> tuple[Float32, Float32]:
-    """Share of each texel that is white, and that is clipped in colour, (H, W) each."""
+    """Return the white share and the colour-clipped share of each texel, (H, W) each."""
     is_white = radiance.min(axis=-1) >= _WHITE * radiance.max(axis=-1)
     white = clipped * is_white
     return white, clipped - white
@@ -112,7 +114,10 @@ def rough_audit(
 ) -> Audit:
     """Return the answers that depend on clipping in a single photo.
 
-    `looks` is the light before `brightened`, `likely` after; `grid` is of the latter.
+    Args:
+        looks: The light before `brightened`.
+        likely: The light after it.
+        grid: Grid of `likely`.
     """
     shape = pack.header.environment
     choice = choices(pack, [reduce_light(each, shape) for each in guesses(looks, likely)])
@@ -143,7 +148,7 @@ def rough_audit(
 
 
 def doubts(choice: Choice) -> Float64:
-    """How far each style's turn under the first light hangs on the guesses that follow, (S,)."""
+    """Return how much each style's turn under the first light depends on the other lights, (S,)."""
     turns = choice[0].turns
     loss = given_up(choice[1:], turns)
     areas = loss[_WHOLE:].mean(axis=0) if len(loss) > _WHOLE else np.zeros(len(turns))
@@ -153,7 +158,7 @@ def doubts(choice: Choice) -> Float64:
 
 
 def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
-    """Light, (h, w, 3) each: the likely, as it looks, brighter, with bright middles, by area."""
+    """Return lights, (h, w, 3) each: likely, as it looks, brighter, glowing, and by area."""
     columns = min(looks.radiance.shape[1], _COLUMNS)
     white, coloured = _shares(looks.radiance, looks.clipped)
     planes = looks.radiance, likely.radiance, white, coloured
@@ -172,7 +177,7 @@ def guesses(looks: MergedLight, likely: MergedLight) -> list[Float32]:
 
 
 def _depth_deg(white: Float32) -> Float32:
-    """How far inside a white area each texel is, (h, w), degrees."""
+    """Return the depth of each texel inside a white area, (h, w), degrees."""
     width = white.shape[1]
     inside = np.tile((white > 0.5).astype(np.uint8), (1, 3))
     depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[:, width : 2 * width]

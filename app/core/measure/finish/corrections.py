@@ -1,4 +1,4 @@
-"""Correct merged light: restore the sun, set lamps, fill masks; then audit what is clipped."""
+"""Correct merged light: restore the sun, set lamps, fill masks; then audit clipped light."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 
 _MOST_STOPS = 20.0
-_HALF: Final = 0.5  # of a texel: what is filled by more was not seen
+_HALF: Final = 0.5  # of a texel: with a larger filled share, it counts as a gap
 
 
 def apply_gains(
@@ -36,9 +36,10 @@ def apply_gains(
 ) -> MergedLight:
     """Brighten or darken lamps by stops.
 
-    Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
-    counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
-    no such lamp, or a gain is not a number between -20 and 20 stops.
+    In a clipped lamp only the clipped part changes, since the rest is known, and it no longer
+    counts as clipped; in any other, only its excess over the surroundings changes.
+
+    Raises `ProbeError` if there is no such lamp, or a gain is not between -20 and 20 stops.
     """
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     for name, stops in gains.items():
@@ -61,9 +62,10 @@ def apply_gains(
 class FinishedLight:
     """Finished light and its audit.
 
-    `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
-    to 1. `audit` is of the finished light; None for pictures that are not panoramas. `unseen`,
-    (H, W) bool, is where the light was filled because no frame shows it.
+    Attributes:
+        measured_clipped: Share of the light in clipped texels as measured, a lower bound, 0 to 1.
+        audit: Audit of the finished light; None for pictures that are not panoramas.
+        unseen: (H, W) bool. Where the light was filled because no frame shows it.
     """
 
     merged: MergedLight
@@ -90,10 +92,13 @@ def finish(
 ) -> FinishedLight:
     """Apply the user's corrections to a merged panorama and audit the result.
 
-    `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
-    stops darker than its darkest frame the camera can go, None where unknown; `alone` names the
-    photograph where it is the only one; `blind`, (H, W), is 1 where no frame shows the light and it
-    was filled. ProbeError when a lamp is not there or a mask is of no use.
+    Args:
+        foot: Azimuth and elevation of the camera's own foot, degrees.
+        room_stops: How many stops darker than its darkest frame the camera can go; None if unknown.
+        alone: Name of the photo if it is the only one.
+        blind: (H, W). 1 where the light was filled because no frame shows it.
+
+    Raises `ProbeError` if a lamp does not exist or a mask is unusable.
     """
     merged = told_clipped(merged, alone) if alone else merged
     grid = light_grid(merged)
@@ -132,16 +137,16 @@ def finish(
 def _put_right(
     merged: MergedLight, lights: tuple[Light, ...], options: MeasureOptions, grid: LightGrid
 ) -> tuple[MergedLight, Restoration | None, list[Remark]]:
-    """Put the sun back, and the lamps that the user knows better.
+    """Restore the sun, and the lamps that the user knows better.
 
-    There is a restoration where the sun was looked for, found or not.
+    There is a restoration if the sun was searched for, found or not.
     """
     notes: list[Remark] = []
     restoration = None
     if options.sun != "leave" and grid.clipped.any():
         restoration = restore(merged, lights, options.sun, grid)
         wishes = {name.strip().upper() for name in (*options.gains, *options.lux)}
-        # What the user says of a lamp is worth more than what a model says of it.
+        # The user's value for a lamp takes precedence over a model's.
         if restoration.light in wishes:
             restoration = None
         elif restoration.remark is not None:
@@ -161,7 +166,7 @@ def _put_right(
 def _cleaned(
     finished: FinishedLight, pack: StylePack, options: MeasureOptions, foot: tuple[float, float]
 ) -> FinishedLight:
-    """Fill what is masked, and report what that changes."""
+    """Fill masked areas, and report the effect."""
     if not options.masks:
         return finished
     merged = finished.merged
@@ -180,7 +185,7 @@ def _cleaned(
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
-    """Update which lamps are still clipped after corrections."""
+    """Return the lamps with their `clipped` updated after corrections."""
     clipped = grid.clipped.ravel()
     return tuple(
         replace(light, clipped=light.clipped and bool(clipped[light.texels].max(initial=0.0) > 0))

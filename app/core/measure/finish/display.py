@@ -1,7 +1,7 @@
 """Render panoramas for display, with marks for clipping and masks.
 
-The tones are those of `app.core.base.colour.tone_map`, computed band by band so that a 2,048 wide
-panorama follows a moving exposure control. Pictures here are sRGB bytes.
+The tones are those of `app.core.base.colour.tone_map`, computed band by band so that a panorama
+2,048 pixels wide keeps up with an exposure slider. Pictures here are sRGB bytes.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _HATCH: Final = 12  # pixels from line to line at 2,048 columns
 _INK: Final = (0x10, 0x10, 0x10)
 _PAPER: Final = (0xF5, 0xF5, 0xF5)
 MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
-"""SRGB of what a mask removes."""
+"""sRGB colour of masked areas."""
 
 
 def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
-    """Return the display gain of a linear panorama, (H, W, 3), plus an offset in stops."""
-    # The same few thousand texels that the rule itself would pick, before their luminance.
+    """Return the display gain of a linear panorama, (H, W, 3), including an offset in stops."""
+    # The same few thousand texels that the rule itself would use, before computing luminance.
     rows = max(radiance.shape[0] // 64, 1)
     columns = max(radiance.shape[1] // 128, 1)
     few = colour.luminance(radiance[::rows, ::columns])
@@ -44,9 +44,11 @@ def display_panorama(
 ) -> Bytes:
     """Convert a linear panorama, (H, W, 3), to sRGB, (rows, width, 3).
 
-    Brighter (positive) or darker by stops than the program would choose. Rows keep the
-    proportion, W / 2 of a panorama. Within one step of `app.core.base.colour.tone_map` of the
-    same texels.
+    The result is within one step of `app.core.base.colour.tone_map` of the same texels.
+
+    Args:
+        exposure_stops: Brighter (positive) or darker than the automatic exposure.
+        width: Columns; rows keep the proportions.
     """
     gain = display_gain(radiance, exposure_stops)
     if radiance.shape[1] != width:
@@ -65,8 +67,10 @@ def display_panorama(
 def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) -> Bytes:
     """Hatch clipped areas in black and white on a copy.
 
-    `display` is (h, w, 3) sRGB; `clipped`, (H, W) of any size of the same proportion, the share
-    of each texel, 0 to 1. Marks are widened to two pixels, so that a clipped point is seen too.
+    Args:
+        display: (h, w, 3). sRGB.
+        clipped: (H, W), of any size with the same proportions. Clipped share of each texel, 0 to 1.
+            Marks are widened to two pixels, so that a clipped point is visible too.
     """
     picture = display.copy()
     size = (display.shape[1], display.shape[0])
@@ -88,8 +92,9 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
 def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
     """Tint a mask, with an outline, on a copy.
 
-    `display` is (h, w, 3) sRGB; `mask`, (H, W) of any size of the same proportion, 1 where
-    something is to be removed, 0 to 1.
+    Args:
+        display: (h, w, 3). sRGB.
+        mask: (H, W), of any size with the same proportions. 1 where light is to be removed, 0 to 1.
     """
     size = (display.shape[1], display.shape[0])
     share = cv2.resize(np.asarray(mask, np.float32), size, interpolation=cv2.INTER_AREA)
@@ -97,7 +102,7 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
         return display.copy()
     unit = max(display.shape[1] / WIDTH, 0.25)
     inside = (share >= 0.5).astype(np.float32)
-    # A line of even width along the edge: where the blurred mask passes through one half.
+    # A line of even width along the edge: where the blurred mask is near one half.
     soft = wrapped_blur(inside, max(1.5 * unit, 1.0))
     line = np.clip(1.2 - np.abs(soft - 0.5) * 3.0, 0.0, 1.0)[..., np.newaxis]
     tint = (0.45 * np.clip(share, 0.0, 1.0))[..., np.newaxis]
@@ -108,7 +113,7 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
 
 
 def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> None:
-    """`colour.tone_map` of a few rows into `out`; `work` is scratch of six planes.
+    """Apply `colour.tone_map` to a few rows into `out`; `work` is scratch of six planes.
 
     The largest channel decides: out = level white + channel (level (1 - white) / largest).
     """
@@ -144,7 +149,7 @@ def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> N
 
 @cache
 def _curve() -> Bytes:
-    """SRGB bytes of linear light in steps of 1 / `_STEPS`."""
+    """Return the sRGB bytes of linear light in steps of 1 / `_STEPS`."""
     steps = np.minimum(np.arange(65536) / _STEPS, 1.0)
     return colour.to_bytes(colour.srgb_encode(steps))
 

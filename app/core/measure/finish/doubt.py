@@ -1,15 +1,15 @@
 """Find answers that depend on missing light: clipped, or in gaps.
 
-One rule for every source, whether a photograph, a file with a clipped lamp, or a stitched panorama
-with a gap. The light is changed in all ways that are plausible, and a style whose answer changes
-with it is in doubt.
+One rule applies to every source: a photo, a file with a clipped lamp, or a stitched panorama with a
+gap. The light is changed in all plausible ways, and a style whose answer changes with it is in
+doubt.
 
-What is clipped is thought brighter, as `measure.finish.rough` does: all of it by some stops, the
-middle of each white area more than its edge, one of the largest areas alone.
+Clipped light is assumed brighter as in `measure.finish.clipped_light`: all of it by some stops, the
+middle of each white area more than its edge, and one of the largest areas alone.
 
-What was not seen is filled from around. It may be dark, or several times as bright, or hide a lamp
-in any direction, a weak one in the ground. How strong they are was chosen so that of the styles
-whose answer differs from the whole panorama's, 96 % are in doubt (see
+Gaps are filled from their surroundings. They may be dark, or several times as bright, or hide a
+lamp in any direction, a weak one below the horizon. The strengths were chosen so that of the styles
+whose answer differs from that of the whole panorama, 96 % are in doubt (see
 `benchmarks/light/marred_panoramas.py`).
 """
 
@@ -33,15 +33,15 @@ from app.core.styles.style_pack import StylePack
 
 _COLUMNS: Final = 2048
 _FEW_STOPS: Final = 2.0
-_WHOLE: Final = 2  # guesses about all that is clipped, besides
+_WHOLE: Final = 2  # further alternatives for all clipped light
 _GIVEN_UP: Final = 0.05  # of a curve's range
 _FAR_TURNS: Final = 2  # turns of the grid: 11 degrees
 _FACTORS: Final = (0.0, 4.0)  # of the filled light
-_BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, where a lamp may be hidden
+_BLOCKS: Final = (4, 8)  # rows and columns of 45 degrees, each of which may hide a lamp
 _LEAST_GAP: Final = 0.03  # of a block
 _LEAST_STRENGTH: Final = 0.3
-_WIDE: Final = 0.2  # of all light, that all of the gap may add
-_LAMP: Final = 0.2  # of all light, that a lamp in a block may add
+_WIDE: Final = 0.2  # share of all light that the whole gap may add
+_LAMP: Final = 0.2  # share of all light that a lamp in a block may add
 _GROUND_LAMP: Final = 0.04
 _GROUND_ROW: Final = 3  # 45 degrees below the horizon and lower
 
@@ -55,7 +55,7 @@ class Doubt:
 
     @property
     def styles(self) -> frozenset[str]:
-        """All of them."""
+        """All doubtful styles."""
         return frozenset((*self.clipped, *self.unseen))
 
 
@@ -86,7 +86,7 @@ def doubt_of(
 
 
 def _by_clipping(light: MergedLight, rough: bool, pack: StylePack, objective: Objective) -> Bools:
-    """Styles that depend on what is clipped; of `rough` light it is brightened already."""
+    """Return a mask of styles that depend on clipped light; `rough` light is already brightened."""
     shape = pack.header.environment
     if rough:
         lights = guesses(dimmed(light), light)
@@ -100,7 +100,7 @@ def _by_clipping(light: MergedLight, rough: bool, pack: StylePack, objective: Ob
 
 
 def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: Objective) -> Bools:
-    """Styles that depend on what was not seen, (H, 2 H), 0 to 1."""
+    """Return a mask of styles that depend on the gaps, (H, 2 H), 0 to 1."""
     shape = pack.header.environment
     whole = reduce_light(radiance, shape)
     gap = reduce_light(radiance * unseen[..., None], shape)
@@ -111,11 +111,11 @@ def _by_gaps(radiance: FloatImage, unseen: Float32, pack: StylePack, objective: 
 
 
 def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
-    """Light that may be hidden where nothing was seen, (h, w) each: all over it, and by blocks.
+    """Return light that the gaps may hide, (h, w) each: everywhere in them, and by blocks.
 
     Args:
-        cover: (h, w). Share of each texel that was not seen.
-        light: (h, w, 3). What the lamps are added to.
+        cover: (h, w). Share of each texel in a gap.
+        light: (h, w, 3). Light of the panorama.
     """
     height, width = cover.shape
     areas = np.repeat(solid_angles((height, width))[:, None], width, axis=1)
@@ -134,14 +134,14 @@ def hidden_lamps(cover: Float32, light: Float32) -> list[Float32]:
 
 
 def _strength(row: int, gap: float) -> float:
-    """Share of all light that a lamp adds in a block of which that share was not seen."""
+    """Return the share of all light that a lamp adds in a block with that share of gap."""
     return (_GROUND_LAMP if row >= _GROUND_ROW else _LAMP) * min(
         max(2.0 * gap, _LEAST_STRENGTH), 1.0
     )
 
 
 def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
-    """A lamp of a few texels in the middle of a block's gap."""
+    """Return a lamp of a few texels in the middle of a block's gap."""
     weight = gap * areas
     row = round(float((weight.sum(axis=1) @ np.arange(len(gap))) / weight.sum()))
     column = round(float((weight.sum(axis=0) @ np.arange(gap.shape[1])) / weight.sum()))
@@ -152,7 +152,7 @@ def _at_middle(gap: Floats, areas: Float64, strength: float) -> Float32:
 
 
 def _has_changed(choice: Choice) -> Bools:
-    """Whether any light after the first changes a style's grade, or makes its turn a loss."""
+    """Return whether any later light changes a style's grade, or makes its turn a loss."""
     turns, best = choice[0].turns, choice.best
     best[0] = turns
     loss = given_up(choice[1:], turns)

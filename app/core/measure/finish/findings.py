@@ -1,11 +1,11 @@
-"""What there is to report of a place's lamps, and of its light alone.
+"""Lamps, windows and clipping of a place, for lists and advice.
 
-Directions are those of the panorama, as the sitter sees them who faces the photographer's place
-(azimuth 0): in front is the photographer's side, right is the sitter's right.
+Directions are those of the panorama, as seen by a sitter who faces the photographer (azimuth 0): in
+front is the photographer's side, right is the sitter's right.
 
-A place that is opened again, or a panorama from elsewhere, comes without the clip mask of its
-merge. Where its bracket is known, the level at which the darkest frame clipped is known too, and
-that is all it takes: what is at that level may have been brighter.
+A place that is reopened, or a panorama from elsewhere, has no clip mask from a merge. If its
+bracket is known, so is the level at which the darkest frame clipped, and that is enough: light at
+that level may have been brighter.
 """
 
 from __future__ import annotations
@@ -34,25 +34,25 @@ _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
 _WORTH_SAYING: Final = 3
 _SHAPES: Final = 0.15  # of a place's light: less does not shape a face
-# What such things reach at most, cd/m2: cloud lit by the sun through a window; a bare bulb.
+# Upper limits of such sources, cd/m2: a sunlit cloud through a window; a bare bulb.
 _WINDOW_CD_M2: Final = 50_000.0
 _LAMP_CD_M2: Final = 2_000_000.0
 _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
 
-# What a light is, by where it is, how large, and how much brighter than what is around it.
+# Classification of lights by position, size, and brightness relative to their surroundings.
 _WINDOW_DEG: Final = (6.0, 60.0)  # size
-_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # of its middle
-_BELOW_DEG: Final = -2.0  # its upper edge, of what lies below the horizon altogether
-_GROUND_DEG: Final = -15.0  # the middle of ground, which nears the horizon only far away
+_WINDOW_HEIGHT_DEG: Final = (-25.0, 45.0)  # of its centre
+_BELOW_DEG: Final = -2.0  # its upper edge, for light entirely below the horizon
+_GROUND_DEG: Final = -15.0  # centre of ground, which approaches the horizon only far away
 _GROUND_SIZE_DEG: Final = 10.0
-_BARE: Final = 50.0  # of the mean of the sphere: brighter is a source, not ground
-_TUBE: Final = 100.0  # of that mean: a strip so bright is a tube, no gap in a wall
-_HIGH_DEG: Final = 30.0  # the middle of a wide area: higher is sky or ceiling
+_BARE: Final = 50.0  # of the mean of the sphere: a brighter area is a source, not ground
+_TUBE: Final = 100.0  # of that mean: a strip this bright is a tube, not a gap in a wall
+_HIGH_DEG: Final = 30.0  # centre of a wide area: a higher one is sky or ceiling
 _SKY_DEG: Final = 10.0
-_GLOW: Final = 5.0  # times what is around it: less is no window in front of an open sky
-_OPEN: Final = 5.0  # times the ground, upper hemisphere: outdoors
-_SUN_DEG: Final = 2.5  # with the blur of a picture
-_BLUER: Final = 1.5  # blue by red of the sky, times that of its sun
+_GLOW: Final = 5.0  # of its surroundings: a dimmer area is not a window in front of an open sky
+_OPEN: Final = 5.0  # of the ground, for the upper hemisphere: outdoors
+_SUN_DEG: Final = 2.5  # including the blur of a picture
+_BLUER: Final = 1.5  # blue over red of the sky, relative to that of its sun
 _HEMISPHERE_DEG: Final = 15.0
 _SMALL: Final = (64, 128)
 
@@ -64,7 +64,7 @@ class Surroundings:
     mean: float
     height: int
     sky_by_ground: float
-    sky_blueness: float  # blue by red
+    sky_blueness: float  # blue over red
 
 
 def surroundings_of(merged: MergedLight, grid: LightGrid) -> Surroundings:
@@ -86,14 +86,15 @@ def source_of(light: Light, place: Surroundings, blueness: float, alone: bool) -
     """Classify a light.
 
     Args:
-        blueness: Of the light, blue by red.
-        alone: It sends most of what all lights of the place send.
+        blueness: Blue over red of the light.
+        alone: Whether it gives most of the light of all lights in the place.
     """
     width = 2 * place.height
     top = 90.0 - 180.0 * float(light.texels.min() // width) / place.height
     bottom = 90.0 - 180.0 * float(light.texels.max() // width + 1) / place.height
     size, up, outdoors = light.diameter_deg, light.elevation_deg, place.sky_by_ground >= _OPEN
-    brightness = light.share * 4.0 * math.pi / light.solid_angle_sr  # of the mean of the sphere
+    # relative to the mean of the sphere
+    brightness = light.share * 4.0 * math.pi / light.solid_angle_sr
     if alone and size <= _SUN_DEG and up > 0.0 and place.sky_blueness > _BLUER * blueness:
         return "sun"
     compact = size <= 3.0 or light.roundness >= 0.5 or brightness >= _TUBE
@@ -120,7 +121,7 @@ def sources_of(
     sun: Light | None = None,
     grid: LightGrid | None = None,
 ) -> tuple[Source, ...]:
-    """Classify the lights of a place; `sun` is the one known to be the sun."""
+    """Classify the lights of a place; `sun` is the light already identified as the sun."""
     grid = light_grid(merged) if grid is None else grid
     place, total = surroundings_of(merged, grid), sum(light.share for light in lights)
     sun_id = None if sun is None else sun.id
@@ -134,7 +135,7 @@ def sources_of(
 
 
 def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
-    """Blue by red of the middle of a light."""
+    """Return blue over red in the middle of a light."""
     rows, columns = radiance.shape[:2]
     height, width = grid.luminance.shape
     row, column = np.divmod(light.texels, width)
@@ -146,9 +147,10 @@ def _colour(radiance: FloatImage, light: Light, grid: LightGrid) -> float:
 
 
 def darker_frames(light: Light, merged: MergedLight, kind: str) -> int:
-    """Return how many more frames, each 2 EV darker, would probably hold a clipped light.
+    """Return how many more frames, each 2 EV darker, would probably capture a clipped light.
 
-    With absolute luminance that follows from what such lights reach, else from experience.
+    With absolute luminance this follows from the upper limit of such lights, otherwise from
+    experience.
     """
     lamp = kind == "lamp" or light.diameter_deg <= 12.0
     if merged.cd_m2 is None:
@@ -164,10 +166,11 @@ def advise(
     room_stops: float | None,
     maybe: str = "",
 ) -> tuple[Remark, ...]:
-    """Make the advice of a clip audit; empty when nothing is clipped.
+    """Return the advice of a clip audit; empty if nothing is clipped.
 
-    `room_stops` is how many stops darker the camera can go, None where unknown; `maybe` the id
-    of the lamp that is the sun, if the exposure of the frames were known, "" for none.
+    Args:
+        room_stops: How many stops darker the camera can go; None if unknown.
+        maybe: Id of the lamp that would be the sun if the exposure of the frames were known; or "".
     """
     clipped = [light for light in lights if light.clipped]
     if not clipped:
@@ -202,18 +205,20 @@ def _about(
     return replace(about, remedy=Remedy.DARKER_FRAMES, frames=count, room_stops=room)
 
 
-_NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
-_MASK_COLUMNS: Final = 1024  # columns of the mask; what covers a part of a texel stays seen
+_NEAR: Final = 0.985  # of the clip level: the second highest code, and rounding in files
+_MASK_COLUMNS: Final = 1024  # columns of the mask; partly covered texels count as visible
 _LEAST_SHARE: Final = 0.0005
 
 
 @dataclass(frozen=True, slots=True)
 class LampFinding:
-    """A lamp, window or the sun, for lists.
+    """A lamp, a window or the sun, for lists.
 
-    `kind` is of `source_of`. Azimuth and elevation are of the centre of its light, the
-    diameter of the disc with the same solid angle, degrees. `share` of the place's light, 0 to
-    1, is a lower bound where it is clipped.
+    Attributes:
+        kind: From `source_of`.
+        azimuth_deg, elevation_deg: Centre of its light, degrees.
+        diameter_deg: Diameter of the disc with the same solid angle, degrees.
+        share: Share of the place's light, 0 to 1; a lower bound if it is clipped.
     """
 
     letter: str
@@ -229,8 +234,9 @@ class LampFinding:
 class Findings:
     """Lamps and clipping of a place.
 
-    `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None if nothing
-    is known to be clipped. `map`, (h, w) int8, is which lamp a texel belongs to, -1 for none.
+    Attributes:
+        clipped: (512, 1024) float32. Clipped share of each texel; None if no clipping is known.
+        map: (h, w) int8. Index of each texel's lamp, -1 for none.
     """
 
     lamps: tuple[LampFinding, ...] = ()
@@ -240,7 +246,7 @@ class Findings:
     def at(
         self, azimuth_deg: float, elevation_deg: float, near_deg: float = 2.0
     ) -> LampFinding | None:
-        """Return the lamp in or near a direction of the panorama; None without one."""
+        """Return the lamp in or near a direction of the panorama; None if there is none."""
         if self.map is None:
             return None
         height, width = self.map.shape
@@ -260,7 +266,7 @@ class Findings:
 
     @property
     def clipped_lamps(self) -> tuple[LampFinding, ...]:
-        """Those that are clipped, the largest share first."""
+        """Clipped lamps, the largest share first."""
         return tuple(lamp for lamp in self.lamps if lamp.clipped)
 
     @property
@@ -278,9 +284,13 @@ class Findings:
 
 
 def clip_level(stops: Sequence[float]) -> float | None:
-    """Radiance at which the darkest frame of a bracket clips, in the unit of its merge.
+    """Return the radiance at which the darkest frame of a bracket clips, in the unit of its merge.
 
-    `stops` are true exposures above any common one; None without any.
+    Args:
+        stops: True exposures relative to any common one.
+
+    Returns:
+        None if there are no stops.
 
     >>> clip_level([2.0, 0.0, -2.0])
     4.0
@@ -293,8 +303,9 @@ def clip_level(stops: Sequence[float]) -> float | None:
 def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
     """Return a mask, (H, W), of clipped texels of a panorama, (H, W, 3).
 
-    1 where the largest channel reaches the `level` of `clip_level`; None where nothing is
-    clipped.
+    Args:
+        level: Result of `clip_level`; texels whose largest channel reaches it are clipped. None if
+            nothing is clipped.
     """
     if level is None:
         return np.zeros(radiance.shape[:2], np.float32)
@@ -307,11 +318,12 @@ def find(
     cd_m2: float | None = None,
     clipped: Float32 | None = None,
 ) -> Findings:
-    """Find lamps and clipping of a place, (H, 2 H, 3) linear Rec. 709.
+    """Find the lamps and clipping of a place, (H, 2 H, 3) linear Rec. 709.
 
-    `level` is the radiance at which it clips (`clip_level`), `cd_m2` the luminance of radiance
-    1; None where not known. `clipped`, (H, 2 H), is what is clipped, where that is known of each
-    texel.
+    Args:
+        level: Radiance at which it clips (`clip_level`); None if unknown.
+        cd_m2: Luminance of radiance 1; None if unknown.
+        clipped: (H, 2 H). Clipped share of each texel, if known.
     """
     clipping = clipped_share(radiance, level) if clipped is None else clipped
     merged = MergedLight(

@@ -1,10 +1,10 @@
 """Fill masked areas from the surrounding light.
 
-Under a mask the radiance becomes a membrane: the harmonic function that takes the values around
-the mask (Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is
-solved on a stereographic chart of the sphere, where harmonic functions stay harmonic, hence the
-poles and the panorama's seam are places like any other. A harmonic function is nowhere brighter
-or darker than on its boundary, channel by channel.
+Under a mask the radiance becomes a membrane: the harmonic function with the values around the mask
+(Perez, Gangnet and Blake, Poisson Image Editing, 2003, with no guidance field). It is solved on a
+stereographic chart of the sphere, where harmonic functions stay harmonic, so the poles and the
+panorama's seam are no special cases. A harmonic function is nowhere brighter or darker than its
+boundary, channel by channel.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 FEATHER_DEG: Final = 1.5
-"""Width outside the mask over which the picture passes into the filling, degrees."""
+"""Width outside the mask over which the picture fades into the filling, degrees."""
 
 _MOST: Final = 0.9
 _TOUCHED: Final = 0.02
-_WIDEST: Final = 768  # columns of the copy that charts look at: 0.47 degrees
+_WIDEST: Final = 768  # columns of the copy that charts sample: 0.47 degrees
 _COARSE: Final = 256
 _SIDE: Final = 256
 _MARGIN_DEG: Final = 6.0
@@ -41,12 +41,13 @@ _LAMP_RATIO: Final = 2.0
 def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
     """Replace masked light, (H, W) float32, by interpolation from its surroundings.
 
-    1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
-    faded out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into
-    it: the light around counts up to `lamp_ratio` times its own upper quartile, its hue kept.
-    Nothing is clipped or dark where it was filled; an empty mask changes nothing. ProbeError when
-    the light is not a full panorama, the mask has another size, or it leaves less than a tenth of
-    the sphere to fill from.
+    A mask of 1 is removed. Texels masked by more than 2 % are replaced by the mask's own share,
+    fading out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into it:
+    surrounding light is limited to `lamp_ratio` times its own upper quartile, keeping its hue.
+    Filled areas are neither clipped nor dark; an empty mask changes nothing.
+
+    Raises `ProbeError` if the light is not a full panorama, the mask has another size, or it leaves
+    less than a tenth of the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     _check(shape, mask)
@@ -108,17 +109,17 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
 
 
 def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatImage]:
-    """Light outside the mask at no more than `_WIDEST` columns, and the share it was seen in."""
+    """Return the light outside the mask at `_WIDEST` columns or less, and its visible share."""
     coverage = (mask <= _TOUCHED).astype(np.float32)
     height, width = mask.shape
     if width <= _WIDEST:
         return radiance * coverage[..., np.newaxis], coverage
-    # Whole factors only, so that texels on the seam stay texels on the seam.
+    # Whole factors only, so that texels on the seam stay on the seam.
     step = -(-width // _WIDEST)
     size = (width // step, height // step)
     light = cv2.resize(radiance, size, interpolation=cv2.INTER_AREA)
     share = np.asarray(cv2.resize(coverage, size, interpolation=cv2.INTER_AREA), np.float32)
-    # Texels that the mask cuts are not used: an object's edge is in them.
+    # Texels cut by the mask are not used: they contain an object's edge.
     share = (share > 0.999).astype(np.float32)
     return np.asarray(light, np.float32) * share[..., np.newaxis], share
 
@@ -152,14 +153,14 @@ def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
 def _solve(
     chart: Chart, light: FloatImage, coverage: FloatImage, masked: Bools, lamp_ratio: float
 ) -> tuple[FloatImage, FloatImage]:
-    """Membrane on the chart, (side, side, 3), and how much of it replaces the picture."""
+    """Return the membrane on the chart, (side, side, 3), and its opacity."""
     weight = chart.sample(coverage)
     samples = chart.sample(light) / np.maximum(weight, 1e-6)[..., np.newaxis]
     outside = cv2.distanceTransform((~masked).astype(np.uint8), cv2.DIST_L2, 5)
     # The pixel's size in degrees: on a stereographic chart it is largest in the middle.
     radius = np.tan(np.radians(chart.distances()) / 2.0)
     pixel = np.degrees(2.0 * radius[0, radius.shape[1] // 2] / (chart.side / 2.0) / (1 + radius**2))
-    # Looked up between pixels later on: whole for two more of them.
+    # Interpolated between pixels later, so opaque for two more of them.
     beyond = np.maximum(outside - 2.0, 0.0) * pixel
     share = np.clip(1.0 - beyond / FEATHER_DEG, 0.0, 1.0).astype(np.float32)
     free = (share > 0.0) | (weight < 0.999)
@@ -169,7 +170,7 @@ def _solve(
 
 
 def _without_lamps(samples: FloatImage, edge: Bools, ratio: float) -> FloatImage:
-    """Hold light down to what most of the surroundings give, its hue kept."""
+    """Limit the light to the level of most of the surroundings, keeping its hue."""
     if not edge.any():
         return samples
     bright = colour.luminance(samples)
@@ -223,7 +224,7 @@ def _blend(
     mask: FloatImage,
     arrays: tuple[FloatImage, FloatImage, FloatImage],
 ) -> None:
-    """Put the filling into the panorama's arrays, in place."""
+    """Blend the filling into the panorama's arrays, in place."""
     shape = (mask.shape[0], mask.shape[1])
     for rows in _row_bands(chart, shape):
         column, row = chart.place(shape, rows)
@@ -240,7 +241,7 @@ def _blend(
 
 
 def _row_bands(chart: Chart, shape: tuple[int, int]) -> list[slice]:
-    """Rows that the chart reaches, in bands."""
+    """Return the rows that the chart covers, in bands."""
     top_deg = min(chart.centre[1] + chart.reach_deg * 1.05, 90.0)
     low_deg = max(chart.centre[1] - chart.reach_deg * 1.05, -90.0)
     first = int((90.0 - top_deg) / 180.0 * shape[0])

@@ -1,9 +1,9 @@
 """Find the lamps of a place: bright regions of the panorama, named A, B, C ...
 
-A lamp is a connected region that is more than four times as bright as the mean of the sphere,
-and within a factor of eight of its own peak, so that the sun is not the whole glow around it.
-What is clipped in every frame belongs to a lamp whatever the threshold says. All of this is done
-on a reduction to 512 x 256 texels (0.7 deg); the panorama wraps at its seam.
+A lamp is a connected region that is more than four times as bright as the mean of the sphere, and
+within a factor of eight of its own peak, so that the sun does not include the glow around it. Light
+that is clipped in every frame belongs to a lamp whatever the threshold. All of this is done on a
+reduction to 512 x 256 texels (0.7 deg); the panorama wraps at its seam.
 """
 
 from __future__ import annotations
@@ -27,28 +27,30 @@ from app.core.text import tr
 Int32: TypeAlias = NDArray[np.int32]
 
 MAX_LIGHTS: Final = 12
-"""No more than this many lamps are named; the rest counts as the place's general light."""
+"""Most lamps that are named; the others count as the place's general light."""
 
 _GRID: Final = (256, 512)
 _ABOVE_MEAN: Final = 4.0
 _BELOW_PEAK: Final = 1.0 / 8.0
-_LEAST_SHARE: Final = 0.003  # of the light, for a lamp that is measured
-# A clipped one is only known from below; the sun's own disc, clipped by 13 stops, holds 1e-4.
+_LEAST_SHARE: Final = 0.003  # of the light, for a measured lamp
+# A clipped lamp has only a lower bound; the sun's own disc, clipped by 13 stops, has 1e-4.
 _LEAST_CLIPPED_SHARE: Final = 2e-5
-_HIDDEN: Final = 64.0  # six stops that a clipped lamp may be brighter than it is known to be
+_HIDDEN: Final = 64.0  # six stops by which a clipped lamp may be brighter than its lower bound
 
 
 Source: TypeAlias = Literal["sun", "lamp", "window", "wall", "ground", "sky", "above", "area"]
-"""What a light is: "above" is sky or ceiling, "area" anything that no direction tells."""
+"""Kind of a light: "above" is sky or ceiling, "area" is not identified by its direction."""
 
 
 @dataclass(frozen=True, slots=True)
 class LightGrid:
     """A panorama reduced for finding lamps, (h, w), at most 256 x 512.
 
-    `luminance` is in the unit of the panorama, `clipped` the share that is clipped in every
-    frame, `loss` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
-    one texel in each row, sr.
+    Attributes:
+        luminance: float32, in the unit of the panorama.
+        clipped: float32. Share that is clipped in every frame.
+        loss: float32. Luminance that this may add.
+        solid_angle: (h, 1) float64. Of one texel in each row, sr.
     """
 
     luminance: FloatImage
@@ -58,7 +60,7 @@ class LightGrid:
 
     @property
     def energy(self) -> Float64:
-        """(h, w) float64: luminance times solid angle."""
+        """Luminance times solid angle, (h, w) float64."""
         return self.luminance * self.solid_angle
 
     @property
@@ -72,11 +74,15 @@ class LightGrid:
 class Light:
     """A lamp, a window or the sun.
 
-    `id` is "A" for the one that holds most of the light, then "B" ... Azimuth and elevation are
-    of the centre of its light, the diameter of the disc with the same solid angle, degrees.
-    `roundness` is 1 for a disc, less for anything long or scattered: the second moment of a
-    disc of its solid angle over its own. `texels`, (N,) int32, are flat indices into the grid
-    of `light_grid`.
+    Attributes:
+        id: "A" for the one with the most light, then "B" ...
+        azimuth_deg, elevation_deg: Centre of its light.
+        diameter_deg: Diameter of the disc with the same solid angle.
+        roundness: 1 for a disc, less for a long or scattered shape: the second moment of a disc of
+            the same solid angle over its own.
+        share: Share of the place's light, 0 to 1.
+        surround: Luminance around it.
+        texels: (N,) int32. Flat indices into the grid of `light_grid`.
     """
 
     id: str
@@ -92,7 +98,7 @@ class Light:
 
 
 def light_grid(merged: MergedLight) -> LightGrid:
-    """Reduce a panorama to at most 512 x 256 texels; raises ProbeError if it is not full."""
+    """Reduce a panorama to at most 512 x 256 texels; raises `ProbeError` if it is not full."""
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
@@ -115,7 +121,9 @@ def light_grid(merged: MergedLight) -> LightGrid:
 def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Light, ...]:
     """Return the lamps of a place, at most `MAX_LIGHTS`, by falling share of the light.
 
-    Empty where no direction stands out. ProbeError if it is not a full panorama, or is black.
+    Empty if no direction stands out.
+
+    Raises `ProbeError` if it is not a full panorama, or is black.
     """
     grid = light_grid(merged) if grid is None else grid
     total = grid.total
@@ -144,7 +152,7 @@ def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Lig
 
 
 def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
-    """Mark a light's texels on the panorama, (H, W), that it was found in."""
+    """Return a mask of a light's texels on the panorama, (H, W), in which it was found."""
     height, width = shape[0], shape[1]
     grid = np.zeros((min(height, _GRID[0]), min(width, _GRID[1])), np.uint8)
     grid.reshape(-1)[light.texels] = 1
@@ -154,11 +162,17 @@ def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
 def spread_of(
     shape: tuple[int, int], texels: NDArray[np.integer[Any]], weights: Float64
 ) -> tuple[float, float, float]:
-    """Centre and spread of weighted texels, (N,) flat indices, on a panorama of that shape.
+    """Return the centre and spread of weighted texels, (N,) flat indices, on a panorama.
 
-    Returns azimuth and elevation, degrees, of the weighted sum of the unit vectors, and the
-    mean squared distance from it, sr (half the squared radius for an even disc), with the
-    texels' own size counted in. Weights, (N,) float64, are not negative, not all zero.
+    Args:
+        shape: Rows and columns of the panorama.
+        weights: (N,) float64. Not negative, not all zero.
+
+    Returns:
+        Azimuth and elevation, degrees, of the weighted sum of the unit vectors; and the mean
+        squared
+        distance from it, sr (half the squared radius for an even disc), including the size of the
+        texels.
     """
     height, width = shape
     row, column = np.divmod(texels, width)
@@ -172,7 +186,7 @@ def spread_of(
         centre, length = np.array([0.0, 1.0, 0.0], np.float64), 1.0
     centre = centre / length
     cosine = np.clip(centre @ vectors, -1.0, 1.0)
-    # 2 (1 - cos) is the squared chord: the squared distance of small angles.
+    # 2 (1 - cos) is the squared chord: the squared distance for small angles.
     own = (np.pi / height) ** 2 * (1.0 + flat**2) / 12.0
     moment = float((weights * (2.0 * (1.0 - cosine) + own)).sum() / weights.sum())
     return (
@@ -197,7 +211,7 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
 
 
 def components(mask: Bools) -> tuple[Int32, int]:
-    """Label the connected parts of a mask, gaps of one texel bridged, across the seam."""
+    """Label the connected parts of a mask, bridging gaps of one texel, across the seam."""
     bridged = cv2.morphologyEx(
         wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
     )[:, 2:-2]
@@ -216,12 +230,12 @@ def components(mask: Bools) -> tuple[Int32, int]:
 
 
 def _sums(labels: Int32, values: Float64, count: int) -> Float64:
-    """Sum of values per label; entry k belongs to label k + 1."""
+    """Return the sum of values per label; entry k belongs to label k + 1."""
     return np.asarray(np.bincount(labels.ravel(), values, count + 1)[1:], np.float64)
 
 
 def _members(labels: Int32, count: int) -> list[Int32]:
-    """Flat indices of each label's texels; entry k belongs to label k + 1."""
+    """Return the flat indices of each label's texels; entry k belongs to label k + 1."""
     flat = labels.ravel()
     texels = np.flatnonzero(flat)
     order = texels[np.argsort(flat[texels], kind="stable")].astype(np.int32)

@@ -41,8 +41,10 @@ _FORMS: Final = tr(
 class MaskSpec:
     """Description of a mask.
 
-    `numbers` are degrees: the cap's elevation, or the box's azimuth from and to (clockwise) and
-    elevation from and to.
+    Attributes:
+        numbers: Degrees: the cap's elevation, or the box's azimuth from and to (clockwise) and
+            elevation from and to.
+        path: Mask picture.
     """
 
     kind: MaskKind
@@ -53,9 +55,12 @@ class MaskSpec:
 def parse_mask(text: str) -> MaskSpec:
     """Parse a mask option; a mask picture is not opened yet.
 
-    ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation), ``box:-20,20,-90,-40``
-    (azimuth from and to, clockwise, and elevation from and to), ``suggested``, or the name of a
-    picture; degrees. ProbeError when it is none of these, or a number is out of range.
+    Args:
+        text: ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation),
+            ``box:-20,20,-90,-40`` (azimuth from and to, clockwise, and elevation from and to),
+            ``suggested``, or the name of a picture; degrees.
+
+    Raises `ProbeError` if it is none of these, or a number is out of range.
 
     >>> parse_mask("nadir:-65")
     MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
@@ -76,7 +81,7 @@ def parse_mask(text: str) -> MaskSpec:
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
     """Draw a mask at a panorama's size: (H, W) float32, 1 where light is removed.
 
-    ProbeError when a picture cannot be read, or for the kind ``suggested``.
+    Raises `ProbeError` if a picture cannot be read, or for the kind ``suggested``.
     """
     if spec.kind == "nadir":
         return cap_mask(spec.numbers[0], shape)
@@ -100,8 +105,8 @@ def box_mask(
 ) -> FloatImage:
     """Mask a box of azimuth and elevation: (H, W) float32, the share of each texel in it.
 
-    It reaches clockwise from the first azimuth (to the right in the picture, across the seam
-    where need be); -180 and 180 are the whole circle.
+    It extends clockwise from the first azimuth (to the right in the picture, across the seam if
+    necessary); -180 and 180 are the full circle.
     """
     height, width = shape
     rows = _overlap((90.0 - high_deg) / 180.0 * height, (90.0 - low_deg) / 180.0 * height, height)
@@ -115,8 +120,9 @@ def box_mask(
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
     """Read a mask from a picture of any size: (H, W) float32, 0 to 1; white is removed.
 
-    The brightest of the colour channels counts, transparency does not. ProbeError when it is
-    missing, damaged, wider than 16,384, or not twice as wide as high.
+    The brightest colour channel counts, transparency does not.
+
+    Raises `ProbeError` if it is missing, damaged, wider than 16,384, or not twice as wide as high.
     """
     with contextlib.closing(_open(path)) as source:
         spec = source.spec()
@@ -141,7 +147,7 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
 
 def check_picture_mask(path: Path) -> None:
-    """Check a mask picture's header early; errors as `picture_mask`."""
+    """Check a mask picture's header early; raises the errors of `picture_mask`."""
     _open(path).close()
 
 
@@ -222,7 +228,7 @@ def _numbers(words: Sequence[str], spec_text: str) -> tuple[float, ...]:
 
 
 def _overlap(start: float, stop: float, count: int) -> FloatImage:
-    """Share of each unit cell 0..count that lies between two places."""
+    """Return the share of each unit cell 0..count between two positions."""
     edges = np.arange(count)
     shared = np.minimum(edges + 1.0, stop) - np.maximum(edges, start)
     return np.asarray(np.clip(shared, 0.0, 1.0), np.float32)

@@ -1,4 +1,4 @@
-"""What there is to report of merged light: lamps, what is clipped, what was put right."""
+"""Remarks about merged light: lamps, clipping and corrections."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from app.core.measure.finish.lights import Source
 
 
 class Remedy(StrEnum):
-    """What makes a clipped lamp known."""
+    """Ways to find out a clipped lamp's brightness."""
 
-    SKY = "sky"  # of the sun: how clear it is
+    SKY = "sky"  # for the sun: the clearness of the sky
     GAIN = "gain"  # the camera is at its darkest
     DARKER_FRAMES = "darker frames"
 
@@ -23,11 +23,11 @@ Effect: TypeAlias = Literal["turn", "into reach", "out of reach"]
 
 @dataclass(frozen=True, slots=True)
 class LampClipped(Remark):
-    """A lamp that is clipped in every frame, and what to do about it.
+    """A lamp that is clipped in every frame, and the advice for it.
 
     Attributes:
-        frames: How many darker frames to shoot, 1 to 4.
-        room_stops: How much darker the camera can go where that limits `frames`; else None.
+        frames: Number of darker frames to shoot, 1 to 4.
+        room_stops: How much darker the camera can go if that limits `frames`; else None.
     """
 
     lamp: str
@@ -41,7 +41,7 @@ class LampClipped(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MaybeSun(Remark):
-    """A clipped lamp that would be the sun, if the exposure of the frames were known."""
+    """A clipped lamp that would be the sun if the exposure of the frames were known."""
 
     lamp: str
     azimuth_deg: float
@@ -50,17 +50,17 @@ class MaybeSun(Remark):
 
 @dataclass(frozen=True, slots=True)
 class MoreLampsClipped(Remark):
-    """How many smaller lamps are clipped, too."""
+    """Number of smaller lamps that are also clipped."""
 
     count: int
 
 
 @dataclass(frozen=True, slots=True)
 class ClippingMatters(Remark):
-    """The styles that more light, of up to three stops or of six and more, has an effect on.
+    """Styles that more light affects: up to three stops more (`soon`), or six and more.
 
     Attributes:
-        others: The styles that it has none on.
+        others: Styles that it does not affect.
     """
 
     soon: bool
@@ -71,7 +71,7 @@ class ClippingMatters(Remark):
 
 @dataclass(frozen=True, slots=True)
 class ClippingSafe(Remark):
-    """How many styles do not depend on what is clipped; all of them where `every`."""
+    """Number of styles that do not depend on clipped light; with `every`, all of them."""
 
     count: int
     every: bool = False
@@ -79,7 +79,7 @@ class ClippingSafe(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RestoredRange(Remark):
-    """The styles that change within the likely range of a restored lamp, and the others."""
+    """Styles that change within the likely range of a restored lamp, and the others."""
 
     lamp: str
     names: tuple[str, ...]
@@ -88,7 +88,7 @@ class RestoredRange(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BlindMatters(Remark):
-    """The styles that twice as much light would change where nothing was seen, and the others."""
+    """Styles that twice as much light in the gaps would change, and the others."""
 
     names: tuple[str, ...]
     others: tuple[str, ...]
@@ -96,21 +96,21 @@ class BlindMatters(Remark):
 
 @dataclass(frozen=True, slots=True)
 class RoughLight(Remark):
-    """The share of the light of one photo, 0 to 1, that is a guess, since it is clipped."""
+    """Share of the light of a single photo, 0 to 1, that is estimated because it is clipped."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
 class RoughTurns(Remark):
-    """The styles whose turn depends on what is clipped in one photo."""
+    """Styles whose turn depends on clipped light in a single photo."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class SunRestored(Remark):
-    """The sun was given the light that it has under a sky at its height."""
+    """The sun was given its light for its height and that sky."""
 
     lamp: str
     elevation_deg: float
@@ -122,7 +122,7 @@ class SunRestored(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampMetered(Remark):
-    """A lamp was given the illuminance that a light meter read."""
+    """A lamp was given the illuminance of a light meter reading."""
 
     lamp: str
     lux: float
@@ -139,12 +139,12 @@ class LampGained(Remark):
 
 @dataclass(frozen=True, slots=True)
 class NoClutter(Remark):
-    """Nothing that should not be there was found below the camera."""
+    """No clutter was found below the camera."""
 
 
 @dataclass(frozen=True, slots=True)
 class CostlyChange:
-    """The style that masking changes most, its turns, and what the old one gives up, 0 to 1."""
+    """The style that masking changes most, its turns, and the loss of the old turn, 0 to 1."""
 
     title: str
     before_deg: float
@@ -154,13 +154,13 @@ class CostlyChange:
 
 @dataclass(frozen=True, slots=True)
 class MaskingChanges(Remark):
-    """How the answers change where what is masked is filled.
+    """Effect of filling the masked areas on the answers.
 
     Attributes:
-        styles: How many are in reach, before or after.
-        changed: How many of their turns change at a cost.
-        worst: The one that changes most.
-        moved_deg: The most that a turn moves without any cost.
+        styles: Number of styles in reach, before or after.
+        changed: Number of them whose turn changes at a cost.
+        worst: The style that changes most.
+        moved_deg: Largest change of a turn without a cost.
         gained, lost: Titles of styles that come into reach and out of it.
     """
 

@@ -1,11 +1,11 @@
-"""Suggesting what should not be in a panorama: a stick, a tripod, somebody below the camera.
+"""Detect clutter below the camera in a panorama: a stick, a tripod, a person.
 
-What stands on the camera's own foot is found by what it is not: the ground around. The colours
+An object at the camera's own foot is found by its difference from the ground around it. The colours
 of a ring around the foot are counted (a smoothed histogram of log luminance and two log colour
-ratios); texels at the foot that are rare in the ring, and look like each other, are followed
-outward as long as they hang together. A strip, a mosaic or a shadow that crosses the foot and
-the ring alike is not rare, hence not suggested. Somebody who stands apart from the camera cannot
-be told from a statue or a tree this way and is left to a mask by hand.
+ratios). Texels at the foot that are rare in the ring, and similar to each other, are followed
+outward as long as they are connected. A strip, a mosaic or a shadow that crosses both foot and ring
+is not rare, so it is not suggested. A person away from the camera cannot be distinguished from a
+statue or a tree in this way, and needs a manual mask.
 
 OpenCV's stock people detector (Dalal and Triggs 2005) was tried for those and is not used: on 25
 panoramas it found one of several people, and beside him a pot plant, a kitchen and a stone post.
@@ -33,7 +33,7 @@ from app.core.measure.read.resampling import Chart, azimuth_elevation
 from app.core.text import tr
 
 NADIR: Final = (0.0, -90.0)
-"""Azimuth and elevation of what lies straight below, degrees."""
+"""Azimuth and elevation of straight down, degrees."""
 
 _REACH_DEG: Final = 85.0
 _SIDE: Final = 340
@@ -45,7 +45,7 @@ _SECTORS: Final = 12
 _BINS: Final = 32
 _STEP: Final = (0.3, 0.08, 0.08)  # stops of luminance, of red to green, of blue to green
 _SPREAD: Final = 1.3  # bins
-# Powers of ten by which a colour is rarer in the ring than the ring's commonest one.
+# Powers of ten by which a colour is rarer in the ring than the ring's most common one.
 _RARE: Final = 1.6
 _STRANGE: Final = 2.4
 _LIKE_CORE: Final = 0.5
@@ -61,10 +61,11 @@ _NEAR_DEG: Final = 45.0
 
 @dataclass(frozen=True, slots=True)
 class Suggestion:
-    """Why something is taken for a tripod, or for a person.
+    """Extent of a suspected tripod or person.
 
-    It looks unlike the ground around it and reaches so far from the camera's foot, deg;
-    `azimuth_deg` is where a person is, None for a stick, a tripod or a hand.
+    Attributes:
+        reach_deg: Distance from the camera's foot that it reaches, deg.
+        azimuth_deg: Azimuth of a person; None for a stick, a tripod or a hand.
     """
 
     reach_deg: float
@@ -73,10 +74,12 @@ class Suggestion:
 
 @dataclass(frozen=True, slots=True)
 class Clutter:
-    """Something that should not be there, and where.
+    """An unwanted object in the panorama.
 
-    `mask`, (H, W) float32 in the panorama's texels, is 1 where it is, 0 to 1; `confidence` is 0
-    to 1, 1 for a mask by hand. `origin` is what it was masked by.
+    Attributes:
+        origin: The manual mask or the suggestion.
+        mask: (H, W) float32, in the panorama's texels. 1 on the object, 0 to 1.
+        confidence: 0 to 1; 1 for a manual mask.
     """
 
     origin: MaskSpec | Suggestion
@@ -87,7 +90,7 @@ class Clutter:
 
 @dataclass(frozen=True, slots=True)
 class _Detection:
-    """A region on the chart, with its measures."""
+    """A region on the chart, with its measurements."""
 
     area: Bools
     inside: float
@@ -95,12 +98,15 @@ class _Detection:
 
 
 def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clutter, ...]:
-    """Suggest a mask for the stick, tripod or person that hangs together with the camera's foot.
+    """Suggest a mask for the stick, tripod or person connected to the camera's foot.
 
-    A suggestion says how sure it is, and does not claim to find everybody. `foot` is the
-    azimuth and elevation at which the camera's own foot is: the nadir unless the camera was
-    tilted and the picture levelled. At most one; empty where the ground there looks like the
-    ground around, and for pictures that are not panoramas.
+    There is at most one; none if the ground at the foot looks like its surroundings, and for
+    pictures that are not panoramas. A suggestion has a confidence, and does not always include
+    everybody.
+
+    Args:
+        foot: Azimuth and elevation of the camera's own foot: the nadir unless the camera was tilted
+            and the picture levelled.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if shape[1] != 2 * shape[0]:
@@ -121,7 +127,7 @@ def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clu
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
-    """Azimuth and elevation, degrees, of a camera's foot after levelling by a rotation."""
+    """Return azimuth and elevation, degrees, of a camera's foot after levelling by a rotation."""
     if rotation is None:
         return NADIR
     return azimuth_elevation(rotation @ np.array([0.0, -1.0, 0.0]))
@@ -130,9 +136,9 @@ def foot_of(rotation: Float64 | None) -> tuple[float, float]:
 def resolve(
     specs: Sequence[MaskSpec], merged: MergedLight, foot: tuple[float, float] = NADIR
 ) -> tuple[Clutter, ...]:
-    """Draw the masks a user asked for, and make the suggestions where they asked for those.
+    """Draw the user's masks, and make the suggestions that were requested.
 
-    ProbeError when a mask's picture cannot be read, or the light is not a full panorama.
+    Raises `ProbeError` if a mask's picture cannot be read, or the light is not a full panorama.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:
@@ -149,7 +155,7 @@ def resolve(
 
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
-    """Lay masks over each other: the largest of them at each texel, (H, W)."""
+    """Return the largest of several masks at each texel, (H, W)."""
     whole = np.zeros(shape, np.float32)
     for each in clutter:
         np.maximum(whole, each.mask, out=whole)
@@ -157,9 +163,9 @@ def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
 
 
 def _features(light: FloatImage) -> FloatImage:
-    """Log luminance and two log colour ratios, (side, side, 3), in stops."""
+    """Return log luminance and two log colour ratios, (side, side, 3), in stops."""
     bright = colour.luminance(light)
-    # Ratios of what is nearly black are noise: a fiftieth of the usual level is added.
+    # Ratios of nearly black values are noise: a fiftieth of the usual level is added.
     floor = np.float32(0.02 * max(float(np.median(bright)), 1e-12))
     red, green, blue = (light[..., k] + floor for k in range(3))
     return np.stack(
@@ -168,11 +174,11 @@ def _features(light: FloatImage) -> FloatImage:
 
 
 def _find(features: FloatImage, chart: Chart) -> _Detection | None:
-    """Follow what is at the foot, and rare around it, outward."""
+    """Follow an object outward from the foot, where its colours are rare in the surroundings."""
     away_deg = chart.distances()
     cells = _cells(features, _ring(away_deg))
     rare = _rare_in_ring(cells, away_deg)
-    # A lone texel tells nothing; what is two texels wide, like a tripod's leg, still passes.
+    # A single texel is no evidence; a shape two texels wide, like a tripod's leg, still passes.
     smooth = cv2.GaussianBlur(rare, (0, 0), 1.2)
     core = away_deg < _CORE_DEG
     seeds = core & (smooth > _RARE)
@@ -181,7 +187,7 @@ def _find(features: FloatImage, chart: Chart) -> _Detection | None:
     alike = cv2.GaussianBlur(rare - _rarity(_counts(cells, seeds))[cells], (0, 0), 1.2)
     object_like = (smooth > _STRANGE) | ((smooth > _RARE - 0.3) & (alike > _LIKE_CORE))
     area = _hanging_together(object_like & (away_deg < _REACH_DEG), seeds)
-    # Farther out walls and sky are unlike the ground too: only what is like the part near by.
+    # Further out, walls and sky differ from the ground too: keep only the colours of the near part.
     like_near = rare - _rarity(_counts(cells, area & (away_deg < _NEAR_DEG)))[cells]
     near_or_like = (away_deg < _NEAR_DEG) | (like_near > _LIKE_CORE)
     area = _hanging_together(area & near_or_like & _same_side(area, away_deg), seeds)
@@ -197,9 +203,9 @@ def _find(features: FloatImage, chart: Chart) -> _Detection | None:
 
 
 def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
-    """Where an area may continue: far from the foot, only in directions it has nearer to it.
+    """Limit an area, far from the foot, to the directions that it has nearer to it.
 
-    The walls and the sky beyond the ground are unlike the ground too, all the way round.
+    The walls and the sky beyond the ground differ from the ground too, all around.
     """
     sector = _sectors(24)
     near = area & (away_deg > _NEAR_DEG / 2.0) & (away_deg < _NEAR_DEG)
@@ -209,7 +215,7 @@ def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
 
 
 def _edge(features: FloatImage, area: Bools) -> float:
-    """Median step of the colour across an area's edge, in cells of the histogram.
+    """Return the median colour step across an area's edge, in cells of the histogram.
 
     Ground that darkens gently toward the foot has no such step.
     """
@@ -224,7 +230,7 @@ def _edge(features: FloatImage, area: Bools) -> float:
 
 
 def _sectors(count: int) -> Indices:
-    """Which of so many directions from the foot each pixel of the chart lies in."""
+    """Return the index of each chart pixel's direction from the foot, of so many."""
     steps = np.arange(_SIDE) - (_SIDE - 1) / 2.0
     side = np.arctan2(steps[:, np.newaxis], steps[np.newaxis, :])
     whole: Indices = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)
@@ -236,7 +242,7 @@ def _ring(away_deg: FloatImage) -> Bools:
 
 
 def _cells(features: FloatImage, ring: Bools) -> Indices:
-    """Cell of the histogram for each texel, the ring's median in the middle."""
+    """Return each texel's cell of the histogram; the ring's median is in the middle."""
     middle = np.median(features[ring], axis=0)
     steps = (features - middle) / np.array(_STEP, np.float32) + _BINS / 2.0
     cells = np.clip(steps, 0.0, _BINS - 1).astype(np.intp)
@@ -248,7 +254,7 @@ def _counts(cells: Indices, among: Bools) -> FloatImage:
 
 
 def _rarity(counts: FloatImage) -> FloatImage:
-    """How rare each cell's colour is: 0 for the commonest, 6 for one that never occurs."""
+    """Return the rarity of each cell's colour: 0 for the most common, 6 for an absent one."""
     away = np.subtract.outer(np.arange(_BINS), np.arange(_BINS))
     kernel = np.exp(-0.5 * (away / _SPREAD) ** 2).astype(np.float32)
     cube = counts.reshape(_BINS, _BINS, _BINS)
@@ -259,10 +265,10 @@ def _rarity(counts: FloatImage) -> FloatImage:
 
 
 def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
-    """Rarity of each texel in the ring without the ring's part on the texel's own side.
+    """Return the rarity of each texel in the ring, without the part on the texel's own side.
 
-    Somebody who stands there takes up a part of the ring and would be common in it. At the foot,
-    which has no side, the side counts that makes the texel rarest.
+    A person standing there takes up a part of the ring, and would be common in it. At the foot,
+    which has no side, the side with the largest rarity counts.
     """
     sector = _sectors(_SECTORS)
     ring = _ring(away_deg)
@@ -280,7 +286,7 @@ def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
 
 
 def _hanging_together(area: Bools, seeds: Bools) -> Bools:
-    """Parts of an area that contain enough of the seeds, gaps of a degree or two closed."""
+    """Return the parts of an area with enough seeds, closing gaps of a degree or two."""
     joint = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_CLOSE, _disc(2.0))
     _, labels = cv2.connectedComponents(joint, connectivity=8)
     counts = np.bincount(labels[seeds & (joint > 0)], minlength=int(labels.max()) + 1)
@@ -319,7 +325,7 @@ def _on_panorama(area: Bools, chart: Chart, shape: tuple[int, int]) -> FloatImag
 
 
 def _suggestion(area: Bools, chart: Chart) -> Suggestion:
-    """Measure how far a region reaches, and where, if it is a person."""
+    """Measure the reach of a region, and its azimuth if it is a person."""
     away = chart.distances()[area]
     far = float(np.percentile(away, 98.0))
     if far < _NEAR_DEG:

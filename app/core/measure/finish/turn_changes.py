@@ -1,4 +1,4 @@
-"""What a change of the light means for the answers: every turn before and after."""
+"""Effect of a change of the light on the answers: every turn before and after."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
 
-_FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is called a change
+_FREE: Final = 0.01  # of a curve's range: a turn that loses less counts as unchanged
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
     """Change of a style's answer.
 
-    Turns are refined, degrees in (-180, 180], positive clockwise; `change_deg` is the shorter
-    way from before to after. `given_up` is what the turn before loses under the light after:
-    the objective's maximum minus its value there, as a share of the range of the curve over all
-    turns, 0 to 1.
+    Turns are refined, degrees in (-180, 180], positive clockwise.
+
+    Attributes:
+        change_deg: The shorter way from before to after.
+        given_up: Loss of the old turn under the new light, 0 to 1: the objective's maximum minus
+            its value there, over the range of the curve over all turns.
     """
 
     style: str
@@ -46,8 +48,11 @@ def changes(
 ) -> tuple[Change, ...]:
     """Compare the answers of all styles under two lights.
 
-    Both are (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
-    EnvironmentFileError when one is black, not finite or of another size.
+    Args:
+        before, after: (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any
+            exposure.
+
+    Raises `EnvironmentFileError` if one is black, not finite or of another size.
     """
     old = solve_all(pack, before, objective)
     new = solve_all(pack, after, objective)
@@ -55,10 +60,10 @@ def changes(
 
 
 def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
-    """Sum up what changes, of the styles that the place can give before or after.
+    """Summarise the changes, among the styles in reach before or after.
 
-    A turn that moved between two places which the new light finds equally good (within 1 % of the
-    curve's range) counts as unchanged.
+    A turn that moved between two positions which the new light finds equally good (within 1 % of
+    the curve's range) counts as unchanged.
     """
     reachable = [each for each in changed if each.attainable_before or each.attainable_after]
     costly = [each for each in reachable if each.given_up > _FREE]
@@ -89,7 +94,7 @@ def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Ch
         turn_before_deg=before.turn_refined_deg,
         turn_after_deg=after.turn_refined_deg,
         change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
-        # The new turn may be the lesser one on this curve, where its strength decided.
+        # The new turn may be the worse one on this curve, if its strength decided.
         given_up=max(loss, 0.0) / span if span > 0.0 else 0.0,
         attainable_before=before.attainable,
         attainable_after=after.attainable,

@@ -1,9 +1,9 @@
-"""Measure two fisheyes back to back in the light that they have brought.
+"""Calibrate two fisheyes back to back from their own light.
 
-Circles come from the rim; focal length, roll and tilt from what both lenses see beyond 90 degrees.
-What is left there is parallax, since the lenses stand some centimetres apart: it lies along the
-meridians of their common axis only, and both give way by half of it, fading out away from the seam.
-The seam runs where they agree best. One gain per channel and one falloff level the lenses.
+Circles come from the rim; focal length, roll and tilt from the area beyond 90 degrees that both
+lenses see. The residual is parallax, since the lenses are a few centimetres apart: it lies along
+the meridians of their common axis only, and each lens takes half of it, fading out away from the
+seam. The seam runs where they agree best. One gain per channel and one falloff equalise the lenses.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from app.core.base.sphere import from_vector
 from app.core.measure.fisheye.circles import Circles, FisheyeLens, FisheyeModel, bent
 from app.core.measure.read.frame import MergedLight
 
-# Strips along the seam: a quarter of a degree per sample, around the seam and across it.
+# Strips along the seam: a quarter of a degree per sample, along the seam and across it.
 _STEP_DEG: Final = 0.25
 _AROUND: Final = 1440
 _INSIDE: Final = 0.99  # of the radius
-_MARGIN_DEG: Final = 0.8  # of the rim that is not used: it is soft
+_MARGIN_DEG: Final = 0.8  # excluded rim, which is soft
 _FIELDS: Final = (186.0, 190.0, 194.0, 198.0, 202.0, 206.0, 210.0)
-_SEARCH: Final = 10  # samples, either way
+_SEARCH: Final = 10  # samples, in both directions
 _BLOCK: Final = 60  # samples: 15 degrees
 _LEAST_SCORE: Final = 0.6
 _LEAST_BLOCKS: Final = 6
-_SPREAD_DEG: Final = 0.4  # of matches, by parallax
+_SPREAD_DEG: Final = 0.4  # of matches, from parallax
 _TILT_DEG: Final = 0.7
-_PRIOR_WEIGHT: Final = 0.3  # matches that stand for parallax of 0 wherever nothing is known
+_PRIOR_WEIGHT: Final = 0.3  # weight, in matches, of zero parallax where nothing is known
 _ALIKE_DEG: Final = 1.25
-_ROLL: Final = 10  # samples: cameras store circles turned by quarters, give or take this
-_SIDEWAYS_DEG: Final = 0.5  # parallax moves nothing sideways: what moved so was mistaken
-_FADE_DEG: Final = 30.0  # where the lenses no longer give way to each other
+_ROLL: Final = 10  # samples: cameras store circles in quarter turns, plus or minus this
+_SIDEWAYS_DEG: Final = 0.5  # parallax has no sideways component: a larger shift is a wrong match
+_FADE_DEG: Final = 30.0  # where the lenses no longer share the parallax
 _MOST_GIVEN_DEG: Final = 1.5
 _MOST_FALLOFF: Final = 0.5
 
@@ -53,13 +53,16 @@ _BACK: Final = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
 class Pair:
     """Two calibrated lenses, front first, and their seam.
 
-    Arrays are float64. `parallax` and `seam`, (1440,), go around the seam clockwise from the top as
-    the front lens sees it: how many degrees apart both see a thing, and where the seam runs, in
-    degrees toward the front. `gains`, (2, 3), are factors by lens and channel. `falloff` is the
-    logarithm of the light that a lens loses at 90 degrees from its axis; that it
-    grows with the cube of the angle is assumed, between the square of plain optics and what hoods
-    and stops do.
-    `blocks` is how many places around the seam agreed.
+    Attributes:
+        field_deg: Angle of each image circle.
+        blocks: Number of positions around the seam that agreed.
+        parallax: (1440,) float64. Angle between the two lenses' views of an object, degrees, around
+            the seam, clockwise from the top as seen by the front lens.
+        seam: (1440,) float64. Position of the seam, degrees toward the front, in the same order.
+        gains: (2, 3) float64. Factors by lens and channel.
+        falloff: Logarithm of a lens's light loss at 90 degrees from its axis. It is assumed to grow
+            with the cube of the angle, between the square of plain optics and the effect of hoods
+            and stops.
     """
 
     lenses: tuple[FisheyeLens, FisheyeLens]
@@ -77,12 +80,12 @@ class Pair:
 
     @property
     def parallax_deg(self) -> float:
-        """Median parallax of both lenses at the seam."""
+        """Median parallax of the two lenses at the seam."""
         return float(np.median(np.abs(self.parallax)))
 
 
 def calibrate(merged: MergedLight, circles: Circles, model: FisheyeModel) -> Pair:
-    """Calibrate the lenses of an unstitched picture in its merged light."""
+    """Calibrate the lenses of an unstitched picture from its merged light."""
     light = np.ascontiguousarray(merged.radiance)
     tones = _tones(light, circles)
     pair = _nominal(tones, circles, model)
@@ -101,7 +104,7 @@ def calibrate(merged: MergedLight, circles: Circles, model: FisheyeModel) -> Pai
 
 
 def upright(pair: Pair, up_deg: float) -> Pair:
-    """Turn both lenses so that what is up, clockwise from the top of the front one, becomes up."""
+    """Rotate both lenses so that `up_deg`, clockwise from the front one's top, becomes up."""
     turn = _about_axis(math.radians(-up_deg))
     first, second = pair.lenses
     samples = round(up_deg / 360.0 * _AROUND)
@@ -119,7 +122,7 @@ def upright(pair: Pair, up_deg: float) -> Pair:
 def looked_up(
     pair: Pair, index: int, vectors: Float32, toward: Float32, around: Float32
 ) -> tuple[Float32, Float32, Float32]:
-    """Return where a lens sees directions, parallax undone, and what undoes its falloff there."""
+    """Return a lens's view of directions, without parallax, and the correction of its falloff."""
     fade = np.clip(1.0 - np.abs(toward) / _FADE_DEG, 0.0, 1.0)
     give = np.radians(0.5 * fade * fade * (3.0 - 2.0 * fade) * around_seam(pair.parallax, around))
     sign = -1.0 if index == 0 else 1.0
@@ -130,7 +133,7 @@ def looked_up(
 
 
 def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
-    """Degrees toward the front from the seam's plane, and samples around it from the top."""
+    """Return degrees toward the front from the seam's plane, and samples around it from the top."""
     toward = np.degrees(np.arcsin(np.clip(vectors[..., 2], -1.0, 1.0)))
     around = np.arctan2(-vectors[..., 0], vectors[..., 1]) * (_AROUND / (2.0 * math.pi))
     return toward.astype(np.float32), around.astype(np.float32)
@@ -147,7 +150,7 @@ def _tipped(vectors: Float32, angles: Float32) -> Float32:
 
 
 def around_seam(curve: Float64, around: Float32) -> Float32:
-    """Interpolate what goes around the seam."""
+    """Interpolate a curve around the seam."""
     base = np.floor(around)
     first = base.astype(np.intp) % _AROUND
     share = (around - base).astype(np.float32)
@@ -156,7 +159,7 @@ def around_seam(curve: Float64, around: Float32) -> Float32:
 
 
 def _tones(light: Float32, circles: Circles) -> Float32:
-    """Logarithmic luminance without its levels, in which things look alike in both lenses."""
+    """Return locally normalised log luminance, in which objects look alike in both lenses."""
     level = np.maximum(luminance(light), 0.0)
     height, width = level.shape
     side = min(height, width)
@@ -166,17 +169,17 @@ def _tones(light: Float32, circles: Circles) -> Float32:
         cv2.circle(inside, at, int(_INSIDE * circles.radius * side), 1.0, cv2.FILLED)
     mask = inside.astype(np.float32)
     floor = max(float(np.median(level[inside > 0])) * 0.05, 1e-9)
-    # As fine as the strips that are taken of them; the circles are some 200 degrees wide.
+    # As fine as the strips; the circles are about 200 degrees wide.
     sample = _STEP_DEG * side / 200.0
     tones = cv2.GaussianBlur(np.log2(level + floor), (0, 0), max(0.6 * sample, 0.3)) * mask
-    # The rim is no thing that could be seen: levels are those of what is inside.
+    # The rim is not an object: levels are those of the inside.
     wide = (0, 0), max(side, 200) / 40.0
     mean = cv2.GaussianBlur(tones, *wide) / np.maximum(cv2.GaussianBlur(mask, *wide), 1e-3)
     return np.asarray((tones - mean) * mask, np.float32)
 
 
 def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
-    """Choose field and roll by which most places around the seam look alike in both lenses."""
+    """Choose field and roll so that most positions around the seam look alike in both lenses."""
     fields = (model.field_deg,) if model.focal is not None else _FIELDS
     pairs = []
     for field_deg in fields:
@@ -189,7 +192,7 @@ def _nominal(tones: Float32, circles: Circles, model: FisheyeModel) -> Pair:
             off = np.abs(matches.toward - np.median(matches.toward)) * _STEP_DEG
             # Low strips look alike more easily.
             agree = float(matches.trust[off < _ALIKE_DEG].sum()) * math.sqrt(_rows(field_deg))
-        # Where nothing can be told, the likeliest field.
+        # Without evidence, the likeliest field.
         pairs.append((agree, -abs(field_deg - model.field_deg), pair))
     return max(pairs, key=lambda each: each[:2])[2]
 
@@ -221,12 +224,12 @@ def _field(pair: Pair, circles: Circles, side: int) -> float:
 
 
 def _rows(field_deg: float) -> int:
-    """How many samples to either side of the seam both lenses see."""
+    """Return the number of samples on each side of the seam that both lenses see."""
     return max(int((field_deg / 2.0 - 90.0 - _MARGIN_DEG) / _STEP_DEG), 4)
 
 
 def _grid(rows: int) -> Float32:
-    """Directions of a strip, (2 rows + 1, 1440, 3): from the back toward the front."""
+    """Return directions of a strip, (2 rows + 1, 1440, 3): from the back toward the front."""
     toward = np.radians(np.arange(-rows, rows + 1) * _STEP_DEG)[:, None]
     around = (np.arange(_AROUND) * (2.0 * math.pi / _AROUND))[None]
     level = np.cos(toward)
@@ -235,7 +238,7 @@ def _grid(rows: int) -> Float32:
 
 
 def _strip(picture: Float32, lens: FisheyeLens, rows: int = 12) -> Float32:
-    """Return what a lens sees around the seam, (2 rows + 1, 1440)."""
+    """Return a lens's view around the seam, (2 rows + 1, 1440)."""
     x, y, _ = lens.project(_grid(rows))
     return np.asarray(
         cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32
@@ -243,7 +246,7 @@ def _strip(picture: Float32, lens: FisheyeLens, rows: int = 12) -> Float32:
 
 
 def _roll(one: Float32, two: Float32) -> float:
-    """Correlate two strips all around; return by which quarter turn they agree best, in radians."""
+    """Correlate two strips all around; return the quarter turn of the best agreement, radians."""
     middle, core = len(one) // 2, 4
     base = one[middle - core : middle + core + 1]
     spectrum = np.conj(np.fft.rfft(base - base.mean(), axis=1))
@@ -261,13 +264,13 @@ def _roll(one: Float32, two: Float32) -> float:
 
 
 def _about_axis(angle: float) -> Float64:
-    """Rotate about the front by an angle in radians, clockwise as the front lens sees it."""
+    """Return the rotation about the front axis, radians, clockwise as seen by the front lens."""
     return from_vector(np.array([0.0, 0.0, angle]))
 
 
 @dataclass(frozen=True, slots=True)
 class _Matches:
-    """Places around the seam: sample, shift around and toward the front in samples, trust."""
+    """Matches around the seam: sample, shift around and toward the front in samples, trust."""
 
     around: Float64
     sideways: Float64
@@ -276,7 +279,7 @@ class _Matches:
 
 
 def _matches(tones: Float32, pair: Pair) -> _Matches:
-    """Find in the back lens's strip what the front lens's shows, block by block."""
+    """Match the front lens's strip with the back lens's, block by block."""
     rows = _rows(pair.field_deg)
     search = min(_SEARCH, rows - 2)
     strips = [_strip(tones, lens, rows) for lens in pair.lenses]
@@ -312,14 +315,14 @@ def _matches(tones: Float32, pair: Pair) -> _Matches:
 
 
 def _peak(three: NDArray[Any]) -> float:
-    """Where a parabola through three values peaks, -1 to 1."""
+    """Return the offset of the peak of a parabola through three values, -1 to 1."""
     left, middle, right = (float(value) for value in three)
     bow = left - 2.0 * middle + right
     return 0.0 if bow >= 0.0 else max(-1.0, min(1.0, 0.5 * (left - right) / bow))
 
 
 def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
-    """Fit focal length, roll and tilt to matches; parallax is what stays."""
+    """Fit focal length, roll and tilt to matches; the residual is parallax."""
     if not len(matches.around):
         return pair
     toward, sideways = (
@@ -329,7 +332,7 @@ def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
     angle = matches.around * (2.0 * math.pi / _AROUND)
     columns = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
     weight = matches.trust / math.radians(_SPREAD_DEG) ** 2
-    # Fields that a model states are kept near; tilts are small.
+    # Fields stated by a model have narrow priors; tilts are small.
     likely = np.array([3.0 if model.focal is None else 0.5, _TILT_DEG, _TILT_DEG])
     prior = np.diag(np.radians(likely) ** -2.0)
     shift: NDArray[Any] = np.zeros(3)
@@ -344,9 +347,9 @@ def _refined(pair: Pair, matches: _Matches, model: FisheyeModel) -> Pair:
 
 
 def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
-    """Undo what is between the lenses: the field in both, half of tilt and roll in each."""
+    """Correct the misalignment: the field in both lenses, half of tilt and roll in each."""
     first, second = pair.lenses
-    # What both lenses see at 90 degrees they take for 90 degrees and half of the common shift.
+    # A direction that both lenses see at 90 degrees is at 90 degrees plus half of the common shift.
     angles = np.array([math.pi / 2.0, (math.pi + shift[0]) / 2.0])
     right, bend_shift = bent(angles, first.bends)
     focal = first.focal * float(bend_shift / right)
@@ -359,7 +362,10 @@ def _shift(pair: Pair, shift: Float64, roll: float) -> Pair:
 
 
 def _parallax_of(matches: _Matches) -> Float64:
-    """Smooth what the matches leave into a curve around the seam, in degrees; 0 where none is."""
+    """Smooth the residuals of the matches into a curve around the seam, degrees.
+
+    The curve is 0 where nothing is known.
+    """
     around = np.arange(_AROUND)
     if not len(matches.around):
         return np.zeros(_AROUND)
@@ -371,7 +377,7 @@ def _parallax_of(matches: _Matches) -> Float64:
 
 
 def _levelled(light: Float32, clipped: Float32, pair: Pair) -> Pair:
-    """Measure by how much one lens is brighter, per channel, and how fast both fall off."""
+    """Measure the relative brightness of the lenses per channel, and their falloff."""
     one, two, toward = _overlap(np.dstack([light, clipped]), pair)
     valid = (one[..., 3] < 0.01) & (two[..., 3] < 0.01)
     level = float(np.median(one[..., :3]))
@@ -399,7 +405,7 @@ def _levelled(light: Float32, clipped: Float32, pair: Pair) -> Pair:
 
 
 def _overlap(picture: Float32, pair: Pair) -> tuple[Float32, Float32, Float64]:
-    """Return what each lens sees of the overlap, (rows, 1440, channels), and the rows' degrees."""
+    """Return each lens's view of the overlap, (rows, 1440, channels), and the rows' degrees."""
     rows = _rows(pair.field_deg)
     grid = _grid(rows)
     toward, around = about_seam(grid)
@@ -412,7 +418,7 @@ def _overlap(picture: Float32, pair: Pair) -> tuple[Float32, Float32, Float64]:
 
 
 def _seam(light: Float32, pair: Pair) -> Float64:
-    """Find the way around along which both lenses agree best: dynamic programming, twice around."""
+    """Find the path along which both lenses agree best: dynamic programming, twice around."""
     one, two, toward = _overlap(light, pair)
     one, two = one * pair.gains[0].astype(np.float32), two * pair.gains[1].astype(np.float32)
     floor = 0.02 * float(np.median(one)) + 1e-9

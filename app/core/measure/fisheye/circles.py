@@ -1,13 +1,13 @@
 """Find the two fisheye circles of unstitched 360 pictures.
 
-A full panorama of 2:1 and an unstitched picture have the same size, and merging the second as the
-first gives an answer that is wrong all over. What tells them apart: two circles of one size, dark
-all around them, in every frame of a bracket, however bright. The first row of a panorama is one
-point of the sky; it cannot be dark at its corners and middle and bright between them.
+A full 2:1 panorama and an unstitched picture have the same size, and merging the second as the
+first gives a completely wrong answer. They are distinguished by two circles of equal size, dark all
+around, in every frame of a bracket, however bright. The first row of a panorama is one point of the
+sky; it cannot be dark at its corners and middle and bright between them.
 
 A fisheye maps the angle t from its axis to a distance from its centre, r = f (t + b3 t^3 + b5 t^5
-...); without the bends it is equidistant. `MODELS` knows cameras of which makers or users published
-something. What is not known of a model is assumed to be equidistant, 200 degrees wide, upright in
+...); without the distortion terms it is equidistant. `MODELS` contains cameras with published data
+from makers or users. By default a model is assumed to be equidistant, 200 degrees wide, upright in
 the file, and calibrated from the frame.
 """
 
@@ -31,11 +31,14 @@ from app.core.text import tr, tr_plural
 
 @dataclass(frozen=True, slots=True)
 class FisheyeLens:
-    """One fisheye.
+    """One fisheye lens.
 
-    `centre` is (x, y) in pixels, whole numbers at the middles of pixels. `focal` is pixels per
-    radian on the axis. `axes`, (3, 3) float64, has the directions right, up and ahead of the
-    lens's picture as rows, in the panorama's axes (`app.core.base.sphere`).
+    Attributes:
+        centre: (x, y) in pixels, whole numbers at pixel centres.
+        focal: Pixels per radian on the axis.
+        axes: (3, 3) float64. Rows are the directions right, up and ahead of the lens's picture, in
+            the panorama's axes (`app.core.base.sphere`).
+        bends: Distortion terms b3, b5, ...
     """
 
     centre: tuple[float, float]
@@ -44,7 +47,7 @@ class FisheyeLens:
     bends: tuple[float, ...] = ()
 
     def radius(self, angles: Float64) -> Float64:
-        """Return the distance from the centre in pixels of angles from the axis in radians."""
+        """Return the distance from the centre, pixels, for angles from the axis, radians."""
         return self.focal * bent(angles, self.bends)
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
@@ -58,7 +61,7 @@ class FisheyeLens:
 
 
 def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
-    """Return t + b3 t^3 + b5 t^5 ... of angles t in radians."""
+    """Return t + b3 t^3 + b5 t^5 ... for angles t in radians."""
     square, factor = angles * angles, np.zeros_like(angles)
     for bend in reversed(bends):
         factor = (factor + bend) * square
@@ -69,10 +72,11 @@ def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
 class FisheyeModel:
     """Default lens data of a camera model.
 
-    `field_deg` is the angle that the image circle spans; where `focal` is known, the focal length
-    as a share of the side of one circle's half of the picture, it counts instead. `turns_deg` is by
-    how much each of the two circles is stored turned clockwise; None where that is not known.
-    `front` is which of them looks ahead: the left or upper one, unless something else is known.
+    Attributes:
+        field_deg: Angle of the image circle; not used if `focal` is known.
+        focal: Focal length as a share of the side of one circle's half of the picture.
+        turns_deg: Clockwise rotation of each of the two stored circles; None if unknown.
+        front: Index of the circle that looks ahead: by default the left or upper one.
     """
 
     names: tuple[str, ...]
@@ -86,10 +90,10 @@ class FisheyeModel:
 # Theta: Ricoh's design tables (theta-api-specs, "THETA Lens Spec"), fitted to 0.16 degrees or
 # better; the size of an unstitched picture of the X is assumed. Insta360: curve of an X3's lenses
 # that a user calibrated (hilti-trimble-slam-challenge-2026, issue 29), fitted to 0.03 degrees;
-# circles turned by 90 degrees to either side, front lens on the right, as streams of X2, X3 and X5
-# have them (ai4ce/insta360_ros_driver) and users say of files of the X2 (rekliner/insta360x2toMP4);
-# that X4 and the ONE series are alike is assumed. Samsung: 195 degrees by its data sheet. All other
-# fields are assumed.
+# circles rotated by 90 degrees in opposite directions, front lens on the right, as in streams of
+# X2, X3 and X5 (ai4ce/insta360_ros_driver) and, according to users, in files of the X2
+# (rekliner/insta360x2toMP4); the X4 and the ONE series are assumed to be the same. Samsung: 195
+# degrees by its data sheet. All other fields are assumed.
 MODELS: Final = (
     FisheyeModel(("THETA X", "THETA A1"), focal=0.3132, bends=(0.05478, -0.03131, 0.00153)),
     FisheyeModel(("THETA Z1",), focal=0.3000, bends=(0.17716, -0.16902, 0.05716, -0.00735)),
@@ -112,40 +116,41 @@ _UNKNOWN: Final = FisheyeModel(())
 
 
 def model_of(camera: str) -> FisheyeModel:
-    """Return the lens data of a camera by the model in its files."""
+    """Return the lens data for the camera model in a file."""
     name = camera.upper()
     matches = (model for model in MODELS if any(part in name for part in model.names))
     return next(matches, _UNKNOWN)
 
 
-_ASPECT: Final = (1.3, 2.6)  # of the longer side to the shorter one, of both circles' part
-_WIDEST: Final = 2.6  # of a picture's longer side to its shorter one
-_LOOKED_AT: Final = 672  # columns of the small copy of light in which circles are looked for
+_ASPECT: Final = (1.3, 2.6)  # longer over shorter side of the area with both circles
+_WIDEST: Final = 2.6  # longer over shorter side of a picture
+_LOOKED_AT: Final = 672  # columns of the small copy in which circles are searched
 _BRIGHTEST: Final = 1e6
-_WHITE, _BRIGHTER = 0.85, 8.0  # share of pixels that are not clipped; of the second exposure
-_CONTENT: Final = 0.02  # of a row or column that is lit where a picture has content
+_WHITE, _BRIGHTER = 0.85, 8.0  # share of unclipped pixels; factor of the second exposure
+_CONTENT: Final = 0.02  # lit share of a row or column from which it counts as content
 _ANGLES: Final = 240
-_REACH: Final = (0.55, 1.42)  # of half a half's side: where rims lie, and the far corners
-_RADII: Final = (0.72, 1.17)  # of half a half's side: with margin, to cut off by the frame
+_REACH: Final = (0.55, 1.42)  # of half a half's side: range of the rims, and the far corners
+_RADII: Final = (0.72, 1.17)  # of half a half's side: including a margin, to cut-off circles
 _CORNER: Final = 1.2
-_DARKEST: Final = 48  # stray light around a circle is no brighter, in codes
-_STEP: Final = 10  # from there to what counts as inside
+_DARKEST: Final = 48  # codes: stray light around a circle is no brighter
+_STEP: Final = 10  # from there to the least code inside
 _ON_RIM: Final = 0.015  # of the radius
-_LEAST_SHARE: Final = 0.3  # of the angles at which the rim must show
-_LEAST_SECTORS: Final = 5  # of eight, in which it must show
+_LEAST_SHARE: Final = 0.3  # of the angles at which the rim must be visible
+_LEAST_SECTORS: Final = 5  # of eight, in which it must be visible
 _MOST_OUTSIDE: Final = 0.004  # of the pixels outside that may be bright
 _MOST_APART: Final = 0.04  # of the circles' radii
 _LEAST_PIXELS: Final = 32  # of a box's shorter side
 _AROUND: Final = 1.05  # radii
-_PICTURE: Final = 0.02  # linear light; what is darker may be anything
+_PICTURE: Final = 0.02  # linear light; darker areas may be anything
 
 
 @dataclass(frozen=True, slots=True)
 class Circles:
     """Positions of the two image circles, as shares of the picture's shorter side.
 
-    The first circle is the left one, or the upper one of circles that stand on each other. Centres
-    are (x, y) from the picture's left upper corner to the outer corners of pixels.
+    Attributes:
+        centres: (x, y) from the picture's upper left corner, measured to pixel corners. The first
+            circle is the left one, or the upper one of stacked circles.
     """
 
     centres: tuple[tuple[float, float], tuple[float, float]]
@@ -155,14 +160,14 @@ class Circles:
 
     @property
     def names(self) -> tuple[str, str]:
-        """How to call them."""
+        """Names of the two circles."""
         return ("upper", "lower") if self.stacked else ("left", "right")
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
     """Return the fisheye circles of a bracket's small, coded frames; None if they are stitched.
 
-    ProbeError when some frames are unstitched and others are not.
+    Raises `ProbeError` if some frames are unstitched and others are not.
     """
     all_circles = [find_circles(frame) for frame in frames]
     clear = [circles for circles in all_circles if circles is not None]
@@ -196,10 +201,10 @@ def may_be_circles(shape: tuple[int, int]) -> bool:
 
 
 def find_circles(frame: Bytes) -> Circles | None:
-    """Return the two image circles of a frame, (h, w, 3) uint8; None without any.
+    """Return the two image circles of a frame, (h, w, 3) uint8; None if there are none.
 
-    They are beside or above each other, anywhere in a frame of any proportions up to 2.6:1, whole
-    or cut off a little. A frame that is too dark to show enough of a rim gives None, too.
+    They are side by side or stacked, anywhere in a frame of any proportions up to 2.6:1, whole or
+    slightly cut off. A frame too dark to show enough of a rim gives None, too.
     """
     if not may_be_circles(frame.shape[:2]):
         return None
@@ -253,7 +258,7 @@ def _boxes(bright: Bytes) -> list[_Box]:
 
 
 def _layouts(box: _Box) -> list[bool]:
-    """Return how two circles may be arranged in a box: beside each other, stacked, or neither."""
+    """Return the possible arrangements of circles in a box: False side by side, True stacked."""
     ratio = (box[2] - box[0]) / max(box[3] - box[1], 1)
     fits = (_ASPECT[0] <= ratio <= _ASPECT[1], _ASPECT[0] <= 1.0 / max(ratio, 1e-9) <= _ASPECT[1])
     return [stacked for stacked, one in zip((False, True), fits, strict=True) if one]
@@ -291,7 +296,11 @@ def _in_box(bright: Bytes, box: _Box, stacked: bool) -> Circles | None:
 
 @dataclass(frozen=True, slots=True)
 class _Rim:
-    """A circle in one half of a picture, in its pixels; `share` of its angles show the rim."""
+    """A circle in one half of a picture, in its pixels.
+
+    Attributes:
+        share: Share of its angles at which the rim is visible.
+    """
 
     x: float
     y: float
@@ -320,7 +329,7 @@ def _rim(half: Bytes) -> _Rim | None:
     above = inside & (codes > limit)
     last = above.shape[1] - 1 - np.argmax(above[:, ::-1], axis=1)
     border = inside.sum(axis=1) - 1
-    # At the picture's border nothing says where the rim would be.
+    # At the picture's border, the position of the rim is unknown.
     usable = above.any(axis=1) & (last < border - 1)
     distance = _crossings(codes, last, limit, radii)
     points = np.stack(
@@ -330,7 +339,7 @@ def _rim(half: Bytes) -> _Rim | None:
 
 
 def _crossings(codes: Bytes, last: Indices, limit: float, radii: Float64) -> Float64:
-    """Refine the outermost bright place of each angle to where its rim is half as bright."""
+    """Refine the outermost bright point at each angle to the position of half brightness."""
     rows = np.arange(len(codes))
     back = codes[rows[:, None], np.clip(last[:, None] - np.arange(2, 10), 0, None)]
     half = np.maximum(np.median(back, axis=1) / 2.0, limit)
@@ -350,7 +359,7 @@ def _fitted(
     size: float,
     centre: tuple[float, float],
 ) -> _Rim | None:
-    """Fit a circle to the outermost points; what is dark inside only moves points inwards."""
+    """Fit a circle to the outermost points; dark content only moves points inwards."""
     x, y = centre
     if usable.sum() < _LEAST_SHARE * _ANGLES:
         return None
@@ -373,7 +382,7 @@ def _fitted(
         return None
     if not _RADII[0] * size <= radius <= _RADII[1] * size:
         return None
-    # Of what shows an edge, most must lie on the rim, and next to nothing beyond it.
+    # Of the points with an edge, most must be on the rim, and almost none beyond it.
     beyond = usable & (
         np.hypot(points[:, 0] - x, points[:, 1] - y) > (1.0 + 2.0 * _ON_RIM) * radius
     )
@@ -383,7 +392,7 @@ def _fitted(
 
 
 def _fits(frame: Bytes, circles: Circles) -> bool:
-    """Whether a frame is dark around the circles, however dark it is inside."""
+    """Return whether a frame is dark around the circles, however dark it is inside."""
     codes = worst(frame)[_away(frame, circles) > _AROUND]
     if codes.size < 0.02 * frame.shape[0] * frame.shape[1]:
         return False
@@ -392,14 +401,14 @@ def _fits(frame: Bytes, circles: Circles) -> bool:
 
 
 def _filled(frame: Bytes, circles: Circles) -> bool:
-    """Whether there is a picture around the circles of other frames, not only stray light."""
+    """Return whether there is content around the circles of other frames, not only stray light."""
     away, light = _away(frame, circles), srgb_decode(worst(frame) / 255.0)
     outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
     return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()
 
 
 def _away(frame: Bytes, circles: Circles) -> Float64:
-    """Distance of each pixel from the nearer circle's centre, in radii."""
+    """Return the distance of each pixel from the nearer circle's centre, in radii."""
     side = min(frame.shape[:2])
     y, x = np.mgrid[: frame.shape[0], : frame.shape[1]]
     away = [

@@ -18,7 +18,7 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure by exposures of two circles, or one of them; they are stitched as they are merged.
+    """Measure from exposures of two circles, or a single one; they are merged and then stitched.
 
     Frames that a camera has stitched are measured as a bracket. Raises as `measurement.Entry`.
     """

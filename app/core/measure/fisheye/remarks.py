@@ -1,4 +1,4 @@
-"""What there is to report of two fisheye circles."""
+"""Remarks about two fisheye circles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class CirclesStitched(Remark):
-    """Which circle is the front, and which of its sides is up, deg clockwise from its top."""
+    """Which circle is the front, and its upward direction, deg clockwise from its top."""
 
     front: str
     up_deg: float
@@ -17,4 +17,4 @@ class CirclesStitched(Remark):
 
 @dataclass(frozen=True, slots=True)
 class SeamUnsure(Remark):
-    """The circles overlap too little to measure the lenses by."""
+    """The circles overlap too little to calibrate the lenses."""

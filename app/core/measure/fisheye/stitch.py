@@ -1,8 +1,8 @@
 """Stitch two fisheyes back to back to a panorama.
 
-The frames of an unstitched bracket are merged as they are, circle on circle, where clipping and
-noise are the sensor's own. Only the merged light is resampled, once, and all frames lie on each
-other as they were shot.
+The frames of an unstitched bracket are merged as they are, circle on circle, so that clipping and
+noise are those of the sensor. Only the merged light is resampled, once, and all frames stay aligned
+as shot.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _COARSE: Final = 4  # texels
 _LONGEST: Final = 8192  # pixels of merged circles, also at full size: for memory
 _LOOKED_AT: Final = (256, 512)
 _LEAN_DEG: Final = 4.0
-_STEEP: Final = 0.9  # nearer to the zenith every edge is nearly upright
+_STEEP: Final = 0.9  # closer to the zenith, every edge is nearly upright
 _SECTORS: Final = 16
 _CLEARLY: Final = 3.0
 
@@ -49,8 +49,9 @@ _CLEARLY: Final = 3.0
 class Stitching:
     """Calibration and stitching of the lenses.
 
-    `up_deg` is where up was, clockwise from the top of the front lens's circle; "model", "edges" or
-    "file" says so.
+    Attributes:
+        up_deg: Upward direction, clockwise from the top of the front lens's circle.
+        up_from: Source of `up_deg`: "model", "edges" or "file".
     """
 
     front: str
@@ -76,7 +77,7 @@ class Stitching:
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """What to report."""
+        """Return the remarks."""
         stitched = CirclesStitched(self.front, self.up_deg)
         return (stitched,) if self.pair.measured else (stitched, SeamUnsure())
 
@@ -87,7 +88,7 @@ def circle_size(
     """Return rows and columns for merging unstitched frames, for a size of panorama."""
     share = _LONGEST / max(shape)
     if size is not None:
-        # Twice as fine as the panorama; the circles are some 200 degrees wide.
+        # Twice as fine as the panorama; the circles are about 200 degrees wide.
         fine = _SUPERSAMPLED * size[1] / 360.0 / (2.0 * circles.radius * min(shape) / 200.0)
         share = min(share, fine if fine < 0.75 else 1.0)
     return shape if share >= 1.0 else (round(shape[0] * share), round(shape[1] * share))
@@ -107,7 +108,7 @@ def to_panorama(
     size: tuple[int, int] | None,
     token: Token | None = None,
 ) -> tuple[MergedLight, Stitching]:
-    """Stitch the merged light of an unstitched bracket; None for a size keeps the circles' own."""
+    """Stitch the merged light of an unstitched bracket; a size of None keeps the circles' own."""
     model = model_of(camera)
     pair = calibrate(merged, circles, model)
     up_deg, source = _up(merged, pair, model)
@@ -124,18 +125,18 @@ def to_panorama(
 
 
 def _up(merged: MergedLight, pair: Pair, model: FisheyeModel) -> tuple[float, str]:
-    """Decide which way is up: clockwise from the top of the front circle, and what says so.
+    """Return the upward direction, clockwise from the top of the front circle, and its source.
 
-    Cameras store their circles upright or turned by a quarter, and nothing in the overlap tells
-    which. A known model does; else how the two are turned to each other, unless upright edges all
-    around clearly say otherwise. More light comes from above than from below: in each of the twenty
-    panoramas at hand.
+    Cameras store their circles upright or rotated by a quarter turn, and the overlap does not show
+    which. A known model decides; otherwise the rotation of the two against each other, unless
+    upright edges all around clearly contradict it. More light comes from above than from below: so
+    it was in each of twenty panoramas.
     """
     if model.turns_deg is not None:
         return model.turns_deg[model.front], "model"
     up_view = stitch(merged, pair, _LOOKED_AT).radiance
     right = pair.lenses[1].axes[0]
-    # Both a quarter to the same side, or both upright; then the front one's top counts.
+    # Both a quarter turn to the same side, or both upright; then the front one's top counts.
     sideways = right[0] < -math.sqrt(0.5)
     upright_scores, lying_scores = _upright_edges(up_view, 1), _upright_edges(up_view, 0)
     ratio = (lying_scores + 1e-9) / (upright_scores + 1e-9)
@@ -153,7 +154,7 @@ def _lit(radiance: Float32, up_deg: float) -> float:
 
 
 def _upright_edges(radiance: Float32, axis: int) -> float:
-    """Add up the edges that run along an axis, those of no sector around it counting for much."""
+    """Sum the edges along an axis, limiting the weight of each sector around it."""
     level = luminance(radiance)
     level *= np.float32(0.25 / max(float(np.median(level)), 1e-9))
     picture = np.rint(255.0 * srgb_encode(np.clip(level, 0.0, 1.0))).astype(np.uint8)
@@ -162,7 +163,7 @@ def _upright_edges(radiance: Float32, axis: int) -> float:
     along = np.clip(1.0 - off**2, 0.0, 1.0) * (np.abs(vectors[:, axis]) < _STEEP) * strengths
     around = np.arctan2(vectors[:, 2], vectors[:, 1 - axis]) / (2.0 * math.pi) + 0.5
     sums = np.bincount((around * _SECTORS).astype(int) % _SECTORS, along, _SECTORS)
-    # The horizon is one long edge; corners of rooms and trees stand all around.
+    # The horizon is one long edge; corners of rooms and trees are all around.
     return float(np.minimum(sums, 2.0 * np.median(sums)).sum())
 
 
@@ -171,12 +172,12 @@ def stitch(
 ) -> MergedLight:
     """Resample merged light to a panorama of some rows and columns, both even.
 
-    Fields that are shares of area stay such; clipped light stays clipped.
+    Shares of area stay shares; clipped light stays clipped.
     """
     shape, shares = (size[0] * _SUPERSAMPLED, size[1] * _SUPERSAMPLED), merged.shares
 
     def band(start: int, stop: int) -> tuple[Float32, Float32]:
-        # Where to look is computed for every fourth texel and interpolated: it is smooth there.
+        # Source positions are computed for every fourth texel and interpolated: they vary smoothly.
         vectors = _coarse(shape, (start, stop))
         toward, around = about_seam(vectors)
         front = np.clip(0.5 + (toward - around_seam(pair.seam, around)) / BLEND_DEG, 0.0, 1.0)
@@ -197,7 +198,7 @@ def stitch(
 
 
 def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:
-    """Directions to the middles of blocks of texels, and to one block more on every side."""
+    """Return directions to the centres of blocks of texels, with one more block on every side."""
     row = np.arange(rows[0] // _COARSE - 1, rows[1] // _COARSE + 1) + 0.5
     column = np.arange(-1, shape[1] // _COARSE + 1) + 0.5
     elevation = np.pi * (0.5 - row * _COARSE / shape[0])[:, None]
@@ -208,7 +209,7 @@ def _coarse(shape: tuple[int, int], rows: tuple[int, int]) -> Float32:
 
 
 def _refine(coarse: Float32) -> Float32:
-    """Interpolate what is known of blocks for their texels, and leave out the blocks around."""
+    """Interpolate values of blocks to their texels, and drop the outer blocks."""
     size = (coarse.shape[1] * _COARSE, coarse.shape[0] * _COARSE)
     fine = cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR)
     return np.ascontiguousarray(fine[_COARSE:-_COARSE, _COARSE:-_COARSE], np.float32)

@@ -1,10 +1,11 @@
 """Measure from photos taken all around from one spot.
 
-    files -> pictures -> what they share -> where they look -> curve, exposures -> merged
+    files -> pictures -> matches -> directions -> curve, exposures -> merged
           -> gaps filled -> lamps, sun, corrections -> audit
 
-Exposures of one bracket look nearly the same way, and are compared with their best one only. What
-EXIF says of exposures is a start: what overlaps decides, since phones expose as they like.
+Exposures of one bracket look in nearly the same direction, so only the best one is compared with
+other photos. Exposures in EXIF are only a start: the overlaps decide, since phones process
+exposures as they like.
 """
 
 from __future__ import annotations
@@ -56,26 +57,31 @@ from app.core.measure.read.metadata import pictures_in, read_header
 from app.core.text import tr
 
 _MERGE_SIDE, _SMALL = 1600, 120  # pixels of the longer side: to merge, and to compare brightness
-_PANORAMA, _WIDE, _ENDS = 6144, 2.2, 1.5  # pixels; times as wide as high; steps between columns
+_PANORAMA, _WIDE, _ENDS = 6144, 2.2, 1.5  # pixels; width over height; steps between columns
 _COUNTS: Final = (3, 120)
-_OTHER_PLACE, _LEAST_SEEN = 0.2, 0.1  # of all photographs, that hang together; of the sphere
+_OTHER_PLACE, _LEAST_SEEN = 0.2, 0.1  # of all photos, that are connected; of the sphere
 _STEP_STOPS, _SAME_STOPS = 0.6, 0.25  # between exposures of a bracket, and between brackets
 _OPEN, _MIDDLE_CODE = (16, 236), 118
-_EDGE, _FEW = 0.06, 12  # of half a side, that is not compared; places that are too few
+_EDGE, _FEW = 0.06, 12  # of half a side, excluded; positions that are too few
 _TRUST_EXIF, _TRUST_STEP, _TRUST_OVERLAP = 0.3, 0.07, 0.05  # stops
 _MOVED_PX = 2.5
 _OVER: Final = tr("From one spot, turn on and let each photograph share a third with the last.")
-_AXES: Final = np.diag([-1.0, -1.0, 1.0])  # a panorama's, of a camera's
+_AXES: Final = np.diag([-1.0, -1.0, 1.0])  # from a camera's axes to a panorama's
 
 
 @dataclass(frozen=True, slots=True)
 class Photograph:
     """A photo and its direction.
 
-    `rotation`, (3, 3) from camera to panorama axes, is None where that could not be found;
-    `focal_px` is of `pixels`, (h, w, 3), `small` a tiny copy; the stated one and `points` are
-    of one of at most `LONGEST`. `bracket` counts the directions.
-    `wide_deg` is how far around a panorama reaches.
+    Attributes:
+        pixels: (h, w, 3).
+        small: A tiny copy.
+        points: Features of a copy of `LONGEST` or less.
+        stated_focal_px: Focal length in pixels of that copy, from EXIF.
+        rotation: (3, 3). From camera to panorama axes; None if it could not be found.
+        focal_px: Focal length in pixels of `pixels`.
+        bracket: Number of the direction.
+        wide_deg: Horizontal angle of a panorama.
     """
 
     frame: Frame
@@ -90,12 +96,12 @@ class Photograph:
 
     @property
     def stops(self) -> float | None:
-        """Exposure by EXIF, where it is stated."""
+        """Exposure from EXIF, if stated."""
         return None if self.frame.exposure is None else self.frame.exposure.ev
 
     @property
     def fov_deg(self) -> float:
-        """Field of view across."""
+        """Horizontal field of view."""
         return self.wide_deg or math.degrees(
             2.0 * math.atan(self.pixels.shape[1] / 2.0 / self.focal_px)
         )
@@ -108,10 +114,10 @@ class Photograph:
 
 @dataclass(frozen=True, slots=True)
 class PhotosOptions(WayOptions):
-    """Options of photos taken all around.
+    """Options for photos taken all around.
 
     Attributes:
-        fov_deg: How far around a single wide panorama reaches; None to find out.
+        fov_deg: Horizontal angle of a single wide panorama; None to estimate it.
         unstitched: Whether pictures of two fisheye circles are measured as such.
     """
 
@@ -145,11 +151,11 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Measurement:
-    """Measure by photos taken all around, or one folder of them.
+    """Measure from photos taken all around, or one folder of them.
 
-    Azimuth 0 is where the first photo that could be placed looks. One file is a panorama that a
-    phone has stitched. Pictures of two fisheye circles are measured as such. Raises as
-    `measurement.Entry`; also when photos do not belong together or show too little.
+    Azimuth 0 is the direction of the first photo that could be placed. A single file is a panorama
+    that a phone has stitched. Pictures of two fisheye circles are measured as such. Raises as
+    `measurement.Entry`, and if photos do not belong together or show too little.
     """
     options, token = options or MeasureOptions(), token or Token()
     own = options.of(PhotosOptions)
@@ -177,7 +183,7 @@ def measure(
 
 @dataclass(frozen=True, slots=True)
 class _PhotoLight:
-    """Light before its gaps are filled: radiance, where it is known, what is clipped."""
+    """Light before its gaps are filled: radiance, mask of known texels, clipped shares."""
 
     photographs: list[Photograph]
     stops: tuple[float, ...]
@@ -187,7 +193,7 @@ class _PhotoLight:
 
 
 def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Measurement:
-    """Fill gaps, and do what is done to all merged light."""
+    """Fill gaps, and finish the light as for all measurements."""
     (radiance, coverage, clipped), stops, remarks = light.planes, light.stops, light.remarks
     oriented = [photograph for photograph in light.photographs if photograph.rotation is not None]
     exposures_known = all(p.frame.exposure is not None and p.frame.exposure.known for p in oriented)
@@ -222,7 +228,7 @@ def _finish(light: _PhotoLight, options: MeasureOptions, report: Report) -> Meas
 
 
 def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
-    """Lay a panorama that a phone has stitched on the sphere: by GPano, or as a cylinder."""
+    """Map a panorama that a phone has stitched onto the sphere: by GPano, or as a cylinder."""
     photograph = replace(_read_one(token, file, _PANORAMA), rotation=_AXES)
     pixels, area = photograph.pixels, photograph.frame.area_deg
     height, width = pixels.shape[:2]
@@ -252,7 +258,7 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
 
 
 def _width_deg(pixels: Bytes, name: str) -> float:
-    """360 degrees for a wide picture whose ends are alike."""
+    """Return 360 degrees for a wide picture whose ends match."""
     if pixels.shape[1] < _WIDE * pixels.shape[0]:
         few = tr("One photograph cannot show what is all around.")
         raise ProbeError(few, _OVER)
@@ -265,13 +271,13 @@ def _width_deg(pixels: Bytes, name: str) -> float:
 
 
 def _circled(files: Sequence[Path], token: Token) -> bool:
-    """Whether pictures show two fisheye circles each; three are looked at."""
+    """Return whether pictures show two fisheye circles each; three are checked."""
     some = {files[k] for k in (0, len(files) // 2, len(files) - 1)} if files else set()
     return any(shows_circles(file, token) for file in sorted(some))
 
 
 def _read(files: Sequence[Path], token: Token, report: Report) -> list[Photograph]:
-    """Decode and describe the photographs."""
+    """Decode and describe the photos."""
     if not _COUNTS[0] <= len(files) <= _COUNTS[1]:
         few = tr("A full panorama needs 12–40 photos (you chose {count}).", count=len(files))
         raise ProbeError(few, _OVER)
@@ -291,14 +297,14 @@ def _read_one(token: Token, file: Path, most: int = _MERGE_SIDE) -> Photograph:
     focal = source.focal_px and source.focal_px * min(LONGEST / longest, 1.0)
     clip = np.where(source.picture >= CLIPPED_CODE, np.uint8(255), np.uint8(0))
     small, clip = (shrunk(picture, _SMALL / longest)[0] for picture in (source.picture, clip))
-    small[clip > 0] = 255  # what is clipped in part says nothing of brightness
+    small[clip > 0] = 255  # partly clipped pixels carry no brightness
     return Photograph(frame, source.picture, small, points, focal)
 
 
 def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
-    """Divide photographs into brackets, where all of them were exposed by the same steps.
+    """Divide photos into brackets, if all of them were exposed with the same steps.
 
-    Each photograph stands alone where that is not so.
+    Otherwise each photo is separate.
     """
     count, bracket_size = len(photographs), 1
     stops = np.array([math.nan if p.stops is None else p.stops for p in photographs])
@@ -314,7 +320,7 @@ def _bracketed(photographs: Sequence[Photograph]) -> list[Photograph]:
 def _place(
     photographs: Sequence[Photograph], token: Token, report: Report
 ) -> tuple[list[Photograph], list[Remark]]:
-    """Find where the photographs look; also what there is to report of that."""
+    """Find the directions of the photos, with remarks."""
     size = len(photographs) // (photographs[-1].bracket + 1)
     dull = [abs(float(np.median(photograph.small)) - _MIDDLE_CODE) for photograph in photographs]
     best = int(np.reshape(dull, (-1, size)).mean(axis=0).argmin())  # exposure of all brackets
@@ -331,7 +337,7 @@ def _place(
         hint = tr("Stitch each place by itself, or add photographs between them.")
         raise ProbeError(apart, hint)
     for k, one in enumerate(leader):
-        if one in rotations and k not in rotations:  # too dark to tell: as its bracket
+        if one in rotations and k not in rotations:  # too dark to match: same as its bracket
             rotations[k], focals[k] = rotations[one], focals[one]
     if len(rotations) < _COUNTS[0]:
         few = tr("Only {few} of {all} photographs overlap.", few=len(rotations), all=len(names))
@@ -349,14 +355,15 @@ def _place(
 
 
 def _middle(oriented: Sequence[Photograph]) -> float:
-    """Middle of the exposures that are stated."""
+    """Return the middle of the stated exposures."""
     return float(np.median([p.stops for p in oriented if p.stops is not None] or [0.0]))
 
 
 def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
-    """Look up the same directions in small copies of all photographs.
+    """Look up the same directions in small copies of all photos.
 
-    Returns codes, (K, N, 3) uint8, and where they are, (K, N).
+    Returns:
+        Codes, (K, N, 3) uint8, and their visibility, (K, N).
     """
     scales = [max(p.small.shape) / max(p.pixels.shape) for p in oriented]
     looks = [
@@ -369,7 +376,7 @@ def _look_up(oriented: Sequence[Photograph]) -> tuple[Bytes, Bools]:
 
 
 def _curve(oriented: Sequence[Photograph], codes: Bytes, visible: Bools) -> ResponseChoice:
-    """Choose the camera's curve from brackets; without any it is taken as sRGB."""
+    """Choose the camera's curve from brackets; without any, assume sRGB."""
     sets = [
         [k for k, p in enumerate(oriented) if p.bracket == n] for n in {p.bracket for p in oriented}
     ]
@@ -385,10 +392,10 @@ def _curve(oriented: Sequence[Photograph], codes: Bytes, visible: Bools) -> Resp
 def _layers(
     oriented: Sequence[Photograph], codes: Bytes, visible: Bools, table: Float64
 ) -> list[OrientedPicture]:
-    """Find how much light the values of each photograph stand for.
+    """Find the light for the codes of each photo.
 
-    Least squares of logarithms: what overlaps, open in both, is alike, and exposures are about as
-    EXIF states them, those of one bracket nearly so.
+    Least squares of logarithms: overlaps that are unclipped in both photos are equal, and exposures
+    are close to those in EXIF, within a bracket very close.
     """
     middle = _middle(oriented)
     start = np.array([0.0 if p.stops is None else middle - p.stops for p in oriented])
@@ -419,7 +426,7 @@ def _layers(
 def _filled(
     merged: MergedLight, coverage: Bools, remarks: list[Remark]
 ) -> tuple[MergedLight, float]:
-    """Fill what no photograph shows, and report how much of the sphere that is, and where."""
+    """Fill areas that no photo shows, and report their share of the sphere and position."""
     gaps = (
         (~coverage).mean(axis=1) * solid_angles(coverage.shape) * coverage.shape[1] / (4.0 * np.pi)
     )

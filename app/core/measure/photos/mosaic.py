@@ -1,9 +1,9 @@
 """Merge photos with known directions to a panorama of light.
 
-Each photograph is a pinhole picture taken from one point. Texels are sampled several times, each
-sample merged from all photographs that show it as the frames of a bracket are (`weighted_merge`):
-by noise, what is clipped without a say, and the more the farther it lies from a photograph's edge,
-so that no seam shows. Merged samples are averaged, not codes: a lamp keeps its light.
+Each photo is a pinhole picture taken from one point. Texels are sampled several times. Each sample
+is merged from all photos that show it, like the frames of a bracket (`weighted_merge`): weighted by
+noise, with no weight for clipped pixels and more weight away from a photo's edge, so that no seam
+is visible. Merged samples are averaged, not codes, so a lamp keeps its light.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from app.core.measure.bracket.weighting import FrameLight, float_tables, frame_t
 from app.core.measure.read.pixels import workers
 
 _TILE, _MOST_SAMPLES = 96, 3  # texels of a side, and samples of a texel
-_FEATHER: Final = 0.4  # of half a side, over which a photograph loses its say
+_FEATHER: Final = 0.4  # of half a side, over which a photo loses its weight
 _AHEAD: Final = 0.05  # cosine from the axis
 
 
@@ -37,10 +37,12 @@ _AHEAD: Final = 0.05  # cosine from the axis
 class OrientedPicture:
     """A photo with its direction and exposure.
 
-    `pixels`, (h, w, 3), are uint8 codes, or float32 linear where 1 is saturated. `rotation`,
-    (3, 3) float64, takes camera axes (right, down, front) to a panorama's (`app.core.base.sphere`).
-    `gains` are the radiance of linear red, green and blue of 1. `mask`, (h, w) bool, is where it
-    may be used; None is everywhere. Of linear pictures the mean gain counts.
+    Attributes:
+        pixels: (h, w, 3). uint8 codes, or float32 linear where 1 is saturated.
+        rotation: (3, 3) float64. From camera axes (right, down, front) to a panorama's
+            (`app.core.base.sphere`).
+        gains: Radiance of linear red, green and blue of 1; for linear pictures the mean counts.
+        mask: (h, w) bool. Usable area; None for all of it.
     """
 
     pixels: NDArray[Any] = field(repr=False)
@@ -57,8 +59,9 @@ class OrientedPicture:
     def look(self, rays: Float32) -> tuple[NDArray[Any], Float32]:
         """Sample the photo at directions, (h, w, 3), in the panorama's axes.
 
-        Returns pixels, (h, w, 3), and how far inside the picture they are as a share of half a
-        side, (h, w) float32: 0 where there is none.
+        Returns:
+            Pixels, (h, w, 3), and their distance from the picture's edge as a share of half a side,
+            (h, w) float32: 0 outside it.
         """
         local = rays @ self.rotation.astype(np.float32)
         scale = np.float32(self.focal_px) / np.maximum(local[..., 2], np.float32(_AHEAD))
@@ -87,9 +90,14 @@ def light_around(
 ) -> tuple[Float32, Bools, Float32]:
     """Merge photos to a panorama of light, (H, W) = `shape`.
 
-    `table`, (3, 256), is the linear light of each code, sRGB's unless given. Returns radiance,
-    (H, W, 3) float32 in the unit of the gains, where it is known, (H, W), 0 elsewhere, and the
-    share of each texel, (H, W) float32, that all its photographs clip. Cancelled.
+    Args:
+        table: (3, 256). Linear light of each code; by default sRGB.
+
+    Returns:
+        Radiance, (H, W, 3) float32 in the unit of the gains, 0 where unknown; the mask of known
+        texels, (H, W); and the share of each texel, (H, W) float32, that all its photos clip.
+
+    Raises `Cancelled`.
     """
     order = sorted(pictures, key=lambda picture: -picture.stops)
     lights = _lights(order, srgb_response().table if table is None else table)
@@ -105,7 +113,7 @@ def light_around(
 
 
 def _lights(pictures: Sequence[OrientedPicture], table: Float64) -> list[FrameLight]:
-    """Make the tables by which photographs are weighed and become light."""
+    """Make the tables that convert photos to weights and light."""
     stops = [picture.stops for picture in pictures]
     lights = []
     for index, picture in enumerate(pictures):
@@ -126,7 +134,7 @@ def _fill_tile(
     token: Token,
     corner: tuple[int, int],
 ) -> None:
-    """Merge the samples of a tile from the photographs that show it, and average them."""
+    """Merge the samples of a tile from the photos that show it, and average them."""
     token.check()
     height, width = (side * samples for side in planes[0].shape[:2])
     rows, columns = (np.arange(c * samples, (c + _TILE) * samples) for c in corner)

@@ -1,4 +1,4 @@
-"""What there is to report of photos that were stitched."""
+"""Remarks about stitched photos."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class PhotosLeftOut(Remark):
 
 @dataclass(frozen=True, slots=True)
 class CameraMoved(Remark):
-    """Near things may be doubled."""
+    """Near objects may appear twice."""
 
 
 @dataclass(frozen=True, slots=True)
 class GapsFilled(Remark):
-    """The share of all directions, 0 to 1, that no photo shows, and where most of it is."""
+    """Share of all directions, 0 to 1, that no photo shows, and the position of most of it."""
 
     share: float
     where: Literal["overhead", "below", "sides"]

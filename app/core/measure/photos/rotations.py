@@ -1,12 +1,13 @@
 """Estimate rotations and focal lengths of photos taken from one point.
 
-Photographs that a turning camera takes are homographies of each other. Pairs are found by RootSIFT
-points and believed as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant
-Features", IJCV 2007; the focal length is the one under which all pairs are rotations. Then all
-rotations and focal lengths are adjusted together, by Gauss-Newton steps with Cauchy's weights, and
-what disagrees is left out. Up is where the cameras' right sides lie level (section 5 there).
+Photos from a turning camera are homographies of each other. Pairs are found by RootSIFT points and
+accepted as in M. Brown and D. Lowe, "Automatic Panoramic Image Stitching using Invariant Features",
+IJCV 2007; the focal length is the one for which all pairs are rotations. Then all rotations and
+focal lengths are adjusted together, by Gauss-Newton with Cauchy's weights, leaving out outliers. Up
+is the direction for which the cameras' right sides are level (section 5 there).
 
-Camera axes are right, down, front; rotations take them to one common system, at last a panorama's.
+Camera axes are right, down, front; rotations convert them to one common system, in the end that of
+a panorama.
 """
 
 from __future__ import annotations
@@ -28,16 +29,16 @@ from app.core.localization.recapture_registration import fit_rotation
 from app.core.localization.rotation import unit_rays
 
 LONGEST: Final = 720
-"""Pixels of the longer side of the pictures that are compared."""
+"""Pixels of the longer side of the compared pictures."""
 
-_POINTS, _MOST, _TELLING = 700, 120, 24  # points of a photograph, of a pair; pairs for a lens
+_POINTS, _MOST, _TELLING = 700, 120, 24  # points of a photo, of a pair; pairs for a lens
 _APART, _CELL, _A_CELL = 8.0, 36.0, 2  # pixels between rivals, of a cell; matches from one
-_FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe ask for 8 and a share of all
+_FEWEST, _OF_MATCHES = 10, 0.3  # that must agree: Brown and Lowe require 8 and a share of all
 _OFF, _ODD = 4.0, 5.0  # pixels that a point may be off, and half of the points of a pair
-_FAR: Final = 0.1 * LONGEST  # by the points of pairs that tell the focal length
+_FAR: Final = 0.1 * LONGEST  # distance of points in pairs that determine the focal length
 _FOCALS: Final = np.geomspace(0.25, 4.0, 97)
 _SCALES: Final = np.maximum(60.0 * 0.75 ** np.arange(24), 1.5)  # pixels, of Cauchy's weights
-_ALIKE: Final = 0.01  # of focal lengths of photographs among each other
+_ALIKE: Final = 0.01  # between the focal lengths of photos
 _LEAN: Final = 0.005
 
 
@@ -65,7 +66,7 @@ def points_of(picture: Bytes) -> Features:
 def find_links(
     views: Sequence[Features], pairs: Sequence[tuple[int, int]], token: Token, report: Report
 ) -> list[PhotoPair]:
-    """Match pairs of photos; raises Cancelled."""
+    """Match pairs of photos; raises `Cancelled`."""
     links = []
     with ThreadPoolExecutor(2) as pool:
         for count, link in enumerate(pool.map(partial(_link, views, token), pairs)):
@@ -105,8 +106,12 @@ def turn(
 ) -> tuple[dict[int, Float64], dict[int, float], float]:
     """Return rotations, (3, 3), and focal lengths, pixels, of matching photos.
 
-    Of the largest group, by number; `stated` are focal lengths. Last, how far apart the points of
-    a pair lie, pixels.
+    Args:
+        stated: Focal lengths in EXIF, pixels; None if not stated.
+
+    Returns:
+        Rotations and focal lengths of the largest group, by number; and the distance between the
+        points of a pair, pixels.
     """
     good, focals = list(links), _focals(stated, links)
     while good:
@@ -121,7 +126,7 @@ def turn(
 
 
 def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float64:
-    """Focal lengths in pixels as stated, scaled so that pairs are rotations of each other."""
+    """Return the stated focal lengths, pixels, scaled so that pairs are rotations of each other."""
     usual = float(np.median([focal for focal in stated if focal] or [LONGEST]))
     base, cost = np.array([focal or usual for focal in stated]), np.abs(np.log(_FOCALS)) * 1e-6
     motions = [np.median(np.linalg.norm(np.subtract(*link.points), axis=1)) for link in links]
@@ -137,7 +142,7 @@ def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float
 def _chained(
     members: Sequence[int], links: Sequence[PhotoPair], focals: Float64
 ) -> dict[int, Float64]:
-    """Turn one photograph after another, along the links with most points."""
+    """Rotate one photo after another, along the pairs with most points."""
     rotations = {members[0]: np.eye(3)}
     rest = sorted(links, key=lambda link: -len(link.points[0]))
     while len(rotations) < len(members):
@@ -156,9 +161,9 @@ def _adjusted(
     rotations: dict[int, Float64],
     focals: Float64,
 ) -> tuple[dict[int, Float64], dict[int, float]]:
-    """Adjust all rotations and focal lengths: four unknowns a photograph, nearly one zoom for all.
+    """Adjust all rotations and focal lengths: four unknowns per photo, nearly one zoom.
 
-    What holds the rest, that is all rotations together, is next to nothing.
+    The overall rotation is held by a very weak prior.
     """
     count, zooms = len(members), np.zeros(len(members))
     damping = np.eye(4 * count) * 1e-3
@@ -185,10 +190,10 @@ def _adjusted(
 def _equations(
     link: PhotoPair, rotations: Mapping[int, Float64], focals: Mapping[int, float]
 ) -> tuple[Float64, Float64]:
-    """Linearise the misses of a link's points: slopes (M, 3, 8), misses (M, 3), pixels.
+    """Linearise the errors of a pair's points: slopes (M, 3, 8), errors (M, 3), pixels.
 
-    The slope of R exp(w) u by w is -R [u]x; that of u by the logarithm of the focal length is what
-    is left of -(x, y, 0) / f across u.
+    The slope of R exp(w) u by w is -R [u]x; by the logarithm of the focal length, it is the part of
+    -(x, y, 0) / f perpendicular to u.
     """
     off, rows = np.zeros((len(link.points[0]), 3)), []
     for member, rays, sign in zip(link.numbers, link.rays(focals), (1.0, -1.0), strict=True):
@@ -203,7 +208,7 @@ def _equations(
 
 
 def upright(rotations: Mapping[int, Float64], first: int) -> dict[int, Float64]:
-    """Align rotations with a panorama: the mean camera level, one photo at azimuth 0."""
+    """Rotate all photos to level the mean camera, with one photo at azimuth 0."""
     every = np.array(list(rotations.values()))
     sides, mean = every[:, :, 0], -every[:, :, 1].mean(axis=0)
     mean /= np.linalg.norm(mean)

@@ -1,10 +1,10 @@
-"""The table of cameras, `resources/cameras/theta.toml`: what each Ricoh Theta accepts.
+"""The table of cameras, `resources/cameras/theta.toml`: the values that each Ricoh Theta accepts.
 
 The planner of brackets, the client (`app.devices.client_profiles`) and the simulated cameras
-(`app.devices.simulated.cameras`) read it, each in its own way: a row here makes a model known
-to all three. Exposure times, ISO and apertures are those of the manual program, digit for digit as
-Ricoh's Web API v2.1 states them (options/shutter_speed.md, iso.md, aperture.md); where a camera
-states its own lists (`shutterSpeedSupport` and so on), those are better.
+(`app.devices.simulated.cameras`) read it, each in its own way, so a row here adds a model to all
+three. Exposure times, ISO and apertures are those of the manual program, digit for digit as in
+Ricoh's Web API v2.1 (options/shutter_speed.md, iso.md, aperture.md). If a camera states its own
+lists (`shutterSpeedSupport` and so on), those take precedence.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ Preview = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class CameraFacts:
-    """One model.
+    """Facts about one camera model.
 
-    * `name`: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
-    * `sizes`: rows and columns of its panoramas, the largest first.
-    * `overhead_s`: time a frame takes besides its exposure, in seconds.
-    * `native_bracket`: whether it takes a bracket by itself, of `max_shots` at most.
-    * `by_method`: whether its bracket is chosen by `_shootingMethod`.
-    * `old_bracket`: whether the frames of its bracket name neither program nor white balance.
-    * `watched`: whether it never says that its bracket is done.
-    * `switches_api`: whether it wakes up in API 2.0 and must be switched to 2.1.
-    * `previews`: what it accepts, the best for looking first; none where the camera reports zeros.
-    * `user_prefix`: letters before the serial number in its user name; "" where not known.
-    * `stitching`: whether seam and level of one picture can be kept for the next.
-    * `sensor`: the model whose sensor a simulated camera of this one has; its own where empty.
+    Attributes:
+        name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
+        sizes: Rows and columns of its panoramas, the largest first.
+        overhead_s: Time for a frame besides its exposure, seconds.
+        native_bracket: Whether it takes a bracket by itself, of at most `max_shots`.
+        by_method: Whether its bracket is selected by `_shootingMethod`.
+        old_bracket: Whether the frames of its bracket name neither program nor white balance.
+        watched: Whether it never reports the end of its bracket.
+        switches_api: Whether it starts in API 2.0 and must be switched to 2.1.
+        previews: Accepted formats, the best for viewing first; empty if the camera reports zeros.
+        user_prefix: Letters before the serial number in its user name; "" if unknown.
+        stitching: Whether seam and level of one picture can be kept for the next.
+        sensor: Model whose sensor the simulated camera uses; empty for its own.
     """
 
     name: str
@@ -75,7 +76,7 @@ def _read() -> tuple[CameraFacts, ...]:
         facts: dict[str, Any] = {}
         if "isos" in row:
             least, most = row.pop("isos")
-            # What stands in the list as well is taken from it.
+            # Times already in the list are removed from it.
             times = {*shutters} ^ {*row.pop("other_shutters_s", ())}
             shortest = row.pop("shortest_s", 0.0)
             facts["limits"] = CameraLimits(
@@ -95,7 +96,8 @@ CAMERAS: Final = _read()
 def camera_facts(model: str) -> CameraFacts | None:
     """Return a model by its name in EXIF or from the camera; None if it is not in the table.
 
-    `model` is for example "RICOH THETA SC2" or "Z1"; blanks around it and in it do not matter.
+    Args:
+        model: For example "RICOH THETA SC2" or "Z1"; spaces around it and in it do not matter.
 
     Examples:
         >>> camera_facts("RICOH THETA Z1 ").limits.apertures

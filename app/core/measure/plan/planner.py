@@ -1,12 +1,12 @@
 """Plan a bracket from a metered exposure and the limits of a camera.
 
-ISO and aperture are fixed for the whole bracket and only the shutter moves. Cameras offer nominal
-thirds of a stop, so a wanted exposure is snapped to the nearest one in the logarithm; the exposure
-that is really sent is carried along, never the wanted one.
+ISO and aperture are fixed for the whole bracket, and only the shutter changes. Cameras offer
+nominal thirds of a stop, so a target exposure is rounded to the nearest one in the logarithm. The
+exposure actually sent is used from then on, never the target.
 
 A camera states its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the manual
-program). Where it cannot be asked, `app.core.measure.plan.camera_models`
-knows those of Ricoh's Web API v2.1.
+program). For cameras that cannot be queried, `app.core.measure.plan.camera_models` has those of
+Ricoh's Web API v2.1.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from app.core.measure.read.frame import Exposure
 from app.core.text import tr
 
 STEP_EV: Final = 2.0
-"""Distance of neighbouring frames in stops: the paper's."""
+"""Step between neighbouring frames in stops, as in the paper."""
 
 LONGEST_S: Final = 4.0
-"""Longest exposure that is planned unless asked otherwise, in seconds."""
+"""Default limit of a planned exposure time, in seconds."""
 
 OVERHEAD_S: Final = 2.4
-"""Time that a frame takes besides its exposure, in seconds: a Theta Z1 in its own bracket."""
+"""Time for a frame besides its exposure, in seconds: a Theta Z1 in its own bracket."""
 
 MAX_SHOTS: Final = 19
 """Most frames that any Theta takes in one bracket."""
@@ -40,9 +40,10 @@ _WORTH_EV: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class CameraLimits:
-    """Values that a camera accepts in its manual program; ProbeError if a list is not valid.
+    """Values that a camera accepts in its manual program.
 
-    Exposure times are in seconds, exactly as they must be sent, in any order.
+    Exposure times are in seconds, exactly as they must be sent, in any order. An invalid list
+    raises `ProbeError`.
     """
 
     shutters_s: tuple[float, ...]
@@ -73,10 +74,13 @@ class PlannedShot:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A bracket to shoot, in order; `expected_s` includes the camera's overhead.
+    """A bracket to shoot, in order.
 
-    The metered exposure comes first, since cameras take the stitching and levelling of all
-    frames from the first; then brighter; then darker and darker.
+    The metered exposure comes first, since cameras use the stitching and levelling of the first
+    frame for all; then the brighter one; then darker and darker ones.
+
+    Attributes:
+        expected_s: Duration, including the camera's overhead.
     """
 
     kind: Literal["paper", "full"]
@@ -97,21 +101,22 @@ def plan(
     """Plan a bracket around a metered exposure.
 
     "paper" is 0, +2 and -2 EV, at the aperture nearest to the metered one and the lowest ISO at
-    which +2 EV takes no longer than `longest_s`. Where even -2 EV would need a shorter exposure
-    than the camera has, the aperture is closed.
+    which +2 EV takes no longer than `longest_s`. If even -2 EV would need a shorter exposure than
+    the camera has, the aperture is closed.
 
-    "full" is 0, +2, and then darker in steps of 2 EV down to the darkest exposure that the
-    camera can make. ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the
-    aperture the smallest at which it still does. The last step is shorter where the range is no
-    multiple of 2 EV, or up to 0.5 EV longer where one more frame would not be worth its time.
-    Where the range needs more frames than `shots`, the dark frames are spread evenly over it: a
-    wider step costs accuracy where two frames meet, a missing dark frame costs the lamps.
+    "full" is 0, +2, and then darker in steps of 2 EV down to the darkest exposure of the camera.
+    ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the aperture the smallest
+    at which it still does. The last step is shorter if the range is not a multiple of 2 EV, or up
+    to 0.5 EV longer if one more frame would not be worth its time. If the range needs more frames
+    than `shots`, the dark frames are spread evenly over it: a wider step costs accuracy where two
+    frames meet, a missing dark frame costs the lamps.
 
-    Where the camera cannot make the metered exposure, the bracket is shot around the nearest
-    that it can make. An offset that it cannot reach is shot as near as it can, and said so;
-    frames that would be the same are shot once. ProbeError when the metered exposure lacks ISO
-    or f-number, `shots` or `longest_s` are out of range, or the camera's lists do not allow two
-    different exposures.
+    If the camera cannot make the metered exposure, the bracket is centred on the nearest one that
+    it can make. An offset out of reach is replaced by the nearest, with a remark; equal frames are
+    shot once.
+
+    Raises `ProbeError` if the metered exposure lacks ISO or f-number, `shots` or `longest_s` are
+    out of range, or the camera's lists do not allow two different exposures.
     """
     _check(auto_exposure, limits, shots, longest_s)
     times = tuple(sorted(time for time in set(limits.shutters_s) if time <= longest_s))
@@ -139,19 +144,19 @@ def plan(
 
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """The camera's settings, judged by what they make of the metered exposure."""
+    """The camera's settings, judged by their offsets from the metered exposure."""
 
     auto_exposure: Exposure
     times: tuple[float, ...]
     limits: CameraLimits
 
     def time(self, iso: float, aperture: float, offset: float) -> float:
-        """Exposure time that would give the offset exactly, whether the camera has it or not."""
+        """Return the exact exposure time for an offset, whether the camera has it or not."""
         gain = (self.auto_exposure.iso / iso) * (aperture / self.auto_exposure.aperture) ** 2
         return self.auto_exposure.shutter_s * gain * float(2.0**offset)
 
     def darkest(self, iso: float, aperture: float) -> float:
-        """Least exposure at these settings, in stops above the metered one."""
+        """Return the darkest exposure at these settings, in stops above the metered one."""
         return Exposure(self.times[0], iso, aperture).ev - self.auto_exposure.ev
 
     def middle(self, iso: float, aperture: float) -> float:
@@ -162,19 +167,19 @@ class _Settings:
         return min(max(self.darkest(iso, aperture), 0.0), lightest)
 
     def outside(self, iso: float, aperture: float, offset: float) -> float:
-        """Return the stops by which an offset lies beyond the camera's times; negative within."""
+        """Return the stops by which an offset is beyond the camera's times; negative within."""
         time = self.time(iso, aperture, offset)
         return max(math.log2(time / self.times[-1]), math.log2(self.times[0] / time))
 
     def miss(self, iso: float, aperture: float, offsets: Sequence[float]) -> float:
-        """Sum the stops by which offsets lie outside the camera's times, beyond snapping."""
+        """Return the sum of the stops by which offsets are out of reach, after rounding."""
         total = 0.0
         for offset in offsets:
             total += max(self.outside(iso, aperture, offset) - _TOLERANCE_EV, 0.0)
         return round(total, 6)
 
     def for_paper(self) -> tuple[float, float]:
-        """Choose the least miss; then the aperture nearest the metered one; then the lowest ISO."""
+        """Choose the smallest miss, then the nearest aperture, then the lowest ISO."""
 
         def cost(setting: tuple[float, float]) -> tuple[float, ...]:
             iso, aperture = setting
@@ -184,7 +189,7 @@ class _Settings:
         return min(self._all(), key=cost)
 
     def for_full(self) -> tuple[float, float]:
-        """Choose what reaches +2 EV best; then what reaches 0; then the lowest ISO; the darkest."""
+        """Choose the best reach to +2 EV; then to 0; then the lowest ISO; then the darkest."""
 
         def cost(setting: tuple[float, float]) -> tuple[float, ...]:
             iso, aperture = setting
@@ -202,14 +207,14 @@ class _Settings:
         ]
 
     def shot(self, iso: float, aperture: float, offset: float) -> PlannedShot:
-        """Take the camera's nearest exposure time in the logarithm, the shorter of two."""
+        """Return a shot with the nearest exposure time in the logarithm, the shorter of two."""
         log_time = math.log2(self.time(iso, aperture, offset))
         nearest = min(self.times, key=lambda time: round(abs(math.log2(time) - log_time), 9))
         exposure = Exposure(nearest, iso, aperture)
         return PlannedShot(exposure, offset, exposure.ev - self.auto_exposure.ev)
 
     def missed(self, shot: PlannedShot) -> OffsetMissed | None:
-        """Report a wanted offset that is not had, unless snapping to thirds explains it."""
+        """Report a target offset that was missed by more than the rounding to thirds."""
         iso, aperture = shot.exposure.iso, shot.exposure.aperture
         beyond = self.outside(iso, aperture, shot.wanted_ev) > _TOLERANCE_EV
         if not beyond and abs(shot.ev_offset - shot.wanted_ev) <= _WORTH_EV:
@@ -239,7 +244,7 @@ def _check(auto_exposure: Exposure, limits: CameraLimits, shots: int, longest_s:
 
 
 def _full_offsets(middle: float, floor: float, shots: int) -> tuple[list[float], list[Remark]]:
-    """Offsets from the middle over 2 EV above it down to the floor, in the order of shooting."""
+    """Return offsets from the middle via 2 EV above it down to the floor, in order of shooting."""
     notes: list[Remark] = []
     if -STEP_EV + _TOLERANCE_EV < floor <= 0.0:
         notes.append(DarkestExposure(floor))

@@ -1,4 +1,4 @@
-"""What there is to report of a planned bracket."""
+"""Remarks about a planned bracket."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class OffsetMissed(Remark):
-    """An exposure out of the camera's reach, and the nearest, EV from the metered one."""
+    """An exposure out of the camera's reach, and the nearest one, EV from the metered one."""
 
     wanted_ev: float
     nearest_ev: float
@@ -24,7 +24,7 @@ class DarkestExposure(Remark):
 
 @dataclass(frozen=True, slots=True)
 class WiderSteps(Remark):
-    """How far apart the dark frames are, for there are too few of them."""
+    """Step between the dark frames, wider than usual because there are too few of them."""
 
     frames: int
     step_ev: float
@@ -33,6 +33,6 @@ class WiderSteps(Remark):
 
 @dataclass(frozen=True, slots=True)
 class BracketShifted(Remark):
-    """By how much the whole bracket is shot brighter than metered, or darker."""
+    """Shift of the whole bracket from the metered exposure, EV; positive is brighter."""
 
     middle_ev: float

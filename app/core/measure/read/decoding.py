@@ -1,11 +1,11 @@
 """Decode frames: from memory, from the file row by row, or from a temporary file.
 
-All formats go through OpenImageIO, which reads a JPEG as fast as OpenCV does, keeps the stored
-orientation and the order red, green, blue, reads rows without holding the whole picture, and,
-unlike OpenCV, says when a file ends too early (libjpeg fills what is missing with grey).
+All formats are read with OpenImageIO. It reads a JPEG as fast as OpenCV, keeps the stored
+orientation and the order red, green, blue, reads rows without loading the whole picture, and,
+unlike OpenCV, reports truncated files (libjpeg fills the missing part with grey).
 
-`open_frame` makes the first pass: a frame that may be held is decoded once; another is read by
-rows, and again when it is merged. Either way a small picture of it and samples are taken.
+`open_frame` makes the first pass: a frame that may be kept in memory is decoded once; another is
+read by rows, and again for the merge. Both passes produce a small picture and samples.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _COPY_AGAIN: Final = tr("Copy it from the camera again.")
 
 
 class MemoryRows:
-    """A decoded frame, (H, W, 3), that is held in memory."""
+    """A decoded frame in memory, (H, W, 3)."""
 
     __slots__ = ("pixels",)
 
@@ -59,9 +59,9 @@ class MemoryRows:
 
 
 class RawRows:
-    """A frame spooled to a temporary file, for formats and frames that cannot be read by rows.
+    """A frame in a temporary file, for formats and frames that cannot be read by rows.
 
-    The file has no name and goes with the object. ProbeError when the disk is full.
+    The file has no name and is deleted with the object. Raises `ProbeError` if the disk is full.
     """
 
     __slots__ = ("_dtype", "_file", "_width")
@@ -98,14 +98,14 @@ class RawRows:
         return result
 
     def close(self) -> None:
-        """Close, and with it remove, the temporary file."""
+        """Close and thereby delete the temporary file."""
         self._file.close()
 
 
 class FileRows:
-    """A frame read from its file by rows, from top to bottom, again and again if need be.
+    """A frame read from its file by rows, from top to bottom, repeatedly if necessary.
 
-    Size and kind must be what the file has. Rows come as they are stored.
+    Size and kind must be those of the file. Rows come as stored.
     """
 
     __slots__ = ("_frame", "_next", "_source", "_tiles")
@@ -117,12 +117,12 @@ class FileRows:
         self._tiles: tuple[int, Pixels] | None = None
 
     def rows(self, start: int, stop: int) -> Pixels:
-        """Read rows ``start..stop``; ProbeError when the file is missing or damaged."""
+        """Read rows ``start..stop``; raise `ProbeError` if the file is missing or damaged."""
         if self._source is None or start < self._next:
             self.close()
             self._source = _open(self._frame)
         self._next = stop
-        # The last rows by themselves: only there is a missing end no loss.
+        # The last rows separately: only there is a missing end harmless.
         end = max(self._frame.shape[0] - _LAST_ROWS, start)
         if stop <= end or start == end:
             return self._rows_at(start, stop)
@@ -144,7 +144,7 @@ class FileRows:
     def _from_tiles(
         self, source: ImageInput, start: int, stop: int, tall: int
     ) -> tuple[Pixels | None, str]:
-        """Read whole rows of tiles and keep them, since the next rows are in them, too."""
+        """Read whole rows of tiles and keep them, since they also contain the next rows."""
         tiles = self._tiles
         if tiles is None or not tiles[0] <= start <= stop <= tiles[0] + len(tiles[1]):
             first = start - start % tall
@@ -165,20 +165,22 @@ class FileRows:
 
 
 RowSource: TypeAlias = MemoryRows | RawRows | FileRows
-"""Rows of one frame, asked for from top to bottom and not to be written to."""
+"""Rows of one frame, read-only, to be read from top to bottom."""
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
     """Decode a whole frame, (H, W, 3), upright by `Frame.orientation`.
 
-    uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
-    alpha is left out. ProbeError when the file is missing, damaged, cut off, or not what
-    `Frame` states.
+    Returns:
+        uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
+        alpha is dropped.
+
+    Raises `ProbeError` if the file is missing, damaged, truncated, or contradicts `Frame`.
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
-    # Into one array: numpy asks for huge pages, which the decoders' own buffers do not; on some
-    # machines that saves a third of the time.
+    # Into one array: numpy requests huge pages, unlike the decoders' own buffers; on some machines
+    # that saves a third of the time.
     pixels: Pixels = np.empty((*frame.shape, 3), _TYPES[frame.kind])
     source = FileRows(frame)
     with contextlib.closing(source):
@@ -191,7 +193,7 @@ def decode(frame: Frame, token: Token) -> Pixels:
 def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
     """Return the transparent area of a frame, at another size; None if it is opaque.
 
-    ProbeError when the file is missing or damaged.
+    Raises `ProbeError` if the file is missing or damaged.
     """
     source = _open(frame.as_stored)
     with contextlib.closing(source):
@@ -204,7 +206,7 @@ def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
     if alpha is None:
         raise damaged(frame.path)
     if not alpha.max() > 0.0 or alpha.min() >= 1.0:
-        return None  # A channel that nobody filled, or nothing to see through.
+        return None  # an unused channel, or nothing transparent
     whole = upright(alpha, frame.orientation)[..., 0]
     small = cv2.resize(whole, shape[::-1], interpolation=cv2.INTER_AREA)
     marks = np.asarray(small < _HALF)
@@ -214,12 +216,14 @@ def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
 def decode_half(frame: Frame, token: Token) -> Pixels:
     """Decode a JPEG at half its size, (H / 2, W / 2, 3) codes, for little more than half the work.
 
-    Every pixel is the mean code of four, as the decoder makes it of a block's lower
-    frequencies. OpenCV does not say when a file is damaged: ask `halvable` before and
-    `is_whole` in doubt. ProbeError when the file cannot be read or has changed its size.
+    Every pixel is the mean code of four, which the decoder computes from a block's lower
+    frequencies. OpenCV does not report damaged files: check `halvable` before, and `is_whole` in
+    doubt.
+
+    Raises `ProbeError` if the file cannot be read or has changed its size.
     """
     token.check()
-    # In the order that is wanted: turning it round afterwards takes a fifth of the time.
+    # In RGB order at once: reordering afterwards takes a fifth of the time.
     half = cv2.IMREAD_REDUCED_COLOR_2 & ~cv2.IMREAD_COLOR_BGR
     flags = half | cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
     try:
@@ -241,10 +245,10 @@ def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
 
 
 def needs_whole_decode(path: Path) -> bool:
-    """Return whether a reader must hold the whole picture for its first row.
+    """Return whether a reader must decode the whole picture for its first row.
 
-    Progressive JPEG (its decoder keeps all coefficients, three times the picture's size) and
-    interlaced PNG. Everything else is read row by row.
+    This holds for progressive JPEG (its decoder keeps all coefficients, three times the picture's
+    size) and interlaced PNG. Everything else is read row by row.
     """
     with contextlib.suppress(OSError), open_file(path) as stream:
         head = stream.read(29)
@@ -261,7 +265,7 @@ def damaged(path: Path) -> ProbeError:
 
 
 def _progressive(stream: BinaryIO) -> bool:
-    """Whether the first frame header of a JPEG is one of the progressive ones."""
+    """Return whether the first frame header of a JPEG is a progressive one."""
     place = 2
     while True:
         stream.seek(place)
@@ -291,7 +295,7 @@ def _open(frame: Frame) -> ImageInput:
 
 
 def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixels | None, str]:
-    """Read rows; the error is "" when all went well."""
+    """Read rows; the error is "" on success."""
     kind = "float" if frame.kind == "half" else frame.kind
     channels = 3 if source.spec().nchannels >= 3 else 1
     pixels: Any = read_rows(source, (start, stop), (0, channels), kind)
@@ -304,7 +308,7 @@ def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixe
 
 
 def _harmless(error: str, at_end: bool) -> bool:
-    """Whether a JPEG's picture is whole: only its end marker is missing, or bytes are stray."""
+    """Return whether a JPEG is complete except for its end marker or stray bytes."""
     lowered = error.lower()
     if "premature end" in lowered:
         return at_end

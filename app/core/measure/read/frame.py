@@ -1,4 +1,4 @@
-"""Plain data of the light probe: exposures, frames, brackets, merged light."""
+"""Data of the light probe: exposures, frames, brackets, merged light."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from app.core.base.remarks import Remark
 class Exposure:
     """Exposure of a frame: time in seconds, ISO and f-number.
 
-    `known` is False where ISO or f-number is only assumed.
+    Attributes:
+        known: False if ISO or f-number is only assumed.
     """
 
     shutter_s: float
@@ -56,11 +57,18 @@ class XmpPose:
 class Frame:
     """A frame of a bracket: metadata, without pixels.
 
-    `shape` is rows and columns, `kind` "uint8", "uint16", "half" or "float". `exposure` is from
-    EXIF or the user; None where nothing is stated. `primaries` are x and y of red, green, blue and
-    white, where they are not those of Rec. 709. `focal_mm` is the focal length as on 24 x 36.
-    `area_deg` is what XMP (GPano) says that a partial panorama shows: azimuth of its left and right
-    edge, elevation of top and bottom.
+    Attributes:
+        shape: Rows and columns.
+        kind: "uint8", "uint16", "half" or "float".
+        exposure: From EXIF or the user; None if not stated.
+        area_deg: Area of a partial panorama by XMP (GPano): azimuth of its left and right edge,
+            elevation of top and bottom.
+        zenith_corrected: Whether the camera levelled the picture; None if not stated.
+        lenses: Exposures of the two lenses, if stated.
+        fisheye: Whether the file states that it is unstitched.
+        orientation: EXIF orientation, 1 to 8.
+        primaries: x and y of red, green, blue and white; empty for those of Rec. 709.
+        focal_mm: Focal length on 24 x 36.
     """
 
     path: Path
@@ -95,8 +103,11 @@ class Frame:
 class Bracket:
     """The frames of one place and time.
 
-    Brightest first, copies dropped, all of one shape, every one with an exposure unless it is
-    alone. `stops` is the exposure of each (`Exposure.ev`), falling.
+    Attributes:
+        frames: Brightest first, without copies, all of one shape, each with an exposure unless it
+            is the only one.
+        stops: Exposure of each (`Exposure.ev`), falling.
+        unstitched: Whether they show two fisheye circles.
     """
 
     frames: tuple[Frame, ...]
@@ -119,12 +130,15 @@ class Bracket:
 class MergedLight:
     """Linear light of a bracket, with its clipped and dark shares.
 
-    `radiance`, (H, W, 3) float32, is linear Rec. 709, finite, not negative; 1 saturates a frame
-    of exposure `reference_ev`, in stops. Where all frames are clipped it is a lower bound.
-    `clipped` and `dark`, (H, W) float32, are the share of each texel's area that every frame
-    clips in its worst channel, or shows as black. `cd_m2` is the luminance of one unit, None
-    where the exposure is not known absolutely; `clipped_fractions` the share of pixels clipped
-    in each frame, in order.
+    Attributes:
+        radiance: (H, W, 3) float32. Linear Rec. 709, finite, not negative; 1 saturates a frame of
+            exposure `reference_ev`. A lower bound where all frames are clipped.
+        clipped, dark: (H, W) float32. Share of each texel's area that every frame clips in its
+            worst channel, or shows as black.
+        reference_ev: Exposure, in stops, that defines the unit.
+        clip_level: Radiance at which the darkest frame clips.
+        cd_m2: Luminance of one unit; None if the exposure is not known absolutely.
+        clipped_fractions: Share of clipped pixels in each frame, in order.
     """
 
     radiance: Float32 = field(repr=False)
@@ -141,6 +155,6 @@ class MergedLight:
         return np.dstack([self.clipped, self.dark])
 
     def moved(self, radiance: Float32, shares: Float32) -> MergedLight:
-        """Return the light resampled, with shares limited to 0..1."""
+        """Return resampled light, with shares limited to 0..1."""
         clipped, dark = (np.clip(shares[..., part], 0.0, 1.0) for part in (0, 1))
         return replace(self, radiance=np.ascontiguousarray(radiance), clipped=clipped, dark=dark)

@@ -1,9 +1,9 @@
 r"""Read the Ricoh maker note of a Theta.
 
-A Theta sets the sensitivity of its two lenses separately, may have levelled the picture already,
-and may have compressed its range. All that stands only in the maker note, which OpenImageIO
-leaves out. What is read here (theta-api-specs, "THETA Metadata Spec"; the tags from 0x0101 on by
-ExifTool's table `Ricoh::ThetaSubdir`):
+A Theta sets the sensitivity of its two lenses separately, may already have levelled the picture,
+and may have compressed its range. Only the maker note, which OpenImageIO ignores, states this.
+These tags are read (theta-api-specs, "THETA Metadata Spec"; the tags from 0x0101 on by ExifTool's
+table `Ricoh::ThetaSubdir`):
 
 ====== ============================ ==========================================================
 tag    type, count                  meaning
@@ -18,14 +18,14 @@ tag    type, count                  meaning
        SRATIONAL, 2 (X)
 ====== ============================ ==========================================================
 
-Types and counts are those of files of the S (firmware 1.11), V (3.30.1) and X (1.00.1, 2.00.0).
-All are big-endian. The EXIF segment comes first, or second after a JFIF one (the X reductions).
-The note starts with ``Ricoh\0\0\0`` and a directory; entry 0x4001 of that (LONG, 1) holds the
-offset of the Theta directory. All offsets count from the TIFF header, not from the note.
+Types and counts are those of files of the S (firmware 1.11), V (3.30.1) and X (1.00.1, 2.00.0). All
+are big-endian. The EXIF segment comes first, or second after a JFIF one (the X reductions). The
+note starts with ``Ricoh\0\0\0`` and a directory; entry 0x4001 of that (LONG, 1) contains the offset
+of the Theta directory. All offsets count from the TIFF header, not from the note.
 
-Files come from anywhere, so nothing in them is believed: only the EXIF segment's own bytes (at
-most 64 KiB) are looked at, each offset is checked against its end, four directories of at most
-256 entries are read one after another, and whatever does not fit makes the note absent.
+Files are untrusted: only the EXIF segment's own bytes (at most 64 KiB) are read, each offset is
+checked against its end, and at most four directories of 256 entries are read one after another. An
+invalid note counts as absent.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class RicohNote:
 
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
-    """Read the maker note of a JPEG file; None without a valid one."""
+    """Read the maker note of a JPEG file; None if there is no valid one."""
     try:
         with open_file(path) as stream:
             segment = exif_segment(stream)
@@ -88,7 +88,9 @@ def read_ricoh_note(path: Path) -> RicohNote | None:
 def exif_segment(stream: BinaryIO) -> bytes | None:
     """Find the EXIF segment of a JPEG file (APP1 of JIS X 5-3, EXIF 2.32 section 4.5).
 
-    From the TIFF header to its end, less than 64 KiB; None where there is no whole one.
+    Returns:
+        The bytes from the TIFF header to its end, less than 64 KiB; None if it is missing or
+        truncated.
     """
     if stream.read(2) != b"\xff\xd8":
         return None
@@ -107,7 +109,7 @@ def exif_segment(stream: BinaryIO) -> bytes | None:
 
 
 def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
-    """Marker and number of bytes that follow the length field; None at the picture's data."""
+    """Return the marker and the bytes after the length field; None at the picture's data."""
     marker = stream.read(2)
     for _ in range(_MAX_FILL):  # A marker may be preceded by any number of fill bytes.
         if marker != b"\xff\xff":
@@ -152,24 +154,24 @@ class _Entry:
 
 @dataclass(frozen=True, slots=True)
 class _Tiff:
-    """Bounded look-ups in the bytes of a TIFF structure (TIFF 6.0, section 2)."""
+    """Bounds-checked reads in the bytes of a TIFF structure (TIFF 6.0, section 2)."""
 
     data: bytes
     order: str
 
     def unpack(self, form: str, offset: int) -> tuple[int, ...]:
-        """Integers at an offset; empty where they do not lie within the data."""
+        """Return the integers at an offset; empty if they are not within the data."""
         form = self.order + form
         if offset < 0 or offset + struct.calcsize(form) > len(self.data):
             return ()
         return struct.unpack_from(form, self.data, offset)
 
     def long_at(self, offset: int) -> int:
-        """Offset that is stored at an offset; 0, which is never a directory, where it is not."""
+        """Return the offset stored at an offset; 0, which is no directory, if it is outside."""
         return next(iter(self.unpack("I", offset)), 0)
 
     def directory(self, offset: int) -> dict[int, _Entry]:
-        """Entries of the directory at an offset by tag; empty where there is no whole one."""
+        """Return the entries of the directory at an offset by tag; empty if it is incomplete."""
         count = next(iter(self.unpack("H", offset)), 0)
         whole = offset + 2 + 12 * count <= len(self.data)
         if offset < 8 or not whole or count > _MAX_ENTRIES:
@@ -182,14 +184,14 @@ class _Tiff:
         return entries
 
     def pointer(self, entries: dict[int, _Entry], tag: int) -> int:
-        """Offset that an entry holds; 0 where it holds none."""
+        """Return the offset in an entry; 0 if it has none."""
         entry = entries.get(tag)
         if entry is None or (entry.kind, entry.count) != (_LONG, 1):
             return 0
         return self.long_at(entry.offset)
 
     def numbers(self, entry: _Entry | None) -> tuple[float, ...]:
-        """Up to four values of an entry; empty where they are more, elsewhere or not numbers."""
+        """Return up to four values of an entry; empty if there are more, or they are invalid."""
         if entry is None or not 1 <= entry.count <= _MAX_VALUES:
             return ()
         if entry.kind in _INTEGERS:
@@ -205,7 +207,7 @@ class _Tiff:
 
 
 def _fits_inside(kind: int, count: int) -> bool:
-    """Whether an entry's values stand in the entry itself: at most four bytes."""
+    """Return whether an entry's values fit in the entry itself: at most four bytes."""
     size = {1: 1, 2: 1, _SHORT: 2, _LONG: 4, 6: 1, _UNDEFINED: 1, 8: 2, 9: 4, 11: 4}.get(kind, 8)
     return size * count <= 4
 
@@ -228,7 +230,7 @@ def _flag(tiff: _Tiff, theta: dict[int, _Entry], tag: int) -> bool | None:
 
 
 def _pair(values: tuple[float, ...], limits: tuple[float, float]) -> tuple[float, ...]:
-    """Two plausible values, or none."""
+    """Return two plausible values, or none."""
     if len(values) == 4 and values[1] == values[3] == 0.0:
         values = values[::2]
     plausible = len(values) == 2 and all(limits[0] <= value <= limits[1] for value in values)

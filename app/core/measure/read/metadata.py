@@ -1,8 +1,8 @@
 """Read the metadata of a frame.
 
-Size, kind of number and EXIF come from OpenImageIO's header read; what a Theta says in its maker
-note comes from `measure.read.makernote`. Files come from anywhere: whatever cannot be a frame
-ends in a `ProbeError` with one sentence, and tags with values that no camera has count as absent.
+Size, number type and EXIF come from OpenImageIO's header read; a Theta's maker note from
+`measure.read.makernote`. Files are untrusted: a file that cannot be a frame raises a `ProbeError`
+with one sentence, and tags with impossible values count as absent.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
 
 ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
-"""Endings of the files that are taken from a folder; .insp is Insta360's for unstitched JPEGs."""
+"""Suffixes of the files that are used in a folder; .insp is Insta360's for unstitched JPEGs."""
 
 FRAME_ENDINGS: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
-"""Endings of photographs that may be frames of a bracket."""
+"""Suffixes of photos that may be frames of a bracket."""
 
 MAX_SIDE: Final = 16384
 """Longest side of a frame in pixels; a panorama is then 16384 x 8192."""
@@ -47,15 +47,15 @@ MIN_WIDTH: Final = 16
 """Least width of a frame in pixels, and twice its least height: 22.5 degrees each."""
 
 SHUTTER_LIMITS_S: Final = (1e-7, 1e5)
-"""Exposure times in seconds that are believed."""
+"""Plausible exposure times in seconds."""
 
 ISO_LIMITS: Final = (0.5, 1e7)
-"""Sensitivities that are believed."""
+"""Plausible sensitivities."""
 
 APERTURE_LIMITS: Final = (0.3, 1000.0)
-"""F-numbers that are believed; cameras write 0 for a lens that they do not know."""
+"""Plausible f-numbers; cameras write 0 for an unknown lens."""
 
-_MOST_TILED: Final = 1 << 21  # pixels in a row of tiles, of which each frame holds one
+_MOST_TILED: Final = 1 << 21  # pixels in a row of tiles, one of which is in memory for each frame
 
 _KINDS: Final = {
     "uint8": "uint8",
@@ -72,7 +72,8 @@ _ISO_TAGS: Final = (
     "Exif:ISOSpeedRatings",
     "ISOSpeedRatings",
 )
-# EXIF 2.32, table 4: the 16 bits of PhotographicSensitivity end at 65535; then these hold more.
+# EXIF 2.32, table 4: the 16 bits of PhotographicSensitivity end at 65535; these tags hold larger
+# values.
 _LARGE_ISO_TAGS: Final = (
     "Exif:RecommendedExposureIndex",
     "Exif:StandardOutputSensitivity",
@@ -87,9 +88,10 @@ _FOCAL_MM: Final = (6.0, 2000.0)
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with the EXIF tags it was made from: seconds, ISO, f-number; None if not stated.
+    """A frame with its EXIF tags: seconds, ISO, f-number; None if not stated.
 
-    `part` says that it shows a part of the sphere only (GPano's cropped area).
+    Attributes:
+        part: Whether it shows only a part of the sphere (GPano's cropped area).
     """
 
     frame: Frame
@@ -105,9 +107,11 @@ class Header:
 def read_header(path: Path | str) -> Header:
     """Read exposure and orientation of a picture file, without decoding pixels.
 
-    `Frame.exposure` is None where no exposure time is stated; where only ISO or f-number is
-    missing it is 100 or 1, and the exposure is marked as not known. ProbeError when the file is
-    missing, a folder, empty, damaged, not a picture of these kinds, too large or too small.
+    `Frame.exposure` is None if no exposure time is stated. If only ISO or f-number is missing, it
+    is 100 or 1, and the exposure is marked as unknown.
+
+    Raises `ProbeError` if the file is missing, a folder, empty, damaged, not a picture of these
+    kinds, too large or too small.
     """
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
@@ -133,7 +137,7 @@ def _unread(file: Path) -> ProbeError:
 
 
 def _check_signature(file: Path) -> bytes:
-    """Judge the file by its first bytes, before any decoder sees it."""
+    """Check the file's first bytes before any decoder reads it."""
     start = first_bytes(
         file,
         ProbeError,
@@ -147,7 +151,7 @@ def _check_signature(file: Path) -> bytes:
             tr("{name} is a raw or TIFF-like file that is not read as it is.", name=file.name),
             tr("Develop it without tone curve to a TIFF file (.tif), or use the camera's JPEG."),
         )
-    # Radiance files may carry lines before the one that names them.
+    # Radiance files may have lines before the one that names the format.
     if not start.startswith(_SIGNATURES) and file.suffix.lower() != ".hdr":
         raise _unread(file)
     return start
@@ -160,7 +164,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
     shutter, iso, aperture = _shutter(spec), _iso(spec), _aperture(spec)
     orientation = stated_orientation(source)
     rows, columns = int(spec.height), int(spec.width)
-    # How a full panorama is held is said by its pose; viewers pass over EXIF's tag there.
+    # The pose states the orientation of a full panorama; viewers ignore EXIF's tag there.
     passed_over = columns == 2 * rows and source.format_name() != "hdr"
     rotation = 1 if passed_over else orientation
     frame = Frame(
@@ -192,7 +196,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
 
 
 def _primaries(source: ImageInput, file: Path) -> tuple[float, ...]:
-    """Read what OpenEXR states, the only format here whose colours may be other than sRGB's."""
+    """Read the primaries of OpenEXR, the only format here whose colours may not be sRGB's."""
     try:
         return stated_primaries(source.spec()) if source.format_name() == "openexr" else ()
     except ValueError:
@@ -263,7 +267,7 @@ def _shutter(spec: ImageSpec) -> float | None:
     plain = _number(spec, "ExposureTime", SHUTTER_LIMITS_S)
     if plain is not None:
         whole = 1.0 / max(round(1.0 / plain), 1)
-        # 1/60 s, not the shortest fraction that is the same in 32 bits.
+        # 1/60 s, not the shortest fraction that is equal in 32 bits.
         return whole if np.float32(whole) == np.float32(plain) else plain
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     return None if apex is None else 2.0**-apex
@@ -273,7 +277,7 @@ def _aperture(spec: ImageSpec) -> float | None:
     plain = _number(spec, "FNumber", APERTURE_LIMITS)
     if plain is not None:
         return plain
-    # 0 would be f/1, but is what cameras write that do not know.
+    # 0 would be f/1, but cameras write it for an unknown lens.
     apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
     return None if apex is None else round(2.0 ** (apex / 2.0), 2)
 
@@ -294,7 +298,7 @@ def _iso(spec: ImageSpec) -> float | None:
 def _apex_doubts(
     spec: ImageSpec, name: str, shutter: float | None, aperture: float | None
 ) -> tuple[Remark, ...]:
-    """Compare the plain values with the logarithmic ones that stand beside them in EXIF."""
+    """Compare the plain values in EXIF with the logarithmic ones beside them."""
     doubts: list[Remark] = []
     apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
     if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
@@ -306,13 +310,13 @@ def _apex_doubts(
 
 
 def _phone_doubts(spec: ImageSpec, name: str) -> tuple[Remark, ...]:
-    """Look for a phone's HDR rendering (EXIF CustomRendered, with Apple's values)."""
+    """Detect a phone's HDR rendering (EXIF CustomRendered, with Apple's values)."""
     rendered = _number(spec, "Exif:CustomRendered", (0.0, 99.0)) in _PHONE_HDR
     return (PhoneRendered(name),) if rendered else ()
 
 
 def _is_part(spec: ImageSpec) -> bool:
-    """Whether GPano says that the picture is a part cut from a full panorama."""
+    """Return whether GPano states that the picture is a crop of a full panorama."""
     for side in ("Width", "Height"):
         size_px = _number(spec, f"GPano:CroppedAreaImage{side}Pixels", (1.0, 1e6))
         whole = _number(spec, f"GPano:FullPano{side}Pixels", (1.0, 1e6))
@@ -322,7 +326,7 @@ def _is_part(spec: ImageSpec) -> bool:
 
 
 def _pose(spec: ImageSpec) -> XmpPose | None:
-    """GPano pose (Photo Sphere XMP); an angle that is not stated is 0, as its schema says."""
+    """Return the GPano pose (Photo Sphere XMP); a missing angle is 0, as its schema states."""
     pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
     roll = _number(spec, "GPano:PoseRollDegrees", (-180.0, 180.0))
     if pitch is None and roll is None:
@@ -332,7 +336,7 @@ def _pose(spec: ImageSpec) -> XmpPose | None:
 
 
 def _area(spec: ImageSpec) -> tuple[float, float, float, float] | None:
-    """Part of the sphere that a picture shows by GPano; sizes are of the picture as it was made."""
+    """Return the picture's part of the sphere by GPano; sizes are those of the original picture."""
     sides = ("ImageWidthPixels", "ImageHeightPixels", "LeftPixels", "TopPixels")
     names = (
         *(f"CroppedArea{side}" for side in sides),
@@ -358,7 +362,7 @@ def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:
 
 
 def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | None:
-    """Value of a tag as a number; None where it is absent, not a number or not believable."""
+    """Return a tag as a number; None if it is absent, not a number or implausible."""
     value = stated_value(spec, name)
     if isinstance(value, tuple) and value:
         value = value[0]
@@ -368,19 +372,19 @@ def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | 
         number = float(value)
     except (ValueError, OverflowError):
         return None
-    if not limits[0] <= number <= limits[1]:  # Not a number fails this too.
+    if not limits[0] <= number <= limits[1]:  # NaN fails this too.
         return None
     return _shortest(number)
 
 
 def _shortest(value: float) -> float:
-    """Undo the trip through 32 bits that fractions make: 0.0020000000949949026 is 0.002."""
+    """Undo the rounding of fractions to 32 bits: 0.0020000000949949026 is 0.002."""
     single = np.float32(value)
     return float(str(single)) if float(single) == value else value
 
 
 def _text(spec: ImageSpec, name: str) -> str:
-    """Value of a tag as a text without the blanks and zeros that cameras pad it with."""
+    """Return a tag as text, without the spaces and zeros that cameras pad it with."""
     return " ".join(str(stated_value(spec, name) or "").replace("\0", " ").split())
 
 
@@ -388,7 +392,7 @@ _MOST_LISTED: Final = 500
 
 
 def pictures_in(folder: Path) -> list[Path]:
-    """List the pictures in a folder by name; ProbeError where there are none, or far too many."""
+    """List the pictures in a folder by name; raise `ProbeError` if there are none or too many."""
     sentence = tr("The folder {folder} cannot be read: {reason}.")
     with os_errors_as(ProbeError, sentence, folder=folder):
         files = [

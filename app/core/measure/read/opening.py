@@ -26,17 +26,18 @@ from app.core.measure.read.decoding import (
 from app.core.measure.read.frame import Frame
 
 SAMPLES: Final = 20_000
-"""About how many pixels are sampled."""
+"""Approximate number of sampled pixels."""
 
 _REDUCTION: Final = 8
 _MIN_PROXY_WIDTH: Final = 256
-# Sums of so many rows, as many pixels of three channels beside each other, to their means.
+# Convert sums over so many rows, with as many adjacent pixels of three channels, to means.
 _MEANS: Final = {
     size: np.tile(np.eye(3, dtype=np.float32), (size, 1)) * np.float32(size**-2)
     for size in (_REDUCTION, _REDUCTION // 2)
 }
 _SEED: Final = 20190820
-# A value that so large a share of the pixels comes this near to is where the frame was cut.
+# A value near which so large a share of the pixels lies is the level at which the frame was
+# clipped.
 _PLATEAU: Final = 0.9995
 _PLATEAU_SHARE: Final = 1e-5
 _LEAST_PLATEAU: Final = 4
@@ -44,11 +45,12 @@ _LEAST_PLATEAU: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class OpenedFrame:
-    """A frame after its first pass; its holder closes `source`.
+    """A frame after its first pass; its owner closes `source`.
 
-    `proxy`, (h, w, 3), are area means of the frame's own kind; `samples`, (N, 3), the pixels at
-    the places that all frames of one shape share; `top` is where linear pixels saturate, 0
-    where not.
+    Attributes:
+        proxy: (h, w, 3). Area means, in the frame's own type.
+        samples: (N, 3). Pixels at the positions that all frames of one shape share.
+        top: Level at which linear pixels saturate; 0 if they do not.
     """
 
     source: RowSource
@@ -58,12 +60,12 @@ class OpenedFrame:
 
 
 class Opener(Protocol):
-    """Opens a frame, or returns one that is open already."""
+    """Opens a frame, or returns one that is already open."""
 
     def __call__(
         self, frame: Frame, *, hold: bool, token: Token, half: bool = False
     ) -> OpenedFrame:
-        """Do what `open_frame` does."""
+        """See `open_frame`."""
 
 
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
@@ -78,9 +80,9 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Open a frame: `hold` it in memory, or prepare it for reading by rows.
+    """Open a frame: keep it in memory (`hold`), or prepare it for reading by rows.
 
-    ProbeError when the file is damaged or cut off, or the disk is full; Cancelled.
+    Raises `ProbeError` if the file is damaged or truncated, or the disk is full; `Cancelled`.
     """
     places = sample_places(frame.shape)
     if half:
@@ -96,7 +98,7 @@ def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) ->
     try:
         return _by_rows(rows, frame, places, token)
     finally:
-        # A closed file opens itself again; until the merge nothing needs to stay open.
+        # A closed file reopens itself; it need not stay open until the merge.
         rows.close()
 
 
@@ -114,7 +116,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
         token.check()
         first, last = start * height // small[0], -(-stop * height // small[0])
         pixels = source.rows(last_row, last)
-        # A row that two small rows share was read in the step before.
+        # A row that two small rows share was read in the previous step.
         if rest is not None and first < last_row:
             pixels = np.concatenate([rest[first - last_row :], pixels])
         top = max(top, _top(pixels))
@@ -138,17 +140,17 @@ def sample_places(shape: tuple[int, int]) -> Indices:
     row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
     column = (np.arange(columns) + jitter[1]) * (width / columns)
     places = np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
-    places.flags.writeable = False  # every caller gets the same
+    places.flags.writeable = False  # every caller gets the same array
     return places
 
 
 def sample_codes(pixels: Pixels, places: Indices) -> Pixels:
-    """Pixels at places, (N, 3)."""
+    """Return the pixels at some positions, (N, 3)."""
     return np.asarray(pixels[places[:, 0], places[:, 1]])
 
 
 def _top(pixels: Pixels) -> float:
-    """Where linear pixels saturate: their maximum, if more than a stray few share it, else 0."""
+    """Return the saturation level of linear pixels: their maximum if many share it, else 0."""
     if pixels.dtype != np.float32:
         return 0.0
     largest = pixels.max(axis=-1)
@@ -159,7 +161,7 @@ def _top(pixels: Pixels) -> float:
 
 
 def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
-    """Area means."""
+    """Return area means of pixels at another size."""
     if pixels.shape[:2] == shape:
         return pixels.copy()
     if pixels.dtype == np.uint8:
@@ -170,7 +172,7 @@ def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
 
 
 def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
-    """Area means of blocks of bytes: OpenCV's, bit for bit, in two thirds of its time."""
+    """Return area means of blocks of bytes: equal to OpenCV's, in two thirds of its time."""
     small = np.empty((*shape, 3), np.uint8)
     for start, stop in row_bands(shape[0], READ_ROWS // size):
         rows = pixels[start * size : stop * size]

@@ -1,8 +1,8 @@
 """Pixels of a bracket: decoding, small pictures and samples for the analyses.
 
-A bracket that fits is decoded once and held in memory; a larger one is read again row by row
-when it is merged, so that the size of the pictures hardly matters. Either way the analyses
-(response, alignment, what moved) see the same small pictures and the same samples.
+A bracket that fits is decoded once and kept in memory; a larger one is read again row by row for
+the merge, so the size of the pictures hardly matters. Either way, the analyses (response,
+alignment, motion) see the same small pictures and the same samples.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from app.core.measure.read.remarks import FrameUnread
 from app.core.text import tr
 
 MEMORY_BYTES: Final = 640 << 20
-"""Decoded frames up to this size together are held in memory."""
+"""Decoded frames up to this total size are kept in memory."""
 
 _DECODERS: Final = 4
 _LEAST_FRAMES: Final = 2
@@ -54,14 +54,16 @@ _MOST_UNKNOWN: Final = 0.03
 class FrameStack:
     """The readable frames of a bracket, with small pictures and samples for analysis.
 
-    Use it as a context manager, or call `close`: large brackets keep files open. `stops` are
-    nominal exposures. `proxies`, (h, w, 3) uint8 each, are area means of the coded values,
-    `proxy_shape` large: 16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below
-    `top`, or below 1. `samples`, (K, N, 3) uint8, are the same N pixels of every frame, coded
-    alike, not averaged, at `sample_places`, (N, 2), row and column in the full frames.
-    `visibility`,
-    (h, w) float32 each of the proxies' size, is 1 where a moved frame shows something and 0
-    where not; None for a frame that fills the picture; empty where no frame was moved.
+    Use it as a context manager, or call `close`: large brackets keep files open.
+
+    Attributes:
+        stops: Nominal exposures.
+        proxies: (h, w, 3) uint8 each, of size `proxy_shape`. Area means of the coded values: 16-bit
+            codes cut to 8 bits, linear frames coded by the sRGB curve below `top`, or below 1.
+        samples: (K, N, 3) uint8. The same N pixels of every frame, coded alike, not averaged.
+        sample_places: (N, 2). Row and column of the samples in the full frames.
+        visibility: (h, w) float32 each, at the size of the proxies. 1 where a moved frame has
+            pixels, else 0; None for a frame that fills the picture; empty if no frame was moved.
     """
 
     frames: tuple[Frame, ...]
@@ -81,7 +83,7 @@ class FrameStack:
 
     @property
     def whole(self) -> tuple[bool, ...]:
-        """Which frames are at full size; the others are at half size."""
+        """Whether each frame is at full size; the others are at half size."""
         return tuple(
             not isinstance(source, MemoryRows) or source.pixels.shape[:2] == self.shape
             for source in self.sources
@@ -89,11 +91,11 @@ class FrameStack:
 
     @property
     def in_memory(self) -> bool:
-        """Whether all frames are held in memory."""
+        """Whether all frames are in memory."""
         return all(isinstance(source, MemoryRows) for source in self.sources)
 
     def close(self) -> None:
-        """Close the files that are open; more than once is fine."""
+        """Close the open files; may be called more than once."""
         for source in self.sources:
             source.close()
 
@@ -120,9 +122,10 @@ def open_frames(
 ) -> FrameStack:
     """Read the pixels of a bracket once.
 
-    Frames are held when they take no more than `memory_bytes` together; otherwise they are read
-    again by rows. Damaged ones are left out, each named in a warning. ProbeError when fewer
-    than two can be read; Cancelled.
+    Frames are kept in memory if they take no more than `memory_bytes` together; otherwise they are
+    read again by rows. Damaged ones are left out, each named in a warning.
+
+    Raises `ProbeError` if fewer than two can be read; `Cancelled`.
     """
     token = token or Token()
     hold = sum(frame.decoded_bytes for frame in bracket.frames) <= memory_bytes
@@ -135,12 +138,12 @@ def open_frames(
             return error
         return _unsound(frame, opened_frame) or opened_frame
 
-    # One thread per frame even on two cores: three frames then end together. Frames at half size
-    # are done one after another beside the one in full.
+    # One thread per frame even on two cores: three frames then finish together. Frames at half size
+    # are decoded one after another, in parallel with the one in full.
     threads = workers(len(bracket.frames)) if small else min(_DECODERS, len(bracket.frames))
     results = _in_threads(first_pass, bracket.frames, threads, report)
     if small and not all(isinstance(result, OpenedFrame) for result in results):
-        # What is left must say by itself what the lost frame was to say.
+        # The remaining frames must provide what the lost frame would have provided.
         small.clear()
         results = _in_threads(first_pass, bracket.frames, threads, report)
     good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
@@ -174,11 +177,15 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Align frames of a stack by `ways`; None leaves a frame alone.
+    """Align frames of a stack by `ways`; None leaves a frame as it is.
 
-    Proxies and samples are taken again; frames that stay are not touched. `visibility` as in
-    `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
-    ProbeError when a file has been damaged meanwhile or the disk is full; Cancelled.
+    Proxies and samples are computed again for moved frames only. If the stack is not in memory, a
+    moved frame is kept in a temporary file.
+
+    Args:
+        visibility: As in `FrameStack`.
+
+    Raises `ProbeError` if a file has been damaged in the meantime or the disk is full; `Cancelled`.
     """
     token = token or Token()
     proxies, sources = list(stack.proxies), list(stack.sources)
@@ -207,7 +214,7 @@ def relaid(
 
 
 def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Bools:
-    """Find the samples that all frames show; (N,)."""
+    """Return a mask of the samples that all frames show, (N,)."""
     usable = np.ones(len(stack.sample_places), bool)
     for mask in visibility:
         if mask is not None:
@@ -232,10 +239,10 @@ def _in_threads(
     threads: int,
     report: Report,
 ) -> list[OpenedFrame | ProbeError]:
-    """Run one task per frame; when one of them fails, the others' frames are let go of."""
+    """Run one task per frame; if one of them fails, close the others' frames."""
     results: list[OpenedFrame | ProbeError] = []
     with ThreadPoolExecutor(threads) as pool:
-        # The darkest, which is decoded in full, takes longest: it goes first.
+        # The darkest frame, which is decoded in full, takes longest and starts first.
         futures = [pool.submit(work, frame) for frame in reversed(frames)][::-1]
         try:
             for index, future in enumerate(futures):
@@ -260,7 +267,7 @@ def _too_few(errors: Sequence[ProbeError], count: int) -> ProbeError:
 
 
 def _unsound(frame: Frame, frame_data: OpenedFrame) -> ProbeError | None:
-    """Tell whether too much of a frame of floating point is not numbers, by its samples."""
+    """Return an error if too many samples of a floating-point frame are not numbers."""
     share = 1.0 - float(np.isfinite(frame_data.samples).all(axis=1).mean())
     if share <= _MOST_UNKNOWN:
         return None
@@ -276,19 +283,19 @@ def _unsound(frame: Frame, frame_data: OpenedFrame) -> ProbeError | None:
 
 
 def _let_go(future: Future[OpenedFrame | ProbeError]) -> None:
-    """Close what a task has opened after another one failed."""
+    """Close the frame of a task after another one failed."""
     if future.cancelled():
         return
     try:
         result = future.result()
     except Exception:  # noqa: BLE001
-        return  # the first failure is the one that is told
+        return  # the first failure is reported
     if isinstance(result, OpenedFrame):
         result.source.close()
 
 
 def _whole(source: RowSource, frame: Frame, token: Token) -> Pixels:
-    """All pixels of a frame in one array."""
+    """Return all pixels of a frame in one array."""
     if isinstance(source, MemoryRows):
         return source.pixels
     first = source.rows(0, 1)
@@ -300,11 +307,11 @@ def _whole(source: RowSource, frame: Frame, token: Token) -> Pixels:
 
 
 def _coded(pixels: Pixels, top: float) -> Bytes:
-    """Pixels of any kind as 8-bit codes."""
+    """Convert pixels of any kind to 8-bit codes."""
     if pixels.dtype == np.uint8:
         return pixels
     if pixels.dtype == np.uint16:
-        # 65535 / 257 = 255: exact for 8-bit pictures that were stored as 16.
+        # 65535 / 257 = 255: exact for 8-bit pictures stored as 16 bits.
         return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
     white = np.float32(top if math.isfinite(top) else 1.0)
     share = np.clip(np.nan_to_num(pixels, posinf=float(white)), np.float32(0.0), white) / white

@@ -1,4 +1,4 @@
-"""What there is to report of a picture's file."""
+"""Remarks about a picture file."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class TwoApertures(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PhoneRendered(Remark):
-    """A phone's HDR changed every pixel in its own way."""
+    """A phone's HDR rendering changed every pixel."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class FrameUnread(Remark):
-    """A frame that is left out, since it cannot be read; with the message of its error."""
+    """A frame that was left out because it cannot be read; with the message of its error."""
 
     message: str

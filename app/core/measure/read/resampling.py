@@ -1,14 +1,14 @@
 """Resample pictures of the sphere.
 
-A `Reduction` makes panoramas smaller while they are being made, band by band, without losing
-energy: the same means as `environment.environment.reduce_radiance`, weighted by solid angle
-along a column and by width along a row, for any pair of sizes. A band of rows contributes to the
-rows of the result that it overlaps, and the contributions add up.
+A `Reduction` shrinks panoramas while they are being made, band by band, preserving energy. It
+computes the same means as `environment.environment.reduce_radiance`, weighted by solid angle along
+a column and by width along a row, for any pair of sizes. A band of rows contributes to the rows of
+the result that it overlaps, and the contributions add up.
 
-A `Chart` is a square picture centred on some direction, for work that a panorama's poles and edges
-would spoil. In the stereographic kind angles are kept (it is conformal), so that what is harmonic
-on it is harmonic on the sphere; in the equidistant kind the distance from the middle is the angle
-from the centre. Directions are in the axes of `app.core.base.sphere`.
+A `Chart` is a square picture centred on a direction, for work that a panorama's poles and edges
+would spoil. The stereographic kind preserves angles (it is conformal), so a function that is
+harmonic on it is harmonic on the sphere; in the equidistant kind, the distance from the middle is
+the angle from the centre. Directions are in the axes of `app.core.base.sphere`.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ class Reduction:
 
     @classmethod
     def between(cls, source: tuple[int, int], target: tuple[int, int], panorama: bool) -> Self:
-        """Prepare a reduction; rows of a panorama count by their solid angle.
+        """Prepare a reduction; rows of a panorama are weighted by their solid angle.
 
-        ValueError when more rows or columns are wanted than given.
+        Raises `ValueError` if the target has more rows or columns than the source.
         """
         if target[0] > source[0] or target[1] > source[1] or min(target) < 1:
             raise ValueError(f"cannot reduce {source} to {target}")
@@ -66,17 +66,20 @@ class Reduction:
         return self.source == self.target
 
     def band_rows(self, pixels: int) -> int:
-        """Return the rows of a band of about a number of pixels, in whole periods if possible."""
+        """Return the rows of a band of about so many pixels, in whole periods if possible."""
         rows = max(1, pixels // self.source[1])
         period = self.source[0] // math.gcd(self.source[0], self.target[0])
         return rows // period * period if period <= rows else rows
 
     def rows(self, start: int, stop: int) -> tuple[int, Float32]:
-        """Return what given rows ``start..stop`` contribute to the rows of the result.
+        """Return the contribution of input rows ``start..stop`` to the rows of the result.
 
-        The first row that they touch, and shares for `reduced`, (k, n, m) float32: k blocks of m
-        rows each, in whole periods, go to n rows of their own. Over all bands the shares of one
-        row of the result sum to 1.
+        Returns:
+            The first row of the result, and shares for `reduced`, (k, n, m) float32: k blocks of m
+            rows
+            each, in whole periods, contribute to n rows each. Over all bands, the shares of one row
+            of
+            the result sum to 1.
         """
         height, rows = self.source[0], self.target[0]
         first, last = start * rows // height, -(-stop * rows // height)
@@ -90,23 +93,23 @@ class Reduction:
         target_step, source_step = rows // common, height // common
         if start % source_step or stop % source_step:
             return first, shares[None]
-        # Nothing of one period goes to another: a quarter of the work, or less.
+        # Periods do not overlap, which saves three quarters of the work, or more.
         count = (stop - start) // source_step
         blocks = shares.reshape(count, target_step, count, source_step)
         return first, np.ascontiguousarray(blocks[np.arange(count), :, np.arange(count)])
 
     def reduced(self, shares: Float32, plane: Float32) -> Float32:
-        """Reduce one channel's contiguous rows, (stop - start, W), by the shares of `rows`."""
+        """Reduce one channel's contiguous rows, (stop - start, W), by the shares from `rows`."""
         narrow = self._columns(plane).reshape(len(shares), -1, self.target[1])
         return np.asarray(shares @ narrow).reshape(-1, self.target[1])
 
     def _columns(self, plane: Float32) -> Float32:
-        """Average rows, (n, W), to the columns wanted, (n, w)."""
+        """Average rows, (n, W), to the target columns, (n, w)."""
         count, width = plane.shape
         if self._period is not None:
             blocks: Float32 = plane.reshape(-1, self._period.shape[0]) @ self._period
             return blocks.reshape(count, self.target[1])
-        # Sizes with hardly a common factor: differences of the running sum at the edges.
+        # Sizes with almost no common factor: differences of the running sum at the edges.
         sums = np.zeros((count, width + 1))
         np.cumsum(plane, axis=1, dtype=np.float64, out=sums[:, 1:])
         edges = np.arange(self.target[1] + 1) * (width / self.target[1])
@@ -126,8 +129,12 @@ def light_in_bands(
 ) -> tuple[Float32, Float32]:
     """Build a panorama of light, (*size, 3), and shares, (*size, 2), band by band.
 
-    `band` computes rows ``start..stop`` of both, `samples` times as fine; a band has a multiple of
-    `whole` rows. Cancelled.
+    Args:
+        samples: Rows and columns of the bands per row and column of the result.
+        whole: Bands have a multiple of this many rows.
+        band: Computes rows ``start..stop`` of light and shares, `samples` times as fine.
+
+    Raises `Cancelled`.
     """
     fine = size[0] * samples, size[1] * samples
     reduction = Reduction.between(fine, size, panorama=True)
@@ -149,12 +156,12 @@ def light_in_bands(
 
 
 def _sines(rows: int) -> Float64:
-    """Sine of elevation of the rows' edges, from 1 down to -1."""
+    """Return the sine of elevation of the rows' edges, from 1 down to -1."""
     return np.asarray(np.cos(np.pi * np.arange(rows + 1) / rows))
 
 
 def _overlaps(source: int, target: int) -> Float64:
-    """Shares (wanted, given) of equal cells in fewer equal cells; each row sums to 1."""
+    """Return shares (target, source) of equal cells in fewer equal cells; each row sums to 1."""
     start = np.arange(target)[:, None] * (source / target)
     cell = np.arange(source)
     overlap = np.minimum(start + source / target, cell + 1) - np.maximum(start, cell)
@@ -168,7 +175,7 @@ _MARGIN: Final = 2
 
 
 def azimuth_elevation(vector: Float64) -> tuple[float, float]:
-    """Return azimuth and elevation, degrees, of a vector (3,)."""
+    """Return azimuth and elevation, degrees, of a vector, (3,)."""
     x, y, z = (float(part) for part in vector)
     return float(np.degrees(np.arctan2(-x, z))), float(np.degrees(np.arctan2(y, np.hypot(x, z))))
 
@@ -177,8 +184,9 @@ def azimuth_elevation(vector: Float64) -> tuple[float, float]:
 class Chart:
     """A square picture of the sphere around a direction, `side` pixels wide.
 
-    `centre` is azimuth and elevation of the middle, `reach_deg` the angle from there to the
-    middle of each edge, below 180; degrees.
+    Attributes:
+        centre: Azimuth and elevation of the middle, degrees.
+        reach_deg: Angle from there to the middle of each edge, below 180.
     """
 
     centre: tuple[float, float]
@@ -188,9 +196,9 @@ class Chart:
 
     @property
     def axes(self) -> Float64:
-        """(3, 3): rightward, upward and outward unit vectors of the chart, one in each row.
+        """Unit vectors right, up and outward of the chart, (3, 3), one per row.
 
-        Upward leads to the zenith by the shortest way; at the nadir, to the chart's own azimuth.
+        Up points toward the zenith; at the nadir, toward the chart's own azimuth.
         """
         azimuth, elevation = np.radians(self.centre[0]), np.radians(self.centre[1])
         right = direction(self.centre[0] + 90.0, 0.0)
@@ -199,14 +207,14 @@ class Chart:
         return np.stack([right, up, direction(*self.centre)])
 
     def distances(self) -> FloatImage:
-        """(side, side): angle of each pixel from the middle, degrees."""
+        """Return the angle of each pixel from the middle, (side, side), degrees."""
         x, y = self._grid()
         return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
 
     def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
         """Sample a panorama, (H, W) or (H, W, C), at the chart's pixels.
 
-        Bilinearly and across its seam; float32 or uint8 as given.
+        Sampling is bilinear and crosses the seam; the result is float32 or uint8 as the input.
         """
         height, width = panorama.shape[:2]
         x, y = self._grid()
@@ -226,8 +234,10 @@ class Chart:
     def place(self, shape: tuple[int, int], rows: slice) -> tuple[FloatImage, FloatImage]:
         """Return the positions of a panorama's rows on the chart.
 
-        Columns and rows, (rows, W) float32 each, whole numbers at pixels' middles; beyond
-        the edges where a texel is not on the chart.
+        Returns:
+            Columns and rows, (rows, W) float32 each, whole numbers at pixel centres; outside the
+            edges
+            for texels that are not on the chart.
         """
         x, y, z = self._coordinates(shape, rows)
         if self.kind == "stereographic":
@@ -241,7 +251,7 @@ class Chart:
         return x * scale + half, half - y * scale
 
     def _coordinates(self, shape: tuple[int, int], rows: slice) -> list[FloatImage]:
-        """Components along the axes of the texels' directions."""
+        """Return the components of the texels' directions along the axes."""
         height, width = shape
         elevation = np.pi * (0.5 - (np.arange(height)[rows] + 0.5) / height)
         azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
@@ -258,20 +268,20 @@ class Chart:
         return float(np.tan(reach / 2.0)) if self.kind == "stereographic" else reach
 
     def _grid(self) -> tuple[FloatImage, FloatImage]:
-        """Pixels' coordinates to the right and upward, in the unit of `_edge`."""
+        """Return the pixels' coordinates to the right and up, in the unit of `_edge`."""
         steps = (2.0 * (np.arange(self.side) + 0.5) / self.side - 1.0) * self._edge()
         x, y = np.meshgrid(steps.astype(np.float32), -steps.astype(np.float32))
         return x, y
 
     def _angle(self, radius: FloatImage) -> FloatImage:
-        """Angle from the middle, radians, of a distance on the chart."""
+        """Convert a distance on the chart to the angle from the middle, radians."""
         if self.kind == "equidistant":
             return np.minimum(radius, np.float32(np.pi))
         return np.asarray(2.0 * np.arctan(radius), np.float32)
 
 
 def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
-    """Gaussian blur of a panorama (H, W) or (H, W, C), across its seam; sigma in pixels."""
+    """Blur a panorama, (H, W) or (H, W, C), across its seam; sigma in pixels."""
     room = min(int(np.ceil(3.0 * sigma)) + 1, picture.shape[1])
     border = cv2.BORDER_REPLICATE
     soft = cv2.GaussianBlur(wrapped(picture, room), (0, 0), sigma, borderType=border)
@@ -279,7 +289,7 @@ def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
 
 
 def log_light(light: Float32) -> Float32:
-    """Logarithmic luminance with a floor, stops."""
+    """Return logarithmic luminance with a floor, stops."""
     floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
     return np.asarray(np.log2(light + np.float32(floor)), np.float32)
 

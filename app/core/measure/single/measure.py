@@ -1,4 +1,4 @@
-"""Measure from a single 360 photo; clipped light is guessed."""
+"""Measure from a single 360 photo; clipped light is estimated."""
 
 from __future__ import annotations
 

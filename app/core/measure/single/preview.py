@@ -1,10 +1,10 @@
 """Estimate light from live preview pictures.
 
-Auto exposure clips what matters most: of 23 panoramas metered as a Theta S does, the preview loses
-between a tenth and nine tenths of the light. What is clipped counts as three stops brighter, with
-which the turns of the three best styles give up least. A second guess says which of them depend on
-that: there small clipped patches are lamps, and 5 / sqrt(solid angle) times as bright, the fit to
-the same panoramas. A turn that gives up more than the audit's limit there needs the bracket.
+Auto exposure clips the most important light: of 23 panoramas metered like a Theta S, the preview
+loses between a tenth and nine tenths of the light. Clipped areas count as three stops brighter, the
+value for which the turns of the three best styles give up least. An alternative shows which of them
+depend on that: there, small clipped patches are lamps, 5 / sqrt(solid angle) times as bright, a fit
+to the same panoramas. A turn that gives up more than the audit's limit there needs the bracket.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from app.core.styles.style_pack import StylePack
 _CLIPPED_CODE: Final = 250
 _BRIGHTER: Final = 8.0
 _LAMP: Final = 5.0
-_SPECK_SR: Final = 1e-5  # smaller ones count as this large
+_SPECK_SR: Final = 1e-5  # smaller patches count as this large
 _COLUMNS: Final = 512
 _BEST: Final = 3
 
@@ -36,7 +36,9 @@ _BEST: Final = 3
 class PreviewLight:
     """Light of a preview: the likely one, and one with small clipped patches as lamps.
 
-    Both are (H, W, 3) float32, linear Rec. 709, any scale; `clipped_share` is of the likely light.
+    Attributes:
+        light, lamps: (H, W, 3) float32. Linear Rec. 709, any scale.
+        clipped_share: Of the likely light.
     """
 
     light: Float32 = field(repr=False)
@@ -56,11 +58,11 @@ def preview_light(picture: Bytes, shape: tuple[int, int]) -> PreviewLight | None
     """Estimate the light of a preview picture.
 
     Args:
-        picture: (h, 2 h, 3) uint8. SRGB, a whole panorama.
-        shape: Rows and columns wanted, as the transport works on.
+        picture: (h, 2 h, 3) uint8. sRGB, a whole panorama.
+        shape: Rows and columns of the result, those of the transport.
 
     Returns:
-        None where it is no whole panorama, not stitched, or black.
+        None if it is not a whole panorama, not stitched, or black.
     """
     height, width = picture.shape[:2]
     if width != 2 * height or height < shape[0] or find_circles(picture) is not None:
@@ -95,6 +97,6 @@ def rough_answers(preview: PreviewLight, pack: StylePack) -> tuple[RoughAnswer, 
 
 
 def answers_of(picture: Bytes | None, pack: StylePack) -> tuple[RoughAnswer, ...] | None:
-    """Name the best styles by one small picture; None where it tells nothing."""
+    """Return the best styles for a small picture; None if it is unusable."""
     preview = None if picture is None else preview_light(picture, pack.header.environment)
     return None if preview is None else rough_answers(preview, pack)

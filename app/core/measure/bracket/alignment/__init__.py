@@ -1,1 +1,1 @@
-"""Move the frames of a bracket onto each other."""
+"""Align the frames of a bracket with each other."""

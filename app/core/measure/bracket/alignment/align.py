@@ -1,8 +1,8 @@
-"""Move a bracket's panoramas onto each other.
+"""Align a bracket's panoramas with each other.
 
-Each frame is compared with a reference frame, or with its neighbour where the two share too little.
-Frames that lie on each other are left exactly as they are; so are frames that cannot be compared:
-no correction is better than a wrong one.
+Each frame is compared with a reference frame, or with its neighbour if the two overlap too little.
+Frames that are already aligned stay exactly as they are, as do frames that cannot be compared: no
+correction is better than a wrong one.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from app.core.measure.bracket.alignment.registration import (
 )
 from app.core.measure.bracket.remarks import FramesApart, FramesRotated, FramesUnlike
 
-_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
-_FAR_STOPS: Final = 7.0  # frames further apart share next to nothing
+_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would do more harm
+_FAR_STOPS: Final = 7.0  # frames further apart have almost nothing in common
 _MANY_POINTS: Final = 500
 _STRANGE_DEG: Final = 0.3
 
@@ -37,9 +37,12 @@ _STRANGE_DEG: Final = 0.3
 class FrameAlignment:
     """The rotation of a frame to the reference frame.
 
-    `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
-    is: `angle_deg` is too small, or `trusted` is False because the frames could not be
-    compared. `residual_deg` is the standard error, infinite where nothing could be compared.
+    Attributes:
+        rotation: (3, 3) float64, for `sphere.remap_frame`. None if the frame stays as it is,
+            because `angle_deg` is too small or the frames could not be compared.
+        residual_deg: Standard error; infinite if nothing could be compared.
+        points: Number of points compared.
+        trusted: Whether the frames could be compared.
     """
 
     rotation: Float64 | None
@@ -55,7 +58,7 @@ _ALONE: Final = FrameAlignment(None, 0.0, math.inf, 0, trusted=False)
 def reference_of(frames: Sequence[Bytes]) -> int:
     """Return the reference frame for alignment: the middle one if it is well exposed.
 
-    Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
+    Among the frames, (h, w, 3) uint8 in order of exposure, it is the one nearest to the middle that
     has at least 60 % as many usable pixels, by solid angle, as the best one.
     """
     return middle_frame([usable_share(pyramid(frame)) for frame in frames])
@@ -64,14 +67,17 @@ def reference_of(frames: Sequence[Bytes]) -> int:
 def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlignment, ...]:
     """Return the rotations of a bracket's panoramas to the reference frame.
 
-    `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
-    proportions are left alone: their angle of view is not known. So are frames that lie on the
-    reference already, or cannot be compared.
+    Frames of other proportions stay as they are, since their angle of view is unknown. So do frames
+    that are already aligned or cannot be compared.
+
+    Args:
+        frames: (h, w, 3) uint8. Area means, about 672 x 336, of coded RGB.
+        stops: Exposures of the frames.
     """
     count = len(frames)
     if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
         return (_ALONE,) * count
-    # One after another: threads of such small pictures wait for each other longer than they save.
+    # One after another: threads on pictures this small wait for each other longer than they save.
     pyramids = [pyramid(frame) for frame in frames]
     middle = middle_frame([usable_share(levels) for levels in pyramids])
     others = [index for index in range(count) if index != middle]
@@ -85,10 +91,10 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[FrameAlig
 
 
 def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple[Remark, ...]:
-    """Report what was done about frames that do not lie on each other.
+    """Report the corrections of misaligned frames.
 
-    Nothing where every frame that can be compared lies where it should: frames too dark to be
-    compared are no reason to worry then.
+    Empty if every comparable frame is aligned: then frames too dark to compare are no reason to
+    worry.
     """
     moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
     blind = [k for k, a in enumerate(alignments) if not a.trusted]
@@ -110,7 +116,7 @@ def remarks(alignments: Sequence[FrameAlignment], names: Sequence[str]) -> tuple
 
 
 def _alignment(fit: Fit, reference: bool) -> FrameAlignment:
-    """Decide whether a rotation is applied."""
+    """Decide whether to apply a rotation."""
     if reference:
         return FrameAlignment(None, 0.0, 0.0, fit.points, trusted=True)
     angle = angle_of(fit.rotation)
@@ -127,7 +133,7 @@ def _through(
     pyramids: Sequence[list[Level]],
     stops: Sequence[float],
 ) -> Fit:
-    """Fit a frame by way of the nearest frame that is fitted, where its direct fit is no good."""
+    """Fit a frame via the nearest fitted frame if its direct fit is no good."""
     apart = abs(stops[index] - stops[middle])
     others = [k for k in fits if k != middle and fits[k].trusted]
     if not others:
@@ -136,7 +142,7 @@ def _through(
     if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
         return fit
     link, first = _between(near, index, pyramids, stops), fits[near]
-    # An aligned frame on the way hands on exactly that.
+    # An aligned frame in between passes on exactly its applied rotation.
     way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
     error = math.hypot(link.error_deg, first.error_deg)
     return replace(link, rotation=link.rotation @ way, error_deg=error)
@@ -145,7 +151,7 @@ def _through(
 def _between(
     first: int, second: int, pyramids: Sequence[list[Level]], stops: Sequence[float]
 ) -> Fit:
-    """Fit the rotation from one frame to another, looking from the brighter one."""
+    """Fit the rotation from one frame to another, starting from the brighter one."""
     if stops[first] >= stops[second]:
         return register(pyramids[first], pyramids[second])
     return register(pyramids[second], pyramids[first]).inverse

@@ -1,11 +1,11 @@
 """Align handheld brackets of ordinary pictures by homographies.
 
-A rotating camera moves a picture by a homography whatever the scene; what the hand shifts besides
-is small at the distances that are photographed. Each frame is laid on its neighbour in exposure, so
-from one to the next on the middle one, by least squares of the differences in brightness (Lucas and
-Kanade; second-order steps as Malis, "Improving vision-based control using efficient second-order
-minimization techniques", ICRA 2004), coarse to fine and robust, so that what moves by itself
-counts little. Brightness is matched by rank first: any tone curves will do.
+A rotating camera transforms a picture by a homography whatever the scene; the hand's shift is small
+at usual distances. Each frame is aligned with its neighbour in exposure, and so step by step with
+the middle one, by least squares of the differences in brightness (Lucas and Kanade; second-order
+steps as Malis, "Improving vision-based control using efficient second-order minimization
+techniques", ICRA 2004), coarse to fine and robust, so that moving objects count little. Brightness
+is matched by rank first, so any tone curves will do.
 """
 
 from __future__ import annotations
@@ -28,34 +28,37 @@ from app.core.measure.bracket.alignment.registration import middle_frame
 from app.core.measure.bracket.remarks import FramesShifted
 
 LONGEST: Final = 1600
-"""Pixels of the longer side of the pictures that are compared; more shows nothing more."""
+"""Pixels of the longer side of the compared pictures; more do not improve the result."""
 
 _COARSEST: Final = 56  # pixels of the shorter side at the first level
 _ROUNDS: Final = 12
 _ENOUGH_PX: Final = 0.01
 _OPEN: Final = (8.0, 243.0)  # codes that are neither black nor clipped
 _WHOLE: Final = 0.999
-_ODD: Final = 30.0  # codes beyond which a difference says no more
-_BEST: Final = 60_000  # places with the strongest gradients that are compared
+_ODD: Final = 30.0  # codes beyond which a difference carries no more information
+_BEST: Final = 60_000  # positions with the strongest gradients, which are compared
 _FEWEST: Final = 400
-# What a hand does, in halves of the longer side: shift, turn, and what is left for perspective;
-# lenses and shutters that roll add a little scale and shear.
+# Typical motion of a hand, in halves of the longer side: shift, turn, and the remaining
+# perspective; lenses and rolling shutters add a little scale and shear.
 _SHIFT, _TURN, _SCALE, _SHEAR, _TILT = 0.1, 0.02, 0.003, 0.002, 0.005
-_LEAST_PX: Final = 0.4  # less than this share of a pixel is not worth resampling
-_BETTER: Final = 0.95  # of the differences that moving a frame must leave at most
+_LEAST_PX: Final = 0.4  # smaller shifts, in pixels, are not worth resampling
+_BETTER: Final = 0.95  # of the differences: moving a frame must leave no more
 _LEAST_MIDDLE_PX: Final = 0.5
 _FARTHEST: Final = 0.08  # of the longer side
-_NEIGHBOURS: Final = 9.0  # a pixel's noise is its neighbour's, too: errors are three times as large
+# a pixel's noise is correlated with its neighbours': errors are three times as large
+_NEIGHBOURS: Final = 9.0
 
 
 @dataclass(frozen=True, slots=True)
 class Lay:
     """Homography of a picture to the reference.
 
-    `homography`, (3, 3) float64, takes pixels of the reference to those of the frame;
-    `shift_px` is how far it moves a corner or the middle at most, both in the full frames'
-    pixels. It is `needed` where that is more than its error, in a bracket that a hand has
-    moved.
+    Attributes:
+        homography: (3, 3) float64. From pixels of the reference to those of the frame.
+        shift_px: Largest shift of a corner or the middle, pixels of the full frames.
+        error_px: Its standard error, in the same pixels.
+        trusted: Whether the frames could be compared.
+        needed: Whether the shift exceeds its error, in a bracket that a hand has moved.
     """
 
     homography: Float64 = field(repr=False)
@@ -73,7 +76,7 @@ def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
         pixels,
         homography,
         (width, height),
-        # Linear light overshoots by far beside lamps.
+        # With cubic interpolation, linear light would overshoot far beside lamps.
         flags=(cv2.INTER_CUBIC if coded else cv2.INTER_LINEAR) | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )
@@ -83,7 +86,7 @@ def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
 def visibility(
     proxies: Sequence[Bytes], moves: Sequence[Float64 | None], full: tuple[int, int]
 ) -> list[Float32 | None]:
-    """Return the visible area of each moved frame: 1 or 0, at the proxies' size."""
+    """Return the visible area of each moved frame, 1 or 0, at the proxies' size; None for all."""
     masks: list[Float32 | None] = []
     for proxy, move in zip(proxies, moves, strict=True):
         small = (proxy.shape[0], proxy.shape[1])
@@ -94,7 +97,7 @@ def visibility(
             mask = warp(mask, way) * _inside(move, full, small)
         masks.append(None if mask.min() >= 1.0 else (mask > 0.999).astype(np.float32))
     some = [mask for mask in masks if mask is not None]
-    if len(some) == len(masks):  # what no frame shows may stay as it is
+    if len(some) == len(masks):  # areas that no frame shows may stay as they are
         nowhere = np.maximum.reduce(some) == 0.0
         for mask in some:
             mask[nowhere] = 1.0
@@ -102,7 +105,7 @@ def visibility(
 
 
 def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) -> Float32:
-    """Where a moved frame has pixels."""
+    """Return a mask of the area where a moved frame has pixels."""
     rows = (np.arange(small[0]) + 0.5) * (full[0] / small[0]) - 0.5
     columns = (np.arange(small[1]) + 0.5) * (full[1] / small[1]) - 0.5
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
@@ -114,7 +117,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
 
 
 def blank(picture: Bytes) -> Bools:
-    """Find the pure blue (or other primary) that programs fill empty borders with, (h, w)."""
+    """Find the pure blue (or other primary) with which programs fill empty borders, (h, w)."""
     low, high = picture.min(axis=-1), picture.max(axis=-1)
     flat = cv2.dilate(((low < 24) & (high > 231)).astype(np.uint8), np.ones((3, 3), np.uint8))
     sure = (low <= 8) & (high >= 247)
@@ -141,8 +144,11 @@ def lay_on_each_other(
 ) -> tuple[Lay, ...]:
     """Return the homography of each picture to the reference.
 
-    `pictures`, (h, w, 3) uint8, are coded and all reduced alike to `LONGEST` or less; `scale`
-    is the full pixels in one of theirs.
+    Args:
+        pictures: (h, w, 3) uint8. Coded, all reduced equally to `LONGEST` or less.
+        stops: Exposures of the pictures.
+        reference: Index of the reference.
+        scale: Full pixels per pixel of the pictures.
     """
     order = sorted(range(len(pictures)), key=lambda k: stops[k])
     place = order.index(reference)
@@ -151,7 +157,7 @@ def lay_on_each_other(
         pyramids = list(pool.map(_pyramid, pictures))
 
         def onward(side: Sequence[int]) -> None:
-            """Lay each frame on the nearest one before it that could be laid."""
+            """Align each frame with the nearest previous one that could be aligned."""
             near = reference
             for index in side:
                 matrix, error = _between(pyramids[near], pyramids[index])
@@ -162,8 +168,8 @@ def lay_on_each_other(
         list(pool.map(onward, (order[place + 1 :], order[:place][::-1])))
     shape = (pictures[0].shape[0], pictures[0].shape[1])
     lays = [_lay(*ways[index], shape, scale) for index in range(len(pictures))]
-    # A hand never turns about the middle of every picture. Scans of film that are warped do, and
-    # lie on each other as well as their maker could have them.
+    # A hand never turns about the middle of every picture. Warped scans of film do, and their maker
+    # has aligned them as well as possible.
     middles = [scale * float(_shifts(ways[index][0], shape)[-1]) for index in range(len(lays))]
     if max(m for lay, m in zip(lays, middles, strict=True) if lay.trusted) < _LEAST_MIDDLE_PX:
         return tuple(lays)
@@ -174,7 +180,7 @@ def lay_on_each_other(
 
 
 def _lay(matrix: Float64, error: float, shape: tuple[int, int], scale: float) -> Lay:
-    """Bring a fit to full pixels, and judge it."""
+    """Convert a fit to full pixels, and judge it."""
     enlarge = np.array(
         [[scale, 0.0, 0.5 * scale - 0.5], [0.0, scale, 0.5 * scale - 0.5], [0, 0, 1]]
     )
@@ -185,7 +191,7 @@ def _lay(matrix: Float64, error: float, shape: tuple[int, int], scale: float) ->
 
 
 def _precision(free: bool) -> Float64:
-    """Quadratic form of what is unlikely in the eight unknowns, (8, 8)."""
+    """Return the quadratic form, (8, 8), that penalises unlikely values of the eight unknowns."""
     rows = np.zeros((8, 8))
     rows[0, [0, 4]] = rows[1, [0, 4]] = rows[2, [1, 3]] = rows[3, [1, 3]] = 0.5
     rows[1, 4], rows[2, 1] = -0.5, -0.5
@@ -197,13 +203,13 @@ def _precision(free: bool) -> Float64:
 
 
 def _shifts(matrix: Float64, shape: tuple[int, int]) -> Float64:
-    """How far the corners and the middle are moved, pixels."""
+    """Return the shifts of the corners and the middle, pixels."""
     places = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [0.5, 0.5]]) * shape[::-1]
     return np.asarray(np.linalg.norm(moved_by(matrix, places) - places, axis=1))
 
 
 def _pyramid(picture: Bytes) -> list[Bytes]:
-    """Grey pictures, the smallest first; pure blue, which marks borders, becomes white."""
+    """Return grey pictures, the smallest first; pure blue, which marks borders, becomes white."""
     grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(picture)
     grey[(np.asarray(blue) > 247) & (np.maximum(red, green) < 8)] = 255
@@ -214,10 +220,10 @@ def _pyramid(picture: Bytes) -> list[Bytes]:
 
 
 def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
-    """Homography from one picture to another, and its standard error in pixels."""
+    """Return the homography from one picture to another, and its standard error in pixels."""
     matrix, error = np.eye(3), math.inf
     one = alike = other = first[-1]
-    up = np.diag([2.0, 2.0, 1.0])  # to pictures twice as large; pixel centres at whole numbers
+    up = np.diag([2.0, 2.0, 1.0])  # to pictures twice as large; pixel centres at integers
     for number, (one, other) in enumerate(zip(first, second, strict=True)):
         matrix = up @ matrix @ np.linalg.inv(up) if number else matrix
         prior = _precision(number >= len(first) - 2)
@@ -231,7 +237,7 @@ def _between(first: list[Bytes], second: list[Bytes]) -> tuple[Float64, float]:
 
 
 def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
-    """Whether the pictures differ less once moved, by the mean of what is not odd, at edges."""
+    """Return whether moving reduces the mean difference, at edges and without outliers."""
     target = one.astype(np.float32)
     slope = _slope(target)
     results = []
@@ -246,7 +252,7 @@ def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
 
 
 def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:
-    """Table that gives a picture the distribution of another one's codes, (256,)."""
+    """Return the table, (256,), that gives a picture the distribution of another's codes."""
     own = np.bincount(codes.ravel(), minlength=256).astype(np.float64)
     rank_target = np.cumsum(np.bincount(as_in.ravel(), minlength=256)).astype(np.float64)
     middle = np.cumsum(own) - 0.5 * own
@@ -258,7 +264,7 @@ def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:
 def _fit(
     one: Bytes, alike: Bytes, other: Bytes, start: Float64, prior: Float64
 ) -> tuple[Float64, float]:
-    """Least squares at one level."""
+    """Fit by least squares at one level."""
     height, width = one.shape
     half = 0.5 * max(width, height)
     unit = np.array(
@@ -276,7 +282,7 @@ def _fit(
             return start, math.inf
         so_far = (scaled(unit @ matrix @ np.linalg.inv(unit)) - np.eye(3)).ravel()[:8]
         step, spread = _step(target - warped, slope, picked, unit, (prior, so_far))
-        # The step moves the reference's places; the frame's follow.
+        # The step moves positions in the reference; those in the frame follow.
         change = np.append(step, 0.0).reshape(3, 3) + np.eye(3)
         change = np.linalg.inv(unit) @ change @ unit
         matrix = scaled(matrix @ change)
@@ -286,18 +292,18 @@ def _fit(
 
 
 def _slope(picture: Float32) -> Float32:
-    """Change per pixel to the right and down, (2, h, w)."""
+    """Return the change per pixel to the right and down, (2, h, w)."""
     down, right = np.gradient(picture)
     return np.asarray(np.stack([np.asarray(right), np.asarray(down)]), np.float32)
 
 
 def _open(codes: Bytes) -> Bools:
-    """Where codes are neither black nor clipped."""
+    """Return a mask of codes that are neither black nor clipped."""
     return np.asarray((codes > _OPEN[0]) & (codes < _OPEN[1]))
 
 
 def _warp(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32]:
-    """Return a frame as bright as the reference and in its place, and how far it is open."""
+    """Return a frame in the reference's brightness and position, and its openness."""
     height, width = other.shape
     there, visible = (
         cv2.warpPerspective(
@@ -312,7 +318,7 @@ def _warp(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float32
 
 
 def _telling(slope: Float32, inside: Bools) -> Indices:
-    """Places with the strongest gradients."""
+    """Return the positions with the strongest gradients."""
     strength = np.where(inside, np.abs(slope[0]) + np.abs(slope[1]), 0.0)
     strength[[0, -1]], strength[:, [0, -1]] = 0.0, 0.0
     flat = strength.ravel()
@@ -330,7 +336,7 @@ def _step(
     unit: Float64,
     belief: tuple[Float64, Float64],
 ) -> tuple[Float64, Float64]:
-    """One robust Gauss-Newton step in unit coordinates, (8,), and its covariance."""
+    """Return one robust Gauss-Newton step in unit coordinates, (8,), and its covariance."""
     rows, columns = np.divmod(picked, difference.shape[1])
     x = unit[0, 0] * columns + unit[0, 2]
     y = unit[1, 1] * rows + unit[1, 2]
@@ -350,7 +356,7 @@ def _step(
 
 
 def _corner_error(spread: Float64, aspect: float) -> float:
-    """Largest standard error of a corner's place, in unit coordinates."""
+    """Return the largest standard error of a corner's position, in unit coordinates."""
     sides = np.array([min(aspect, 1.0), min(1.0 / aspect, 1.0)])
     rows = by_elements(np.eye(3), sides * [[1, 1], [-1, 1], [1, -1], [-1, -1]])
     variances = np.einsum("ni,ij,nj->n", rows, spread, rows).reshape(2, -1).sum(axis=0)

@@ -2,18 +2,18 @@
 
 GPano pose angles (Google, "Photo Sphere XMP Metadata") are a camera's heading, pitch and roll in
 this order: pitch is the elevation of the picture's centre, and the horizon in the picture turns
-counter-clockwise as roll grows. That is `app.core.base.sphere.rotation` word for word. A Ricoh
-Theta writes something else under the same names: what its accelerometer says about two axes on
-their own, tan pitch = front / up and tan roll = left / up of the zenith in the camera's axes. About
-one axis the two are the same; with pitch -29.0 and roll -35.8 deg they are 4.7 deg apart, and the
-edges in a Theta S picture tilted like that (R0010298) agree with the second within 0.5 deg. Since
-other makers and programs read the standard differently, the picture itself may decide where the
-readings differ: its vertical edges, where it has any, are upright under one of them only.
+counter-clockwise as roll grows, exactly as in `app.core.base.sphere.rotation`. A Ricoh Theta writes
+something else under the same names: its accelerometer's reading of two separate axes, tan pitch =
+front / up and tan roll = left / up of the zenith in the camera's axes. For a tilt about one axis
+the two are the same; with pitch -29.0 and roll -35.8 deg they are 4.7 deg apart, and the edges in a
+Theta S picture with that tilt (R0010298) agree with the second within 0.5 deg. Other makers and
+programs read the standard differently. So if the readings differ, the picture itself may decide:
+its vertical edges, if it has any, are upright for only one of them.
 
-Heading is never applied: the front lens stays at azimuth 0, where the photographer stands. What a
-Ricoh camera has levelled itself (maker note 0x0007) is left alone whatever its pose says: some
-firmware writes a tilt that it has corrected already. The tilt recorded on a still tripod differs a
-little from shot to shot, hence one rotation for all frames, that of the first shot.
+Heading is never applied: the front lens stays at azimuth 0, where the photographer is. A picture
+that a Ricoh camera has levelled itself (maker note 0x0007) stays as it is, whatever its pose
+states: some firmware records a tilt that it has already corrected. The tilt recorded on a still
+tripod differs slightly from shot to shot, so all frames get one rotation, that of the first shot.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from app.core.measure.bracket.alignment.registration import edges
 from app.core.measure.bracket.remarks import Levelled
 from app.core.measure.read.frame import Bracket, Frame, XmpPose
 
-_LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
+_LEVEL_DEG: Final = 0.05  # shown as 0.0 in a note with one decimal
 _DIFFERENT_DEG: Final = 0.5
 _LEAN_DEG: Final = 3.0
-_STEEP: Final = 0.9  # nearer to the zenith every edge is nearly upright
+_STEEP: Final = 0.9  # closer to the zenith, every edge is nearly upright
 _SECTORS: Final = 12
 _MOST_SECTORS: Final = 6
 _CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
@@ -46,8 +46,9 @@ _CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
 class Levelling:
     """The levelling of a bracket.
 
-    `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None if the
-    bracket is level or its tilt unknown.
+    Attributes:
+        rotation: (3, 3) float64, for `sphere.remap_frame` and `rotate_light`; None if the bracket
+            is level or its tilt is unknown.
     """
 
     rotation: Float64 | None = None
@@ -61,14 +62,17 @@ def levelling(
     first_rotation: Float64 | None = None,
     picture: Bytes | None = None,
 ) -> Levelling:
-    """Decide how a bracket is levelled, by its frames' poses and maker notes.
+    """Decide how to level a bracket, from its frames' poses and maker notes.
 
-    `first_rotation`, (3, 3), is what `align` does to the frame at `first_shot`: the pose is
-    that frame's, while the levelling acts on the reference frame. `picture`, (h, w, 3) uint8,
-    is a small copy of the reference frame, coded RGB: it decides what the angles mean where
-    that makes a difference and its upright edges are clear. Otherwise the camera's maker does.
-    No rotation for pictures that are not panoramas, state no pose or none but 0, or that the
-    camera has levelled.
+    There is no rotation for pictures that are not panoramas, state no pose or only zeros, or were
+    levelled by the camera.
+
+    Args:
+        first_rotation: (3, 3). Rotation that `align` applies to the frame at `first_shot`: the pose
+            belongs to that frame, while the levelling is applied to the reference frame.
+        picture: (h, w, 3) uint8. A small copy of the reference frame, coded RGB. It decides the
+            meaning of the angles if that makes a difference and its upright edges are clear;
+            otherwise the camera's maker decides.
     """
     if not bracket.panorama:
         return Levelling()
@@ -89,9 +93,10 @@ def levelling(
 
 
 def first_shot(bracket: Bracket) -> int:
-    """Return which frame was shot first, of those that state a pose where any does.
+    """Return the first shot, among the frames that state a pose if any do.
 
-    By file name, numbers by value: cameras number their shots, and their clocks tick in seconds.
+    Frames are ordered by file name, with numbers by value: cameras number their shots, and their
+    clocks only count seconds.
     """
     frames = bracket.frames
     return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))
@@ -100,9 +105,11 @@ def first_shot(bracket: Bracket) -> int:
 def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
     """Return the rotation, (3, 3), that levels a tilted panorama, front lens at azimuth 0.
 
-    It takes directions in the tilted panorama to directions in the level one. `gravity` says
-    that the angles are those of the accelerometer on each axis alone, as a Theta writes them;
-    otherwise they are those of the GPano standard. Heading is not used.
+    It maps directions in the tilted panorama to directions in the level one. Heading is not used.
+
+    Args:
+        gravity: Whether the angles are accelerometer readings of separate axes, as a Theta writes
+            them; otherwise they follow the GPano standard.
 
     Examples:
         >>> from app.core.measure.read.frame import XmpPose
@@ -118,7 +125,7 @@ def tilt_rotation(pose: XmpPose, *, gravity: bool = True) -> Float64:
 
 
 def _readings(pose: XmpPose, camera: str) -> list[Float64]:
-    """List what the angles can mean, the likeliest first."""
+    """List the possible meanings of the angles, the likeliest first."""
     standard, gravity = tilt_rotation(pose, gravity=False), tilt_rotation(pose)
     swapped = _ahead(rotation(0.0, 0.0, pose.roll_deg) @ rotation(0.0, pose.pitch_deg))
     if "THETA" in camera.upper():
@@ -127,12 +134,12 @@ def _readings(pose: XmpPose, camera: str) -> list[Float64]:
 
 
 def _ahead(matrix: Float64) -> Float64:
-    """Take the heading out of a rotation: the centre column stays at azimuth 0."""
+    """Remove the heading from a rotation: the centre column stays at azimuth 0."""
     return rotation(-angles_of(matrix)[0]) @ matrix
 
 
 def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
-    """Choose the reading under which the picture's edges stand upright; the first where none does.
+    """Choose the reading for which the picture's edges are upright; by default the first.
 
     An edge lies on a great circle, whose normal is the direction of its gradient on the sphere.
     """
@@ -149,7 +156,7 @@ def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
         scores.append(np.bincount(place, upright * strengths, _SECTORS))
     totals = [float(score.sum()) for score in scores]
     best = int(np.argmax(totals))
-    # Edges all around must agree: those of a single thing may lean as they like.
+    # Edges all around must agree: those of a single object may lean.
     wins = int((scores[best] > scores[0]).sum())
     return readings[best if totals[best] > _CLEARLY * totals[0] and wins >= _MOST_SECTORS else 0]
 
@@ -160,7 +167,7 @@ def _order(frame: Frame) -> tuple[tuple[int, str], ...]:
 
 
 def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
-    """Whether the camera levelled a frame, or says so of another one where it is silent here."""
+    """Return whether the camera levelled a frame, or says so of another if it is silent here."""
     if shot.zenith_corrected is not None:
         return shot.zenith_corrected
     return any(frame.zenith_corrected for frame in frames)

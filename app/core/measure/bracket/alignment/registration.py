@@ -1,15 +1,15 @@
-"""Find how one panorama is rotated against another.
+"""Find the rotation of one panorama against another.
 
-A pair of frames is compared on the sphere: sharp places of the brighter frame (local maxima of its
-gradient) are looked up in the darker one; three rotation parameters are fitted by inverse
+Two frames are compared on the sphere: sharp points of the brighter frame (local maxima of its
+gradient) are looked up in the darker one. Three rotation parameters are fitted by inverse
 compositional Gauss-Newton steps (Baker and Matthews 2004, "Lucas-Kanade 20 years on"), coarse to
-fine, with Tukey's weights. How a code value of one frame turns into one of the other is not taken
-from the exposure tags or an assumed curve but measured in the same places: the median of one for
-each value of the other (the comparagram of Mann and Picard 1995). So wrong tags, tone curves and
-clipping do not look like motion, and what moved in the scene is outvoted.
+fine, with Tukey's weights. The relation between the code values of the two frames does not come
+from the exposure tags or an assumed curve; it is measured at the same points, as the median of one
+for each value of the other (the comparagram of Mann and Picard 1995). So wrong tags, tone curves
+and clipping do not look like motion, and moving objects are outvoted.
 
-The uncertainty is the jackknife over 24 equal parts of the sphere: a rotation on which the parts do
-not agree is not trusted.
+The uncertainty is the jackknife over 24 equal parts of the sphere: a rotation on which the parts
+disagree is not trusted.
 """
 
 from __future__ import annotations
@@ -26,33 +26,39 @@ import numpy as np
 from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
 from app.core.base.sphere import angle_of, from_vector, positions
 
-_CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
+# code of the brightest channel of an area mean, from which nothing is compared
+_CLIPPED: Final = 248
 _BLACK: Final = 4
 _MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
 _COARSE: Final = 84  # columns of the coarsest size
 _BINS: Final = 32
 _STEPS: Final = 8
-_CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # a step that ends the search, by size, coarse to fine
-_NEAR_DEG: Final = 0.3  # found by the coarsest size: the finest can start from there
+_CLOSE_RAD: Final = (2e-3, 4e-4, 5e-5)  # size of a step that ends the search, coarse to fine
+_NEAR_DEG: Final = 0.3  # of the coarsest size's result: the finest can start from there
 _NUDGE_RAD: Final = math.radians(1.0)
 _STARTS_RAD: Final = math.radians(5.0)
 _LEAST_POINTS: Final = 150
 _MOST_DEG: Final = 20.0
 _TRUSTED_DEG: Final = 0.08
-_FLOOR_DEG: Final = 0.8  # over root of points: in nearly black frames errors are not independent
+# over the root of the number of points: in nearly black frames, errors are not independent
+_FLOOR_DEG: Final = 0.8
 _TRUSTED_CONTRAST: Final = 1.15
 _PARTS: Final = 8
 _LEAST_SEEN: Final = 40
 _MOST_SEEN: Final = 12_000
-_FEW_BAD: Final = 25  # of 255, of the pixels that a coarse one stands for
+_FEW_BAD: Final = 25  # of 255, of the pixels behind a coarse one
 _POLAR: Final = 0.25  # cosine of elevation
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """One frame at one size: smoothed codes, (h, w) float32; `valid`, (h, w) uint8, 255 or 0.
+    """One frame at one size.
 
-    Codes are valid where neither clipped nor black nor filled in.
+    Codes are valid where they are neither clipped, black nor filled in.
+
+    Attributes:
+        codes: (h, w) float32. Smoothed.
+        valid: (h, w) uint8. 255 or 0.
     """
 
     codes: Float32
@@ -61,7 +67,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    """Sharp places of a frame: direction, code value, and how it changes with a rotation."""
+    """Sharp points of a frame: direction, code value, and its change with a rotation."""
 
     vectors: Float32
     codes: Float32
@@ -71,7 +77,7 @@ class _Places:
 
 @dataclass(frozen=True, slots=True)
 class _Match:
-    """The places of one frame that are seen in another one, and how far the codes are off."""
+    """The points of one frame that are visible in another, and the errors of their codes."""
 
     use: Indices
     error: Float32
@@ -81,11 +87,12 @@ class _Match:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A rotation, (3, 3), that takes directions of one frame to another, with what speaks for it.
+    """A rotation, (3, 3), from directions of one frame to another, and its evidence.
 
-    `error_deg` is its standard error (jackknife, and a share that falls with the number of
-    points), infinite where nothing could be compared; `contrast` how many times worse the
-    frames fit one degree away.
+    Attributes:
+        error_deg: Standard error (jackknife, plus a part that falls with the number of points);
+            infinite if nothing could be compared.
+        contrast: How many times worse the frames fit one degree away.
     """
 
     rotation: Float64
@@ -95,7 +102,7 @@ class Fit:
 
     @property
     def trusted(self) -> bool:
-        """Whether the frames share enough, and their parts agree."""
+        """Whether the frames overlap enough, and their parts agree."""
         return (
             self.points >= _LEAST_POINTS
             and self.error_deg < _TRUSTED_DEG
@@ -112,7 +119,10 @@ class Fit:
 def register(bright: list[Level], dark: list[Level]) -> Fit:
     """Return the small rotation from the longer exposure to the other.
 
-    From no motion first, then all round about. Both are from `pyramid`.
+    The search starts with no motion, then all around it.
+
+    Args:
+        bright, dark: Results of `pyramid`.
     """
     coarse = _places(bright[0])
     start, _ = _search(coarse, dark[0], np.eye(3), _CLOSE_RAD[0])
@@ -130,7 +140,7 @@ def register(bright: list[Level], dark: list[Level]) -> Fit:
 
 
 def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
-    """Follow a rotation up to the finest size and judge it there."""
+    """Refine a rotation up to the finest size, and judge it there."""
     if angle_of(rotation) > _NEAR_DEG:
         rotation, _ = _search(_places(bright[1]), dark[1], rotation, _CLOSE_RAD[1])
     places = _places(bright[2])
@@ -147,7 +157,7 @@ def _refine(bright: list[Level], dark: list[Level], rotation: Float64) -> Fit:
 def _search(
     places: _Places, level: Level, rotation: Float64, close: float
 ) -> tuple[Float64, float]:
-    """Gauss-Newton from a rotation at one size: the rotation, and the misfit that is left."""
+    """Refine a rotation at one size by Gauss-Newton, and return it with the remaining misfit."""
     misfit = math.inf
     for _ in range(_STEPS):
         match = _match(places, level, rotation)
@@ -164,7 +174,7 @@ def _search(
 
 
 def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
-    """Look sharp places up in another frame; None where too few are to be seen."""
+    """Look up sharp points in another frame; return None if too few are visible."""
     shape = level.codes.shape
     if places.codes.size < _LEAST_SEEN:
         return None
@@ -184,13 +194,13 @@ def _match(places: _Places, level: Level, rotation: Float64) -> _Match | None:
 
 
 def _weights(match: _Match) -> Float32:
-    """Tukey's biweight of the errors; the scale is at least half a code value."""
+    """Return Tukey's biweight of the errors; the scale is at least half a code value."""
     scale = 4.685 * max(match.misfit, 0.5)
     return np.asarray(np.clip(1.0 - (match.error / scale) ** 2, 0.0, 1.0) ** 2, np.float32)
 
 
 def _transfer(codes: Float32, other_codes: Numbers) -> tuple[Float32, Float32]:
-    """Measure how code values of one frame appear in another: value and slope for each place."""
+    """Measure the codes of one frame as they appear in another: value and slope for each point."""
     bins = (codes * (_BINS / 256.0)).astype(np.int64)
     order = np.argsort(bins * 256.0 + other_codes)
     counts = np.bincount(bins, minlength=_BINS)
@@ -252,15 +262,16 @@ def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -
 def pyramid(frame: Bytes) -> list[Level]:
     """Prepare a frame at three sizes, about 84, w / 2 and w columns wide.
 
-    `frame`, (h, w, 3) uint8, is a small copy (area means), coded RGB, equirectangular.
+    Args:
+        frame: (h, w, 3) uint8. A small copy (area means), coded RGB, equirectangular.
     """
     codes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(frame)
     top = np.asarray(cv2.max(cv2.max(red, green), blue))
-    # Neighbours of a clipped pixel are averages over some of it.
+    # Neighbours of a clipped pixel average over parts of it.
     bad = cv2.dilate((top >= _CLIPPED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     bad |= codes <= _BLACK
-    # No picture is quite even over 5 x 5 area means: a part of the file is missing.
+    # No picture is perfectly even over 5 x 5 area means: a part of the file is missing.
     block = np.ones((5, 5), np.uint8)
     bad |= np.asarray(cv2.dilate(codes, block)) == np.asarray(cv2.erode(codes, block))
     flags = np.where(bad, np.uint8(255), np.uint8(0))
@@ -276,7 +287,7 @@ def pyramid(frame: Bytes) -> list[Level]:
 
 
 def _smooth(codes: Float32) -> Float32:
-    """Blur a little, over the edge, so that the gradients hold for a whole pixel."""
+    """Blur slightly, across the edge, so that the gradients hold for a whole pixel."""
     wide = cv2.copyMakeBorder(codes, 0, 0, 2, 2, cv2.BORDER_WRAP)
     return np.ascontiguousarray(cv2.GaussianBlur(wide, (3, 3), 0.7)[:, 2:-2])
 
@@ -284,23 +295,26 @@ def _smooth(codes: Float32) -> Float32:
 def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
     """Find the edges of a coded RGB panorama, (h, w, 3) uint8, as parts of great circles.
 
-    Returns directions of places on edges away from the poles, (N, 3); unit normals of the great
-    circles that the edges follow there, (N, 3); and weights, (N,): strong edges count more,
-    those near the poles, where pixels crowd, less. All float32.
+    Returns:
+        Directions of points on edges away from the poles, (N, 3) float32; unit normals of the
+        edges'
+        great circles there, (N, 3) float32; and weights, (N,) float32. Strong edges count more,
+        those
+        near the poles, where pixels crowd, less.
     """
     places = _places(pyramid(picture)[2])
-    # A rotation about an axis that lies on the edge's great circle moves the picture across the
-    # edge; the gradient itself is the normal.
+    # A rotation about an axis on the edge's great circle moves the picture across the edge; the
+    # gradient itself is the normal.
     gradients = np.cross(places.slopes, places.vectors)
     sizes = np.linalg.norm(gradients, axis=1)
-    # Codes per pixel at the equator: above some twenty, an edge is as good as any.
+    # Codes per pixel at the equator: above about twenty, all edges are equally good.
     strengths = np.minimum(sizes * np.float32(2.0 * np.pi / picture.shape[1]), 20.0)
     normals = gradients / np.maximum(sizes, np.float32(1e-9))[:, None]
     return places.vectors, normals, np.asarray(strengths * places.weights, np.float32)
 
 
 def _places(level: Level) -> _Places:
-    """Choose the sharp places of a frame, away from the poles."""
+    """Choose the sharp points of a frame, away from the poles."""
     height, width = level.codes.shape
     wide = cv2.copyMakeBorder(level.codes, 0, 0, 1, 1, cv2.BORDER_WRAP)
     across = np.ascontiguousarray(cv2.Scharr(wide, cv2.CV_32F, 1, 0, scale=1 / 32)[:, 1:-1])
@@ -324,7 +338,7 @@ def _places(level: Level) -> _Places:
 
 
 def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, int]) -> Float32:
-    """Change of the code value per radian of rotation about each axis, (N, 3)."""
+    """Return the change of the code value per radian of rotation about each axis, (N, 3)."""
     x, y, z = vectors.T
     level = np.hypot(x, z)
     per_east = across * (shape[1] / (2.0 * np.pi)) / level
@@ -337,7 +351,7 @@ def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, 
 
 
 def middle_frame(shares: Sequence[float]) -> int:
-    """Choose the frame nearest to the middle among those that show nearly as much as the best."""
+    """Choose the frame nearest to the middle among those nearly as usable as the best."""
     middle = (len(shares) - 1) / 2.0
     fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
     return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))

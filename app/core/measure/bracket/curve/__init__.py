@@ -1,1 +1,1 @@
-"""The camera's tone curve, and exposures that are stated wrong."""
+"""The camera's tone curve, and wrongly stated exposures."""

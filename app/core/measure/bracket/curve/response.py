@@ -1,14 +1,14 @@
 """Choose the camera's response curve, and detect wrong exposure tags.
 
-The curve is sRGB (as in the paper that this program implements) unless the bracket says otherwise:
-the steps between the frames are measured (`brightness_transfer`), and where they
-disagree with the files either one frame's tag is wrong, or the camera's curve is not sRGB and is
-recovered from the bracket (`app.core.measure.bracket.curve.response_recovery`).
+The curve is sRGB (as in the paper that this program implements) unless the bracket contradicts it.
+The steps between the frames are measured (`brightness_transfer`). If they disagree with the files,
+either one frame's tag is wrong, or the camera's curve is not sRGB and is recovered from the bracket
+(`app.core.measure.bracket.curve.response_recovery`).
 
-With a known curve one frame's wrong tag stands out: it shifts all its pairs by the same amount, at
-every level, and no others. With an unknown curve and the usual three frames, a wrong tag of one
-frame and another curve together can always be traded for a wrong tag of another frame and a power
-of that curve; then the curve nearest to sRGB is taken and all frames that could be wrong are named.
+With a known curve, one frame's wrong tag stands out: it shifts all pairs of this frame by the same
+amount, at every level, and no others. With an unknown curve and the usual three frames, a wrong tag
+of one frame with one curve is equivalent to a wrong tag of another frame with a power of that
+curve. Then the curve closest to sRGB is used, and all possibly wrong frames are named.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ from app.core.measure.bracket.remarks import (
 
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
-# A recovered curve fits its own bracket to 0.1 to 1 of the tolerance, to 2 in dark scenes with
-# hard curves; with a tag that lies by a quarter of a stop the misfit is 2.4 to 14.
+# A recovered curve fits its own bracket to 0.1 to 1 of the tolerance, to 2 in dark scenes with hard
+# curves; with a tag that is wrong by a quarter of a stop, the misfit is 2.4 to 14.
 _RECOVERED_FITS: Final = 1.5
 _MISFIT: Final = 4.0
-# Separate curves for red, green and blue lower the cost by 4 to 25 % where there is one curve
-# (each has more freedom than it needs), by half for film and by 90 % where they plainly differ.
+# Separate curves for red, green and blue lower the cost by 4 to 25 % if there is one curve (each
+# has more freedom than it needs), by half for film, and by 90 % if they clearly differ.
 _CHANNELS_DIFFER: Final = 0.6
 _CHANNEL_HOLD: Final = 0.1
 _MID_TONES: Final = slice(64, 193)
@@ -63,10 +63,11 @@ _OWN_FIT: Final = 0.5
 class Response:
     """A response curve: the linear light of each code.
 
-    `table`, (3, 256) float64, is the linear light of each code in red, green and blue: strictly
-    rising, 0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest
-    at 1. It is (K, 3, 256) where each frame has a curve of its own. `residual_stops` is
-    `StepCheck.residual_stops` with this curve; NaN where no frames overlap.
+    Attributes:
+        table: (3, 256) float64. Linear light of each code in red, green and blue: strictly rising,
+            0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest at
+            1. (K, 3, 256) if each frame has its own curve.
+        residual_stops: `StepCheck.residual_stops` with this curve; NaN if no frames overlap.
     """
 
     name: str
@@ -78,9 +79,10 @@ class Response:
 class ResponseChoice:
     """Response curve and corrected exposures, in stops.
 
-    As stated, except where a tag was found wrong: then they need not fall. `check` is of
-    measured against stated steps, before any correction, with sRGB. `tag_errors` are of a fifth
-    of a stop or more.
+    Attributes:
+        stops: As stated, except for tags found wrong, so they may not fall in order.
+        check: Measured against stated steps, before any correction, with sRGB.
+        tag_errors: Errors of a fifth of a stop or more.
     """
 
     response: Response
@@ -90,7 +92,7 @@ class ResponseChoice:
     remarks: tuple[Remark, ...] = ()
 
     def with_tags(self, names: Sequence[str]) -> tuple[Remark, ...]:
-        """All remarks, naming the frames, from the brightest on."""
+        """Return all remarks, with the names of the frames, brightest first."""
         return (*(error.remark(names) for error in self.tag_errors), *self.remarks)
 
 
@@ -107,11 +109,16 @@ def srgb_choice() -> ResponseChoice:
 def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
     """Choose the response curve of a bracket, and find wrong tags.
 
-    `samples`, (K, N, 3) uint8, are the same places in all frames, brightest first, and `stops`
-    the stated exposures, falling. Things that moved and frames that are turned by a few degrees
-    are borne. "srgb" is sRGB, with a warning when the steps disagree; "recover" is recovered
-    from the bracket; "auto" is sRGB unless noise cannot explain how the steps disagree. Always
-    sRGB where frames do not overlap. ValueError for samples, stops or modes that do not fit.
+    Moving objects and frames turned by a few degrees do no harm. The curve is always sRGB if frames
+    do not overlap.
+
+    Args:
+        samples: (K, N, 3) uint8. The same positions in all frames, brightest first.
+        stops: Stated exposures, falling.
+        mode: "srgb" for sRGB, with a warning if the steps disagree; "recover" to recover it from
+            the bracket; "auto" for sRGB unless noise cannot explain the disagreement.
+
+    Raises `ValueError` for invalid samples, stops or modes.
     """
     if mode not in ("srgb", "recover", "auto"):
         raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')
@@ -133,14 +140,14 @@ def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto")
 
 
 def _unchecked(plain: ResponseChoice, mode: Mode) -> ResponseChoice:
-    """Report that frames without overlap tell nothing about the curve."""
+    """Report that frames without overlap do not determine the curve."""
     if len(plain.stops) < 2:
         return plain
     return replace(plain, remarks=(CurveUnchecked(recover=mode == "recover"),))
 
 
 def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | None:
-    """Keep sRGB where the steps agree, or agree once wrong tags are put right."""
+    """Keep sRGB if the steps agree, or agree once wrong tags are corrected."""
     if plain.check.agrees:
         return plain
     explanation = explain_by_tags(matches, plain.check, plain.stops, srgb_table())
@@ -154,12 +161,12 @@ def _with_srgb(plain: ResponseChoice, matches: CodeMatches) -> ResponseChoice | 
 def _disagreement(check: StepCheck) -> CurveDoubtful:
     """Report by how much the steps disagree with sRGB."""
     order = sorted(check.steps, key=lambda step: abs(step.off) / step.nominal)
-    typical = order[len(order) // 2]  # a typical one; the worst may be worst for another reason
+    typical = order[len(order) // 2]  # a typical one; the worst may have another cause
     return CurveDoubtful(typical.measured, typical.nominal)
 
 
 def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> ResponseChoice:
-    """Recover the curve, along with a wrong tag where only that makes the frames fit."""
+    """Recover the curve, with a wrong tag if only that makes the frames fit."""
     stops = plain.stops
     curve = recover_curve(matches, stops)
     check = check_matches(matches, stops, curve.table)
@@ -187,7 +194,7 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
 def _each_its_own(
     plain: ResponseChoice, matches: CodeMatches, check: StepCheck
 ) -> ResponseChoice | None:
-    """Give each frame its own curve where only that makes the frames fit."""
+    """Give each frame its own curve if only that makes the frames fit."""
     if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
         return None
     table, stops = recover_own_curves(matches, plain.stops)
@@ -201,11 +208,11 @@ def _each_its_own(
 def _by_channel(
     matches: CodeMatches, stops: Sequence[float], shared: RecoveredCurve, check: StepCheck
 ) -> tuple[Float64, StepCheck]:
-    """Give each channel its own curve where one for all does not do; (3, 256).
+    """Give each channel its own curve if one for all does not fit; (3, 256).
 
-    A bracket cannot tell how large the channels are against each other. A sensor clips all
-    channels at its white, hence at equal linear values. Film does not: where a raised black
-    gives a scan away, equal codes in the mid-tones are neutral (Debevec and Malik 1997, 2.2).
+    A bracket does not determine the relative scale of the channels. A sensor clips all channels at
+    its white, so at equal linear values. Film does not: if a raised black reveals a scan, equal
+    codes in the mid-tones are neutral (Debevec and Malik 1997, 2.2).
     """
     table = np.tile(shared.table, (3, 1))
     parts = [matches.where(matches.channel == channel) for channel in range(3)]
@@ -225,8 +232,8 @@ def _by_channel(
 
 Stops: TypeAlias = tuple[float, ...]
 
-# Marked shutter times are rounded (1/15 s is 1/16 s): up to 0.12 stops, hence 0.2 with noise.
-# Smaller differences that are equal at all levels are put right without a word.
+# Marked shutter times are rounded (1/15 s is 1/16 s): up to 0.12 stops, so 0.2 with noise. Smaller
+# differences that are equal at all levels are corrected without a remark.
 _WORTH_A_WORD: Final = 0.2
 _ALIKE: Final = 1.15
 _TRIED: Final = 5
@@ -244,7 +251,7 @@ class TagError:
     suspects: tuple[int, ...]
 
     def remark(self, names: Sequence[str]) -> WrongTag:
-        """Name the frames."""
+        """Return the remark with the names of the frames."""
         others = tuple(names[number] for number in self.suspects if number != self.frame)
         return WrongTag(names[self.frame], self.stops, others)
 
@@ -254,14 +261,16 @@ def explain_by_tags(
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
     """Return wrong tags that reconcile a known curve, (256,), with the measured steps.
 
-    Returns exposures to believe, the errors of a fifth of a stop or more, and the check with
-    them; None when tags do not explain the steps (then the curve is another one).
+    Returns:
+        Corrected exposures, the errors of a fifth of a stop or more, and the check with them; None
+        if
+        tags do not explain the steps (then the curve is another one).
     """
     trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
     fitting = [trial for trial in trials if trial[2].agrees]
     if fitting:
-        # The pairs of a bracket of two, or without more overlap, cannot tell one from another.
-        # The darker frame is taken then: the brighter one's scale is mostly what was metered.
+        # In a bracket of two, or without more overlap, either tag may be wrong. The darker frame is
+        # chosen, since the scale comes mostly from the brighter, metered one.
         least = min(trial[2].disagreement for trial in fitting)
         alike = [trial for trial in fitting if trial[2].disagreement <= _ALIKE * least + 0.05]
         frame, stops_off, better = alike[-1]
@@ -278,8 +287,9 @@ def recover_with_tag(
 ) -> tuple[RecoveredCurve, Stops, tuple[TagError, ...], StepCheck] | None:
     """Recover a curve and one wrong exposure, from three frames or more.
 
-    Returns curve, exposures to believe, error, and the check with them; None when no single tag
-    makes the frames fit much better.
+    Returns:
+        Curve, corrected exposures, error, and the check with them; None if no single tag makes the
+        frames fit much better.
     """
     trials: list[tuple[int, RecoveredCurve, StepCheck]] = []
     for frame in _likeliest(matches, check, stops, curve):
@@ -298,11 +308,11 @@ def recover_with_tag(
 
 
 def _unlikely(curve: RecoveredCurve) -> float:
-    """How odd a curve and the tag error that comes with it are; a judgement, not a measurement.
+    """Return how unlikely a curve and its tag error are; a judgement, not a measurement.
 
-    Curves whose contrast is on the whole sRGB's are the usual ones: measured over the brighter
-    half of the nodes (codes above 40), where all curves are well known. Tags that lie do so by
-    a whole stop (doubled or halved by mistake) or else by a mark of the dial, a third.
+    Curves with roughly sRGB's contrast are the usual ones: measured over the brighter half of the
+    nodes (codes above 40), where all curves are well determined. Tags are usually wrong by a whole
+    stop (doubled or halved by mistake) or by a third, one mark of the dial.
     """
     contrast = abs(float(np.mean(curve.unknowns[len(curve.unknowns) // 2 :])))
     stops = curve.tag_stops
@@ -316,14 +326,14 @@ def _unlikely(curve: RecoveredCurve) -> float:
 
 
 def _paired(check: StepCheck) -> list[int]:
-    """Frames that share well exposed places with another one."""
+    """Return the frames that share well exposed areas with another one."""
     return sorted({step.bright for step in check.steps} | {step.dark for step in check.steps})
 
 
 def _likeliest(
     matches: CodeMatches, check: StepCheck, stops: Stops, curve: RecoveredCurve
 ) -> list[int]:
-    """Few frames of a long bracket that may be wrong, so that not all need a recovery."""
+    """Choose the few frames of a long bracket that may be wrong, to limit the recoveries."""
     frames = _paired(check)
     if len(frames) <= _TRIED:
         return frames
@@ -337,14 +347,14 @@ def _telling(stops: float) -> bool:
 
 
 def _shift_stops(stops: Stops, by: dict[int, float]) -> Stops:
-    """Exposures with some of them corrected."""
+    """Return the exposures with some of them corrected."""
     return tuple(value + by.get(frame, 0.0) for frame, value in enumerate(stops))
 
 
 def _one_wrong(
     frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[int, float, StepCheck]:
-    """Believe all frames but one; (frame, its error in stops, the check then)."""
+    """Trust all frames but one; return the frame, its error in stops, and the check then."""
     signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
     off = [sign * step.off for sign, step in zip(signs, check.steps, strict=True) if sign]
     error = float(np.median(off))
@@ -352,7 +362,7 @@ def _one_wrong(
 
 
 def _longer_steps(check: StepCheck) -> bool:
-    """Whether all steps are off by about one factor, as a power of the curve would have it."""
+    """Return whether all steps are off by about one factor, as with a power of the curve."""
     nominal = np.array([step.nominal for step in check.steps])
     off = np.array([step.off for step in check.steps])
     factor = float(nominal @ off / (nominal @ nominal))
@@ -363,9 +373,9 @@ def _longer_steps(check: StepCheck) -> bool:
 def _several_wrong(
     matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
-    """Believe only what was measured, if it does not depend on the level.
+    """Use only the measured steps, if they do not depend on the level.
 
-    The exposures keep the median of what is stated, for the sake of absolute luminance.
+    The exposures keep the median of the stated ones, to preserve absolute luminance.
     """
     if len(_paired(check)) < len(stops):
         return None

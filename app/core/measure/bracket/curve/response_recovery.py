@@ -1,28 +1,28 @@
 """Recover response curves from a bracket: one for the camera, or one per frame.
 
-Like Debevec and Malik ("Recovering high dynamic range radiance maps from photographs", SIGGRAPH
-1997) the logarithm of the exposure that each code stands for is found by least squares from places
-seen in several frames, with a penalty on its bending. Unlike there
+As in Debevec and Malik ("Recovering high dynamic range radiance maps from photographs", SIGGRAPH
+1997), the logarithm of each code's exposure is found by least squares from positions visible in
+several frames, with a penalty on curvature. The differences are:
 
 * the unknown is the logarithm of the *local gamma*, d log exposure / d log code, at 16 nodes, as
   a departure from that of sRGB. So the curve always rises, any plausible curve is smooth in the
-  unknowns, and where the bracket says nothing the curve bends like sRGB;
-* residuals are counted in codes of the darker frame, where their size is known (rounding, noise,
+  unknowns, and where the bracket has no data the curve bends like sRGB;
+* residuals are measured in codes of the darker frame, where their size is known (rounding, noise,
   compression), not in logarithms, where dark codes would weigh hundreds of times too much;
-* the places are first condensed to matching codes (`brightness_transfer`), so that
-  the solution takes a few milliseconds for any number of places;
+* the positions are first condensed to matching codes (`brightness_transfer`), so that
+  the solution takes a few milliseconds for any number of them;
 * large residuals count less (Cauchy weights).
 
 Steps of equal size leave a curve undetermined up to a ripple that repeats with the step (Grossberg
-and Nayar 2003, "fractal ambiguity"); the penalty on bending takes the curve without it.
+and Nayar 2003, "fractal ambiguity"); the penalty on curvature selects the curve without it.
 
-Phones choose for every frame by itself what the eye likes. There `recover_own_curves` gives each
-frame k a curve of its own, log2 radiance = sRGB(z) - stops_k + d_k(z), all of them by one linear
-least-squares problem. The frames leave open what monotone function of the radiance they agree on,
-and a flatter one always makes them agree better. So what saturates a frame is held near its stated
+Phones choose a tone curve for every frame by appearance. For them, `recover_own_curves` gives each
+frame k its own curve, log2 radiance = sRGB(z) - stops_k + d_k(z), all of them by one linear
+least-squares problem. The frames agree only up to a monotone function of the radiance, and a
+flatter one always makes them agree better. So each frame's saturation is kept near its stated
 exposure, and the mean of all d_k near 0: a camera that brightens one frame and darkens another does
-so around sRGB. Curves that differ from place to place besides darken what is clipped, to codes well
-under 255; such codes count as clipped.
+so around sRGB. Curves that vary across the picture also darken clipped areas to codes well under
+255; such codes count as clipped.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from app.core.base.arrays import Float64, Int64
 from app.core.measure.bracket.curve.brightness_transfer import CodeMatches
 
 _NODES: Final = 16
-# Nodes lie evenly in log(1 + code / toe): near the toe curves bend over a few codes.
+# Nodes are evenly spaced in log(1 + code / toe): near the toe, curves bend over a few codes.
 _TOE: Final = 0.05
-# How much less likely than straight a bend of the log local gamma by 1 is, and a departure.
-# Chosen on 12 curves and 20 scenes; half or twice as much changes no median error by 0.2 %.
+# Penalties of a change of the log local gamma by 1, and of a departure from sRGB. Chosen on 12
+# curves and 20 scenes; half or twice as much changes no median error by 0.2 %.
 _BENDING: Final = 20.0
 _LEANING: Final = 0.4
 _LEAVING: Final = 0.004
-# Codes that are systematically off by less than this in compressed frames are no evidence.
+# Systematic errors of codes in compressed frames; smaller differences are no evidence.
 _FLOOR_CODES: Final = 0.25
 _CAUCHY: Final = 9.0
 _ROUNDS: Final = 14
@@ -58,9 +58,10 @@ _LOG_CODES: Final = np.log2(np.arange(1, 256))
 class RecoveredCurve:
     """A recovered curve.
 
-    `table`, (256,) float64, is the linear exposure of each code, strictly rising, 0 -> 0, 255
-    -> 1. `tag_stops` is what the free frame was exposed more than stated; 0 where none is free.
-    `unknowns`, (16,) float64, are log local gamma at the nodes as a departure from sRGB's.
+    Attributes:
+        table: (256,) float64. Linear exposure of each code, strictly rising, 0 -> 0, 255 -> 1.
+        tag_stops: True minus stated exposure of the free frame; 0 if none is free.
+        unknowns: (16,) float64. Log local gamma at the nodes minus that of sRGB.
     """
 
     table: Float64
@@ -70,7 +71,10 @@ class RecoveredCurve:
 
 
 def srgb_table() -> Float64:
-    """Linear light, (256,) float64, of each sRGB code (IEC 61966-2-1), exact for smooth slopes."""
+    """Return the linear light, (256,) float64, of each sRGB code, with smooth slopes.
+
+    The curve is that of IEC 61966-2-1.
+    """
     codes = np.arange(256) / 255.0
     return np.asarray(np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4))
 
@@ -85,8 +89,12 @@ def recover_curve(
 ) -> RecoveredCurve:
     """Recover the response curve from matching codes, at falling exposures.
 
-    The exposure of `free_frame` is not believed but found along with the curve. `start`, (16,)
-    float64, are `RecoveredCurve.unknowns` to start from. ValueError when there are no matches.
+    Args:
+        free_frame: Frame whose exposure is an unknown, too.
+        start: (16,) float64. `RecoveredCurve.unknowns` to start from.
+        hold: Strength that keeps the unknowns near the start.
+
+    Raises `ValueError` if there are no matches.
     """
     if len(matches) == 0:
         raise ValueError("frames that do not overlap tell nothing about the response")
@@ -96,14 +104,14 @@ def recover_curve(
 
 
 class _Problem:
-    """Gauss-Newton on the log local gamma, and on one exposure where it is free."""
+    """Gauss-Newton on the log local gamma, and on one exposure if it is free."""
 
     def __init__(
         self, matches: CodeMatches, stops: Sequence[float], free_frame: int | None
     ) -> None:
         nodes = np.linspace(0.0, 1.0, _NODES)
         codes = np.arange(2, 256)
-        # The curve between codes k - 1 and k is a power law, with the gamma of their middle.
+        # Between codes k - 1 and k the curve is a power law, with the gamma of their middle.
         middle = np.sqrt(codes * (codes - 1.0)) / 255.0
         place = np.log1p(middle / _TOE) / np.log1p(1.0 / _TOE)
         self.hats = np.column_stack([np.interp(place, nodes, row) for row in np.eye(_NODES)])
@@ -117,7 +125,7 @@ class _Problem:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
     def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
-        """Log2 exposure of codes 1 to 255, and its derivative by the unknowns."""
+        """Return the log2 exposure of codes 1 to 255, and its derivative by the unknowns."""
         rise = self.prior_rise * np.exp(self.hats @ gamma)
         log_exposure = np.zeros(255)
         log_exposure[:-1] = -np.cumsum(rise[::-1])[::-1]
@@ -126,7 +134,7 @@ class _Problem:
         return log_exposure, slope
 
     def residuals(self, unknowns: Float64) -> tuple[Float64, Float64]:
-        """Darker code minus what the curve expects, and how the expectation changes."""
+        """Return the darker code minus its prediction, and the derivative of the prediction."""
         curve, slope = self.curve(unknowns[:_NODES])
         target = curve[self.code - 1] - self.steps
         if self.sign is not None:
@@ -142,7 +150,7 @@ class _Problem:
         return self.dark_code - prediction, change / per_code
 
     def penalty(self, hold: float) -> tuple[Float64, Float64]:
-        """Quadratic forms: of the unknowns, and of their distance from the start."""
+        """Return the quadratic forms of the unknowns, and of their distance from the start."""
         size = _NODES + (self.sign is not None)
         bend = np.diff(np.eye(_NODES), 2, axis=0)
         lean = np.diff(np.eye(_NODES), 1, axis=0)
@@ -155,7 +163,7 @@ class _Problem:
         return smooth, near
 
     def solve(self, start: Float64, hold: float) -> RecoveredCurve:
-        """Iterate until nothing moves."""
+        """Iterate until the unknowns converge."""
         smooth, near = self.penalty(hold)
         home = np.zeros(len(smooth))
         home[:_NODES] = start
@@ -190,20 +198,20 @@ def _strictly_rising(table: Float64) -> Float64:
 
 
 _OWN_NODES: Final = 14
-# Stops by which curves depart from sRGB at a node, and by which they bend between three of them.
+# Stops by which curves depart from sRGB at a node, and by which they bend between three nodes.
 _DEPARTS: Final = 1.0
 _BENDS: Final = 0.25
-# Stops by which white departs from the stated exposure, and by which the mean curve does from sRGB.
+# Stops by which white departs from the stated exposure, and the mean curve from sRGB.
 _WHITE: Final = 0.1
 _MEAN: Final = 0.3
-# What rows of compressed frames are systematically off, in stops and in codes; neighbouring codes
-# are off alike, so that only every so many rows count.
+# Systematic errors of compressed frames, in stops and in codes; neighbouring codes share them, so
+# only one in so many rows counts.
 _FLOOR_STOPS: Final = 0.03
 _OWN_FLOOR_CODES: Final = 0.3
 _ALIKE: Final = 16.0
 _OWN_CAUCHY: Final = 3.0
 _OWN_ROUNDS: Final = 8
-_LEAST_RISE: Final = 0.2  # of sRGB's between two codes
+_LEAST_RISE: Final = 0.2  # of sRGB's rise between two codes
 
 
 def recover_own_curves(
@@ -211,9 +219,12 @@ def recover_own_curves(
 ) -> tuple[Float64, tuple[float, ...]]:
     """Recover a response curve per frame, at falling exposures.
 
-    Returns tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0
-    to 1, the same for all channels, 1 from the code on that `CodeMatches.whites` names; and the
-    exposures that go with them, what saturates each frame.
+    Returns:
+        Tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0 to 1,
+        equal
+        for all channels, 1 from the code in `CodeMatches.whites` on; and the corresponding
+        exposures,
+        at which each frame saturates.
     """
     frames = len(stops)
     white = np.minimum(matches.whites or [255] * frames, 255)
@@ -237,7 +248,7 @@ def recover_own_curves(
 
 
 def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, Float64, Float64]:
-    """Return the design, (R, unknowns), what it has to give, (R,), and its variance, (R,)."""
+    """Return the design matrix, (R, unknowns), its right side, (R,), and variances, (R,)."""
     hats, base = _hats(), np.log2(srgb_table()[1:])
     bright = matches.code - 1
     dark = np.clip(matches.dark_code, 1.0, 255.0)
@@ -256,7 +267,7 @@ def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, F
 
 
 def _hats() -> Float64:
-    """Return what each node adds to each code from 1 on, (255, nodes)."""
+    """Return the weight of each node for each code from 1 on, (255, nodes)."""
     codes = np.arange(1, 256) / 255.0
     place = np.log1p(codes / _TOE) / np.log1p(1.0 / _TOE)
     nodes = np.linspace(0.0, 1.0, _OWN_NODES)
@@ -264,7 +275,7 @@ def _hats() -> Float64:
 
 
 def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
-    """Quadratic form of what is unlikely, and its pull, given what code each frame clips at."""
+    """Return the prior's quadratic form and pull, for the code at which each frame clips."""
     frames = len(white)
     bend = np.diff(np.eye(_OWN_NODES), 2, axis=0)
     form = np.kron(np.eye(frames), bend.T @ bend / _BENDS**2 + np.eye(_OWN_NODES) / _DEPARTS**2)
@@ -274,7 +285,7 @@ def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
 
 
 def _rising(logs: Float64, base: Float64) -> Float64:
-    """Let every curve rise, from its middle to both ends."""
+    """Make every curve rise, from its middle to both ends."""
     least = _LEAST_RISE * np.diff(base)
     rise = np.maximum(np.diff(logs, axis=1), least)
     middle = logs.shape[1] // 2
