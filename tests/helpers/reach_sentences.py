@@ -29,8 +29,7 @@ from app.core.styles.style_pack import StylePack, load_named_pack
 from app.export import result_card
 from app.ui.presenters import spots
 from app.ui.screens.light import resolve as light_screen
-from app.ui.screens.paint import document
-from app.ui.screens.paint.state import LiveState
+from app.ui.screens.paint.live import LiveState
 from app.ui.screens.styles import detail
 from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot
@@ -120,7 +119,7 @@ def _shown(
                 "verdict": shown.verdict,
                 "detail": shown.reason,
                 "sheet": " / ".join(result_card._reason_lines(result)),
-                "paint": document._with_numbers(LiveState(), result).good,
+                "paint": LiveState(result=result).good,
                 "spot": spots._card(spot, result.name, False).why,
                 "spots": spots._verdict(spot, result.name),
             },

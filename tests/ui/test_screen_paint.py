@@ -32,8 +32,8 @@ from app.core.styles.style_pack import load_named_pack
 from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.screens.paint import face_view as face_module
+from app.ui.screens.paint.canvas import CanvasMode
 from app.ui.screens.paint.screen_view import PaintScreen
-from app.ui.screens.paint.state import CanvasMode
 from app.ui.screens.paint.tools_view import ToolColumn, ToolStrip
 from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
@@ -179,7 +179,7 @@ def test_paint_on_a_turned_head_lies_on_the_same_skin_from_the_front(booth: Boot
     head = Head("generic", load_named_pack("generic"), load_named("generic"))
     booth.room.model.update(head=head)
     booth.presenter.tools.change(strength=1.0)
-    booth.presenter.turn_head(2)
+    booth.presenter.look.turn_head(2)
     assert booth.face.accessibleName() == "Canvas, the head turned 30° to its left"
     booth.presenter.tools.change(diameter=12)
     before = booth.face._face._colours.pixels.copy()
@@ -304,14 +304,14 @@ def test_target_and_here_take_the_place_of_the_weights(booth: Booth) -> None:
     booth.presenter.tools.change(strength=1.0)
     booth.drag((0.7, 0.3), (0.7, 0.6))
     weights = booth.face.grab().toImage()
-    booth.presenter.show(CanvasMode.TARGET)
+    booth.presenter.look.show(CanvasMode.TARGET)
     target = booth.face.grab().toImage()
     assert target != weights
     # Strokes go on while the target is shown, and show in it.
     booth.presenter.tools.change(tool=Tool.DARKER)
     booth.drag((0.3, 0.3), (0.3, 0.6))
     assert booth.face.grab().toImage() != target
-    booth.presenter.show(CanvasMode.WEIGHTS)
+    booth.presenter.look.show(CanvasMode.WEIGHTS)
     assert booth.spot(0.3, 0.45) < 0
     colours = booth.face._face._colours
     followed = colours.pixels.copy()

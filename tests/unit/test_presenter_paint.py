@@ -16,8 +16,9 @@ from app.core.portrait.head import Head
 from app.core.solver.transport import load_named
 from app.core.styles.style_pack import load_named_pack
 from app.ui.presenters.model import Step
-from app.ui.screens.paint.document import NO_LIGHT, NO_STROKES
-from app.ui.screens.paint.state import CanvasMode, PaintState, PaintView
+from app.ui.screens.paint.canvas import CanvasMode
+from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
+from app.ui.screens.paint.screen import PaintState, PaintView
 from app.words.painting import advice_words
 from tests.helpers.paint_studio import Studio, even_light, lamp_light, studio
 from tests.helpers.styles_screen import HoldingRunner
@@ -103,6 +104,27 @@ def test_everything_follows_while_the_pen_moves(room: Studio) -> None:
     view.show_state.assert_called_once()
 
 
+def test_a_move_of_the_pen_resolves_nothing_but_the_live_column(room: Studio) -> None:
+    view = _view(room)
+    room.enter("left-split")
+    room.presenter.press((120.0, 200.0, 1.0))
+    room.presenter.draw([(130.0, 200.0, 1.0)])
+    first = view.show_state.call_args.args[0]
+    assert first.save.status == "not saved yet"
+    room.presenter.draw([(160.0, 210.0, 1.0)])
+    second = view.show_state.call_args.args[0]
+    assert (second.tools, second.canvas, second.save) == (first.tools, first.canvas, first.save)
+    assert second.live is not first.live
+    # The same as when everything is resolved.
+    room.presenter.live.look()
+    fresh = room.presenter.resolve()
+    assert (fresh.tools, fresh.save) == (second.tools, second.save)
+    for name in ("stale", "sentence", "limit", "origin", "picture_tag", "good", "turn", "curve"):
+        assert getattr(fresh.live, name) == getattr(second.live, name)
+    np.testing.assert_array_equal(fresh.live.picture, second.live.picture)
+    np.testing.assert_array_equal(fresh.live.weights, second.live.weights)
+
+
 def test_strokes_are_undone_and_done_again_exactly(room: Studio) -> None:
     room.enter("left-loop")
     undo = room.services.undo
@@ -119,7 +141,7 @@ def test_strokes_are_undone_and_done_again_exactly(room: Studio) -> None:
         assert _state(room).live.curve == live[back].curve
     undo.redo()
     np.testing.assert_array_equal(room.presenter.canvas.weights, states[1].weights)  # type: ignore[union-attr]
-    assert _state(room).undo == "stroke on My Loop"
+    assert _state(room).tools.undo == "stroke on My Loop"
 
 
 def test_undo_counts_the_bytes_of_its_tiles(room: Studio) -> None:
@@ -148,7 +170,7 @@ def test_clearing_is_one_step_that_can_be_undone(room: Studio) -> None:
     painted = room.presenter.canvas
     assert painted is not None
     room.presenter.clear()
-    assert not _state(room).can_clear
+    assert not _state(room).tools.can_clear
     assert room.services.undo.undo_words == "clear the strokes on My Loop"
     room.services.undo.undo()
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
@@ -252,7 +274,7 @@ def test_full_disk_under_the_drafts_is_told_once(
     def full(*_args: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.ui.screens.paint.document.save_draft", full)
+    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
     room.enter()
     room.stroke(*LEFT)
     room.stroke(*RIGHT)
@@ -269,11 +291,11 @@ def test_another_start_keeps_what_was_painted_and_can_be_undone(room: Studio) ->
     room.stroke(*LEFT)
     painted = room.presenter.canvas
     room.presenter.choose_start("butterfly")
-    assert (room.model.painting, _state(room).start) == ("butterfly", "butterfly")
+    assert (room.model.painting, _state(room).tools.start) == ("butterfly", "butterfly")
     assert not room.presenter.canvas.touched  # type: ignore[union-attr]
     assert room.told.messages[-1].startswith("Draft kept")
     room.services.undo.undo()
-    assert _state(room).start == "left-split"
+    assert _state(room).tools.start == "left-split"
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
     room.services.undo.undo()
     assert not room.presenter.canvas.touched  # type: ignore[union-attr]
@@ -281,7 +303,7 @@ def test_another_start_keeps_what_was_painted_and_can_be_undone(room: Studio) ->
 
 def test_starts_are_all_styles_and_nothing(room: Studio) -> None:
     room.enter("left-split")
-    starts = _state(room).starts
+    starts = _state(room).tools.starts
     assert starts[0][:2] == ("", "Nothing")
     assert ("left-split", "Split", "sitter’s left (camera right)") in starts
     assert len(starts) == 1 + len(room.model.head.pack.styles)  # type: ignore[union-attr]
@@ -289,14 +311,14 @@ def test_starts_are_all_styles_and_nothing(room: Studio) -> None:
 
 def test_what_is_missing_is_said_before_saving(room: Studio) -> None:
     room.enter()
-    assert _state(room).save_why == advice_words(Advice.NOTHING_PAINTED)
+    assert _state(room).save.why == advice_words(Advice.NOTHING_PAINTED)
     assert _state(room).live.sentence == NO_STROKES
     room.stroke(*LEFT)
-    assert _state(room).save_why == advice_words(Advice.ONE_SIDED)
+    assert _state(room).save.why == advice_words(Advice.ONE_SIDED)
     assert not room.presenter.save_works
     room.presenter.tools.change(tool=Tool.DARKER)
     room.stroke(*RIGHT)
-    assert _state(room).save_why == ""
+    assert _state(room).save.why == ""
     assert room.presenter.save_works
 
 
@@ -350,11 +372,11 @@ def test_origin_says_what_the_style_itself_reaches(room: Studio) -> None:
 
 def test_canvas_can_show_target_and_picture(room: Studio) -> None:
     room.enter("left-split")
-    assert _state(room).picture is None
-    room.presenter.show(CanvasMode.TARGET)
-    target = _state(room).picture
-    room.presenter.show(CanvasMode.HERE)
-    here = _state(room).picture
+    assert _state(room).canvas.picture is None
+    room.presenter.look.show(CanvasMode.TARGET)
+    target = _state(room).canvas.picture
+    room.presenter.look.show(CanvasMode.HERE)
+    here = _state(room).canvas.picture
     assert target is not None
     assert here is not None
     middle = target.shape[1] // 2
@@ -444,7 +466,7 @@ def _real(room: Studio) -> Studio:
 
 
 def _yaw(room: Studio) -> float:
-    head = _state(room).head
+    head = _state(room).canvas.head
     assert head is not None
     return head.yaw_deg
 
@@ -453,18 +475,18 @@ def test_the_head_turns_from_view_to_view_and_back(room: Studio) -> None:
     _real(room)
     yaws = []
     for steps in (1, 1, 1, 1, -1, 0, -1):
-        room.presenter.turn_head(steps)
+        room.presenter.look.turn_head(steps)
         yaws.append(_yaw(room))
     assert yaws == [15.0, 30.0, 45.0, 45.0, 30.0, 0.0, -15.0]
-    assert _state(room).head.places is not None  # type: ignore[union-attr]
+    assert _state(room).canvas.head.places is not None  # type: ignore[union-attr]
 
 
 def test_keys_that_come_faster_than_views_all_count(tmp_path: Path) -> None:
     runner = HoldingRunner()
     room = _real(studio(tmp_path, runner=runner))
     runner.held = {"paint-turn"}
-    room.presenter.turn_head(1)
-    room.presenter.turn_head(1)
+    room.presenter.look.turn_head(1)
+    room.presenter.look.turn_head(1)
     assert _yaw(room) == 0.0
     runner.release("paint-turn")
     assert _yaw(room) == 30.0
@@ -474,7 +496,7 @@ def test_a_view_of_another_head_comes_too_late(tmp_path: Path) -> None:
     runner = HoldingRunner()
     room = _real(studio(tmp_path, runner=runner))
     runner.held = {"paint-turn"}
-    room.presenter.turn_head(1)
+    room.presenter.look.turn_head(1)
     pack, transport = load_named_pack("generic"), load_named("generic")
     room.model.update(head=Head("generic", pack, transport))
     runner.release("paint-turn")
@@ -483,16 +505,17 @@ def test_a_view_of_another_head_comes_too_late(tmp_path: Path) -> None:
 
 def test_target_and_here_are_shown_from_the_front(room: Studio) -> None:
     _real(room)
-    room.presenter.turn_head(1)
-    room.presenter.show(CanvasMode.TARGET)
-    assert (_yaw(room), _state(room).mode) == (0.0, CanvasMode.TARGET)
-    room.presenter.turn_head(1)
-    assert (_yaw(room), _state(room).mode, _state(room).picture) == (15.0, CanvasMode.WEIGHTS, None)
+    room.presenter.look.turn_head(1)
+    room.presenter.look.show(CanvasMode.TARGET)
+    assert (_yaw(room), _state(room).canvas.mode) == (0.0, CanvasMode.TARGET)
+    room.presenter.look.turn_head(1)
+    canvas = _state(room).canvas
+    assert (_yaw(room), canvas.mode, canvas.picture) == (15.0, CanvasMode.WEIGHTS, None)
 
 
 def test_another_head_is_seen_from_the_front_first(room: Studio) -> None:
     _real(room)
-    room.presenter.turn_head(1)
+    room.presenter.look.turn_head(1)
     pack, transport = load_named_pack("generic"), load_named("generic")
     room.model.update(head=Head("generic", pack, transport))
     assert _yaw(room) == 0.0
@@ -500,6 +523,6 @@ def test_another_head_is_seen_from_the_front_first(room: Studio) -> None:
 
 def test_a_head_without_views_says_so(room: Studio) -> None:
     room.enter()
-    room.presenter.turn_head(1)
+    room.presenter.look.turn_head(1)
     assert room.told.messages[-1] == "This head was baked from the front only."
     assert _yaw(room) == 0.0

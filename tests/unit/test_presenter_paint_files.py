@@ -11,7 +11,7 @@ import pytest
 from app.core.painting.library import list_user_styles
 from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
-from app.ui.screens.paint.state import PaintState, PaintView
+from app.ui.screens.paint.screen import PaintState, PaintView
 from tests.helpers.paint_studio import Studio, studio
 
 
@@ -55,18 +55,18 @@ def test_name_is_asked_for_and_the_new_style_is_chosen(room: Studio) -> None:
     assert room.model.chosen == room.model.painting == style.name
     assert [one.name for one in room.model.user_styles] == [style.name]
     state = _state(room)
-    assert (state.title, state.status) == ("Window light", "saved")
-    assert state.save_why == "Everything is saved"
+    assert (state.save.title, state.save.status) == ("Window light", "saved")
+    assert state.save.why == "Everything is saved"
     assert not list(room.drafts.iterdir())
 
 
 def test_strokes_can_be_undone_after_saving_and_are_unsaved_then(room: Studio) -> None:
     _saved(room)
     room.services.undo.undo()
-    assert _state(room).status == "changes not saved yet"
+    assert _state(room).save.status == "changes not saved yet"
     assert (room.drafts / "paint-mine.npz").exists()
     room.services.undo.redo()
-    assert _state(room).status == "saved"
+    assert _state(room).save.status == "saved"
     assert not (room.drafts / "paint-mine.npz").exists()
 
 
@@ -75,19 +75,19 @@ def test_changes_of_an_own_style_are_saved_in_place(room: Studio) -> None:
     _saved(room)
     room.presenter.tools.change(tool=Tool.DARKER)
     room.stroke((0.3, 0.3))
-    assert _state(room).save_words == "Save changes"
+    assert _state(room).save.words == "Save changes"
     view.ask_name.reset_mock()
     room.presenter.files.ask_save()
     view.ask_name.assert_not_called()
     (style,) = list_user_styles(room.styles)[0]
     np.testing.assert_array_equal(style.weights, room.presenter.canvas.weights)  # type: ignore[union-attr]
-    assert _state(room).status == "saved"
+    assert _state(room).save.status == "saved"
 
 
 def test_restored_to_the_start_is_a_change_that_can_be_saved(room: Studio) -> None:
     _saved(room)
     room.presenter.clear()
-    assert _state(room).save_why == ""
+    assert _state(room).save.why == ""
     room.presenter.files.ask_save()
     (style,) = list_user_styles(room.styles)[0]
     np.testing.assert_array_equal(style.weights, room.presenter.canvas.start_weights)  # type: ignore[union-attr]
@@ -101,7 +101,7 @@ def test_an_own_style_is_opened_as_it_was_saved(room: Studio, tmp_path: Path) ->
     again.model.update(user_styles=list_user_styles(again.styles)[0])
     again.enter("mine")
     np.testing.assert_array_equal(again.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
-    assert _state(again).save_why == "Everything is saved"
+    assert _state(again).save.why == "Everything is saved"
     again.stroke((0.5, 0.3))
     draft = load_draft(again.drafts / "paint-mine.npz")
     assert (draft.style, draft.title) == ("mine", "Mine")
@@ -125,12 +125,12 @@ def test_full_disk_is_told_and_strokes_are_kept(
     assert room.presenter.canvas is not None
     assert painted is not None
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)
-    assert _state(room).status == "not saved yet"
-    assert not _state(room).saving
+    assert _state(room).save.status == "not saved yet"
+    assert not _state(room).save.busy
     assert (room.drafts / "paint-left-split.npz").exists()
     monkeypatch.undo()
     room.presenter.files.named("save", "Mine")
-    assert _state(room).status == "saved"
+    assert _state(room).save.status == "saved"
 
 
 def test_a_name_is_needed(room: Studio) -> None:
@@ -144,7 +144,7 @@ def test_a_name_is_needed(room: Studio) -> None:
 def test_unsaved_painting_is_renamed_in_its_draft(room: Studio) -> None:
     room.stroke((0.4, 0.4))
     room.presenter.files.named("rename", "  Late   sun ")
-    assert _state(room).title == "Late sun"
+    assert _state(room).save.title == "Late sun"
     assert load_draft(room.drafts / "paint-left-split.npz").title == "Late sun"
 
 
@@ -153,7 +153,7 @@ def test_saved_style_is_renamed_on_the_disk(room: Studio) -> None:
     _saved(room)
     room.presenter.files.named("rename", "Late sun")
     assert list_user_styles(room.styles)[0][0].title == "Late sun"
-    assert (_state(room).title, room.model.user_styles[0].title) == ("Late sun", "Late sun")
+    assert (_state(room).save.title, room.model.user_styles[0].title) == ("Late sun", "Late sun")
     room.presenter.files.duplicate()
     room.presenter.files.named("rename", "Late sun 2")
     assert "already taken" in view.show_trouble.call_args.args[0]
@@ -165,7 +165,7 @@ def test_copy_is_made_and_can_be_painted_on(room: Studio) -> None:
     assert [one.title for one in room.model.user_styles] == ["Mine", "Mine 2"]
     assert room.model.painting == "mine"
     room.told.buttons["Paint on it"]()
-    assert (room.model.painting, _state(room).title) == ("mine-2", "Mine 2")
+    assert (room.model.painting, _state(room).save.title) == ("mine-2", "Mine 2")
 
 
 def test_deleted_style_goes_and_comes_back(room: Studio) -> None:
@@ -180,7 +180,7 @@ def test_deleted_style_goes_and_comes_back(room: Studio) -> None:
     assert [one.title for one in list_user_styles(room.styles)[0]] == ["Mine"]
     assert room.model.chosen == "mine"
     room.enter("mine")
-    assert _state(room).status == "saved"
+    assert _state(room).save.status == "saved"
 
 
 def test_style_is_handed_on_and_taken_in(room: Studio, tmp_path: Path) -> None:
@@ -226,7 +226,7 @@ def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
         raise OSError(28, "No space left on device")
 
     room.enter()
-    monkeypatch.setattr("app.ui.screens.paint.document.save_draft", full)
+    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
     room.stroke((0.5, 0.5), (0.6, 0.5))
     room.leave()
     assert "The draft cannot be saved: the disk is full." in room.told.messages[-1]
@@ -248,7 +248,7 @@ def test_a_stroke_never_waits_for_the_disk(
             written.append(draft)
 
     older, newer = MagicMock(), MagicMock()
-    monkeypatch.setattr("app.ui.screens.paint.document.save_draft", slow)
+    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", slow)
     monkeypatch.setattr(keeper, "_start", lambda: None)
     keeper.keep(tmp_path / "d.npz", older)
     assert keeper.flush()

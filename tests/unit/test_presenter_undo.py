@@ -140,7 +140,7 @@ def test_undo_after_deleting_a_style_brings_it_back_with_its_draft_and_stays_her
     assert world.room.model.painting is None, "nothing jumps into Paint"
     assert world.undo.undo_words == "stroke on Mine"
     world.room.enter("mine")
-    assert world.room.presenter.resolve().status == "changes not saved yet"
+    assert world.room.presenter.resolve().save.status == "changes not saved yet"
 
 
 def test_what_was_undone_is_said_and_offered_again(world: World) -> None:

@@ -13,7 +13,7 @@ from app.core.solver.relighting_cache import (
     table_picture,
 )
 from app.core.solver.solve import solve_on_table
-from app.core.solver.transport import render
+from app.core.solver.transport import render, to_image
 from app.core.solver.weights import painted
 from benchmarks.speed.plain_search import matrix
 from tests.helpers.painted import solve_painted
@@ -71,7 +71,7 @@ def test_pictures_at_grid_turns_are_renders(turn: int) -> None:
     light = _light(3)
     table = light_table(TRANSPORT, light, pictures=True)
     picture = table_picture(table, 5.625 * turn)
-    expected = render(TRANSPORT, np.roll(light, -turn, axis=1))
+    expected = to_image(TRANSPORT, render(TRANSPORT, np.roll(light, -turn, axis=1)))
     np.testing.assert_allclose(picture, expected, atol=2e-5 * expected.max())
 
 

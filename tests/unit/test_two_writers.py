@@ -23,7 +23,7 @@ from app.core.storage.json_file import read_json
 from app.core.storage.settings import Settings
 from app.core.storage.settings_file import FILE, read_settings, write_settings
 from app.ui.presenters.model import Model
-from app.ui.screens.paint.document import DraftKeeper
+from app.ui.screens.paint.drafts import DraftKeeper
 from tests.helpers.second_writer import painted
 
 ROOT = Path(__file__).resolve().parents[2]

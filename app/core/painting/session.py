@@ -37,7 +37,7 @@ from app.core.painting.canvas import (
 from app.core.painting.stroke import Brush, Stroke, TileChange, apply, revert
 from app.core.solver.relighting_cache import CountedLight, LightTable, counted_light, table_picture
 from app.core.solver.solve import StyleResult, solve_on_table
-from app.core.solver.transport import Transport, to_image
+from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights, paint
 from app.core.text import tr
@@ -180,8 +180,7 @@ class PaintSession:
         )
         picture = None
         if table.pictures is not None:
-            flat = table_picture(table, result.turn_refined_deg)
-            picture = to_image(self._transport, flat)
+            picture = table_picture(table, result.turn_refined_deg)
         at_front = result.seen_from(self._front_deg) if self._front_deg else result
         return Answer(target, missing, at_front, picture)
 

@@ -30,8 +30,8 @@ class LightTable:
         moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, less its mean
             over the face per turn, then the squares of the same. Exposure-free.
         brightness: (64,) float64. That mean.
-        pictures: (64, P, 3) float32 or None. Linear Rec. 709 pictures on the head's pixels, in the
-            unit of the environment.
+        pictures: (64, N, N, 3) float32 or None. Linear Rec. 709 pictures on black, in the unit of
+            the environment.
     """
 
     transport: Transport = field(repr=False)
@@ -137,7 +137,7 @@ def light_table(
     brightness = faces.mean(axis=0)
     faces -= brightness
     light_map = LightMap(luminance_of(values))
-    # Worked out here, once, and not at the first stroke.
+    # Computed here, and not at the first stroke.
     _ = light_map.is_even
     return LightTable(
         transport=transport,
@@ -146,10 +146,18 @@ def light_table(
         moments=np.concatenate([faces, faces * faces], axis=1),
         brightness=brightness,
         # Band-limited turns may dip a little below black.
-        pictures=np.maximum(table, 0) * np.float32(scale)
+        pictures=_on_black(transport, np.maximum(table, 0) * np.float32(scale))
         if pictures and table is not None
         else None,
     )
+
+
+def _on_black(transport: Transport, pictures: Float32) -> Float32:
+    """Scatter (64, P, 3) pictures of the head's pixels into (64, N, N, 3)."""
+    size = transport.size
+    flat = np.zeros((len(pictures), size * size, 3), np.float32)
+    flat[:, transport.pixels] = pictures
+    return flat.reshape(-1, size, size, 3)
 
 
 def counted_light(table: LightTable, active: Bools) -> CountedLight:
@@ -209,7 +217,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
 
     Returns:
-        (P, 3) float32. Linear Rec. 709 on the head's pixels, in the unit of the environment.
+        (N, N, 3) float32. Linear Rec. 709 on black, in the unit of the environment.
 
     Raises:
         ValueError: If the table was made without pictures.

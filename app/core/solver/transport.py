@@ -79,12 +79,12 @@ class Transport:
     texel_basis: Float32
     digest: str = ""
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Side of the picture in pixels."""
         return self.header.picture
 
-    @property
+    @cached_property
     def environment_shape(self) -> tuple[int, int]:
         """Rows and columns (H, W) of the environment."""
         return self.header.environment

@@ -1,4 +1,4 @@
-"""The canvas: takes mouse, pen and keyboard, and shows the head with what is painted on it."""
+"""The canvas: handles mouse, pen and keyboard, and shows the head with its weights."""
 
 from __future__ import annotations
 
@@ -23,13 +23,15 @@ from app.core.painting.canvas import Canvas, Region
 from app.core.painting.stroke import Brush
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot
+from app.ui.screens.paint.canvas import CanvasMode, CanvasState, Point
 from app.ui.screens.paint.face_view import FaceItems
-from app.ui.screens.paint.state import TOOLS, CanvasMode, PaintState, Point, head_words
-from app.ui.screens.paint.tools_view import Viewing, ZoomBox, fitting
+from app.ui.screens.paint.head_pixels import head_words
+from app.ui.screens.paint.tools import TOOLS
+from app.ui.screens.paint.zoom_view import Viewing, ZoomBox, fitting
 from app.ui.theme import px
 from app.ui.widgets.accessibility import describe, give_role
 
-_FRAME_MS: Final = 8  # moves that come faster than this are taken together
+_FRAME_MS: Final = 8  # faster moves are combined
 _STEP: Final = 1.2  # of the zoom box
 _NOTCH: Final = 120.0
 _MARGIN: Final = 12
@@ -40,20 +42,20 @@ _ARROWS: Final = {
     Qt.Key.Key_Down: (0, 1),
 }
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
-_FIRST: Final = (0.42, 0.62)  # where the keyboard's brush begins: a cheek
+_FIRST: Final = (0.42, 0.62)  # first position of the keyboard's brush: a cheek
 
 
 class PaintCanvas(Plot):
-    """The head, what is painted on it, and the brush.
+    """The head, its weights, and the brush.
 
-    Mouse and pen paint; wheel zooms, the middle button or Space with the mouse pans. Arrows move
-    the brush by a pixel, with Shift by ten; Enter or Space paints a dab; +, − and 0 zoom.
+    Mouse and pen paint; the wheel zooms, the middle button or Space with the mouse pans. Arrows
+    move the brush by a pixel, with Shift by ten; Enter or Space paints a dab; +, − and 0 zoom.
 
     Attributes:
-        pressed: Signal(object, bool). The pen comes down: a `Point`, and whether it is its eraser.
-        drawn, lifted: Signal(object). The pen moves on, and goes up, after a list of `Point`s.
+        pressed: Signal(object, bool). Start of a stroke: a `Point`, and whether it is the eraser.
+        drawn, lifted: Signal(object). More of a stroke, and its end: a list of `Point`s.
         dabbed: Signal(float, float). One dab, canvas pixels.
-        head_turned: Signal(int). Views further to its left to look from; 0: from the front.
+        head_turned: Signal(int). Views to turn the head to its left; 0 for the front.
     """
 
     pressed = Signal(object, bool)
@@ -98,7 +100,7 @@ class PaintCanvas(Plot):
 
     # -- what the screen calls -----------------------------------------------------------------
 
-    def show_state(self, state: PaintState) -> None:
+    def show_state(self, state: CanvasState) -> None:
         """Show head, mode and brush."""
         if self._face.set_head(state.head):
             yaw = 0.0 if state.head is None else state.head.yaw_deg
@@ -115,7 +117,7 @@ class PaintCanvas(Plot):
             self._describe()
 
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
-        """Colour and repaint what has changed."""
+        """Colour and repaint the changed regions; None for everything."""
         if regions is None or self._face.size != canvas.size:
             fresh = self._face.size != canvas.size
             self._face.set_canvas(canvas)
@@ -134,7 +136,7 @@ class PaintCanvas(Plot):
         self._fits = True
 
     def at(self, x: float, y: float) -> QPointF:
-        """Point of the widget where a canvas pixel lies."""
+        """Point of the widget over a canvas pixel."""
         return QPointF(*self.viewing.to_widget(x, y))
 
     # -- looking -------------------------------------------------------------------------------
@@ -152,7 +154,7 @@ class PaintCanvas(Plot):
         self._look(self.viewing.zoomed(self.viewing.zoom * _STEP**way, *middle))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the head fitting, or the middle in the middle."""
+        """Keep the head fitted, or the centre of the view."""
         super().resizeEvent(event)
         margin = px(_MARGIN)
         self._zoom.move(self.width() - self._zoom.width() - margin, margin)
@@ -172,7 +174,7 @@ class PaintCanvas(Plot):
     # -- mouse and pen -------------------------------------------------------------------------
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a stroke, or take hold of the canvas."""
+        """Begin a stroke, or start panning."""
         left = event.button() == Qt.MouseButton.LeftButton
         if event.button() == Qt.MouseButton.MiddleButton or (left and self._space):
             self._panning = event.position()
@@ -182,12 +184,12 @@ class PaintCanvas(Plot):
             self._down(event.position(), 1.0, eraser=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Draw on, pan, or lead the ring."""
+        """Extend the stroke, pan, or move the ring."""
         here = event.position()
         if self._panning is not None:
             step = here - self._panning
             self._panning = here
-            self._space = False  # It was for panning, not for a dab.
+            self._space = False  # Space pans now, so it paints no dab.
             self._look(self.viewing.moved(step.x(), step.y()))
         elif self._stroking:
             self._on(here, 1.0)
@@ -195,7 +197,7 @@ class PaintCanvas(Plot):
         self._move_ring(here)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End stroke or pan."""
+        """End the stroke, or the pan."""
         if self._panning is not None:
             self._panning = None
             self._show_ring()
@@ -204,7 +206,7 @@ class PaintCanvas(Plot):
             self._up()
 
     def tabletEvent(self, event: QTabletEvent) -> None:
-        """Take a pen with its pressure; its other end restores."""
+        """Paint with a pen and its pressure; its eraser restores."""
         kind, here = event.type(), event.position()
         if kind == QEvent.Type.TabletPress and event.button() == Qt.MouseButton.LeftButton:
             eraser = event.pointerType() == QPointingDevice.PointerType.Eraser
@@ -242,28 +244,28 @@ class PaintCanvas(Plot):
     def _up(self) -> None:
         if self._stroking:
             self._stroking = False
-            self._hand_on(self.lifted)
+            self._emit_points(self.lifted)
 
     def flush(self) -> None:
-        """Hand on the moves that have been gathered."""
+        """Emit the moves collected since the last frame."""
         if self._points:
-            self._hand_on(self.drawn)
+            self._emit_points(self.drawn)
             self._drawn_at = time.perf_counter()
 
-    def _hand_on(self, signal: SignalInstance) -> None:
+    def _emit_points(self, signal: SignalInstance) -> None:
         self._later.stop()
         points, self._points = self._points, []
         signal.emit(points)
         if points:
-            # With the stroke, so that the canvas is painted once for both.
+            # Together with the stroke, so that the canvas is painted once.
             self._move_ring(self._last)
 
     def _spot(self, here: QPointF) -> tuple[float, float] | None:
-        """Canvas pixel that is painted on there; None on skin that the front does not show."""
+        """Return the canvas pixel under a point; None on skin that the front hides."""
         return self._face.on_front(*self.viewing.to_canvas(here.x(), here.y()))
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Take the ring away, unless the keyboard leads it."""
+        """Hide the ring, unless the keyboard moves it."""
         if not self._stroking:
             self._move_ring(self._kept_ring() if self.hasFocus() and self._by_keys else None)
         super().leaveEvent(event)
@@ -276,7 +278,7 @@ class PaintCanvas(Plot):
     # -- keyboard ------------------------------------------------------------------------------
 
     def event(self, event: QEvent) -> bool:
-        """Take Enter and Space for dabs before they are shortcuts of the window."""
+        """Use Enter and Space for dabs before the window uses them as shortcuts."""
         if event.type() == QEvent.Type.ShortcutOverride:
             key = Qt.Key(event.key())  # type: ignore[attr-defined]
             plain = event.modifiers() == Qt.KeyboardModifier.NoModifier  # type: ignore[attr-defined]
@@ -293,7 +295,7 @@ class PaintCanvas(Plot):
             far = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
             self._step_ring(_ARROWS[key][0] * far, _ARROWS[key][1] * far)
         elif key == Qt.Key.Key_Space:
-            # A dab when it is released: until then it may be for panning.
+            # A dab on release: until then Space may pan.
             self._space = True
         elif key in _DABS and not event.isAutoRepeat():
             self._dab()
@@ -305,7 +307,7 @@ class PaintCanvas(Plot):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Paint a dab when Space was not for panning."""
+        """Paint a dab, unless Space panned."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             if self._space and self._panning is None:
                 self._dab()
@@ -314,14 +316,14 @@ class PaintCanvas(Plot):
         super().keyReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show where the keyboard would paint."""
+        """Show where the keyboard paints."""
         super().focusInEvent(event)
         if self._ring is None and not self.underMouse():
             self._by_keys = True
             self._move_ring(self._kept_ring())
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Take the keyboard's brush away."""
+        """Hide the keyboard's brush."""
         super().focusOutEvent(event)
         self._space = False
         if not self.underMouse():
@@ -349,7 +351,7 @@ class PaintCanvas(Plot):
         top = float(self._face.size)
         x, y = min(max(round(x) + dx, 0.0), top), min(max(round(y) + dy, 0.0), top)
         there = self.at(x, y)
-        # The canvas follows a brush that leaves it.
+        # Scroll after a brush that leaves the canvas.
         out_x = min(there.x(), 0.0) + max(there.x() - self.width(), 0.0)
         out_y = min(there.y(), 0.0) + max(there.y() - self.height(), 0.0)
         if out_x or out_y:
@@ -373,7 +375,7 @@ class PaintCanvas(Plot):
         across, down = (round(100 * value / self._face.size) for value in (x, y))
         self.say(
             tr(
-                "Brush: {tool}, {diameter:.0f} px, at {across} % from the left and {down} % from "
+                "Brush: {tool}, {diameter:.0f} px, at {across}% from the left and {down}% from "
                 "the top",
                 tool=tool,
                 diameter=wide,
@@ -383,7 +385,7 @@ class PaintCanvas(Plot):
         )
 
     def _show_ring(self) -> None:
-        """Show the brush, but not while the canvas is moved."""
+        """Show the brush, but not while panning."""
         here = None
         if self._ring is not None and self._face.size and self._panning is None:
             here = self.viewing.to_canvas(self._ring.x(), self._ring.y())

@@ -1,13 +1,14 @@
-"""The painted style as a file: save, name, copy, put away, hand on and take in."""
+"""The painted style as a file: save, rename, duplicate, delete, export and import it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.painting.canvas import Canvas, is_style
+from app.core.painting.canvas import Advice, Canvas, is_style
 from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
 from app.core.painting.session import find_draft
 from app.core.painting.user_style import UserStyle, suggested_side
@@ -17,15 +18,69 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo_stack import Undoable
-from app.ui.screens.paint.document import DraftKeeper, PaintDocument, named_style
-from app.ui.screens.paint.state import NameWish, PaintView
+from app.ui.screens.paint.document import PaintDocument, named_style
+from app.ui.screens.paint.drafts import DraftKeeper
 from app.ui.screens.styles.files import plain_name
+from app.words.painting import advice_words
 
-_ABOUT: Final = "style"  # of messages that saving mends
+_ABOUT: Final = "style"  # subject of the messages that a save clears
+ALL_SAVED: Final = tr("Everything is saved")
+
+NameWish: TypeAlias = Literal["save", "save-as", "rename"]
+"""What the name is for."""
+
+FileWish: TypeAlias = Literal["export", "import_style"]
+"""What the file is for."""
+
+
+@dataclass(frozen=True, slots=True)
+class SaveState:
+    """Title and save button.
+
+    Attributes:
+        status: "not saved yet", "saved"; empty while nothing is open.
+        words: Text of the save button.
+        why: Why saving is not possible now; empty if it is.
+        busy: Whether a save is running.
+    """
+
+    title: str = ""
+    status: str = ""
+    words: str = tr("Save as my style")
+    why: str = ""
+    busy: bool = False
+
+
+class FilesView(Protocol):
+    """Asks for names and files."""
+
+    def ask_name(self, wish: NameWish, title: str) -> None:
+        """Ask for a name; the answer goes to the presenter's `files.named`."""
+
+    def show_trouble(self, sentence: str) -> None:
+        """Show beside the name why it is refused; empty closes the question."""
+
+    def ask_file(self, what: FileWish, suggested: str) -> None:
+        """Ask for a file; the answer goes to the presenter's `files` method of the same name."""
+
+
+def save_why(advice: Advice | None, document: PaintDocument) -> str:
+    """Return why the painting cannot be saved now; empty if it can."""
+    if not document.unsaved:
+        return advice_words(Advice.NOTHING_PAINTED) if document.style is None else ALL_SAVED
+    # Restored to its start, a saved style still differs from what was saved.
+    restored = advice is Advice.NOTHING_PAINTED and document.style is not None
+    return "" if restored else advice_words(advice)
+
+
+def _status(document: PaintDocument) -> str:
+    if document.unsaved:
+        return tr("not saved yet") if document.style is None else tr("changes not saved yet")
+    return tr("saved") if document.style is not None else tr("nothing painted yet")
 
 
 class PaintFiles:
-    """Does with the painted style what is done with files."""
+    """Saves, renames, duplicates, deletes, exports and imports the painted style."""
 
     def __init__(
         self,
@@ -39,20 +94,31 @@ class PaintFiles:
         self._own_styles = place_controller.own_styles
         self._keeper = keeper
         self._changed = changed
-        self._view: PaintView | None = None
+        self._view: FilesView | None = None
         self._document: PaintDocument | None = None
         self.saving = False
 
-    def attach(self, view: PaintView | None) -> None:
-        """Ask this view for names and files from now on; None: no view."""
+    def attach(self, view: FilesView | None) -> None:
+        """Ask this view for names and files from now on; None detaches it."""
         self._view = view
 
     def take(self, document: PaintDocument) -> None:
-        """Work for this easel from now on."""
+        """Work on this painting from now on."""
         self._document = document
 
+    def resolve(self, document: PaintDocument, advice: Advice | None) -> SaveState:
+        """Return title and save button."""
+        new = document.style is None
+        return SaveState(
+            title=document.title,
+            status=_status(document),
+            words=tr("Save as my style") if new else tr("Save changes"),
+            why=save_why(advice, document),
+            busy=self.saving,
+        )
+
     def actions(self) -> Sequence[Action]:
-        """List them, as in the menu beside the main button."""
+        """List the entries of the menu beside the main button."""
         own, open_, painted = self._is_own, self._is_open, self._is_painted
         return (
             Action("save-style-as", tr("Save as a new style…"), self.ask_save_as, "save",
@@ -67,7 +133,7 @@ class PaintFiles:
     # -- saving --------------------------------------------------------------------------------
 
     def ask_save(self) -> None:
-        """Save: changes of the user's own style at once, a new one after its name is given."""
+        """Save changes of the user's own style at once; ask for the name of a new one."""
         document = self._document
         if document is None or self.saving:
             return
@@ -87,7 +153,7 @@ class PaintFiles:
             self._view.ask_name("rename", self._document.title)
 
     def named(self, wish: NameWish, title: str) -> None:
-        """Take the name that was asked for."""
+        """Use the name that was typed."""
         document = self._document
         if document is None or self.saving:
             return
@@ -136,7 +202,7 @@ class PaintFiles:
         work: Callable[[], UserStyle],
         done: Callable[[UserStyle], None],
     ) -> None:
-        """Write a style in a job; what was painted stays whatever happens."""
+        """Write a style in a job; the canvas stays, also after an error."""
         document.session.abort()
         self.saving = True
         self._changed()
@@ -161,11 +227,11 @@ class PaintFiles:
         document.saved_as(style, before if document.key == style.name else path)
         if document.path != before:
             self._keeper.keep(before, None)
-        # Painted on while it was being written: that is a draft again.
+        # Strokes painted during the save are a draft again.
         self._keeper.keep(document.path, document.draft())
         self._say_trouble("")
         is_away = self._services.model.painting is None
-        # Whoever has left in the meantime is not called back.
+        # Do not come back to a screen that was left meanwhile.
         self._own_styles.add(style, painting=None if is_away else style.name)
         self._place_controller.refresh_user_styles()
         self._services.notify.tell(
@@ -181,7 +247,7 @@ class PaintFiles:
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
     def _facts(self, document: PaintDocument, canvas: Canvas) -> dict[str, str]:
-        """Work out side, place, head and origin of what is painted."""
+        """Return side, place, head and origin of the painted style."""
         head = document.head
         built_in, mine = named_style(head, self._services.model.user_styles, document.start)
         origin = mine.style if mine is not None else built_in
@@ -218,7 +284,7 @@ class PaintFiles:
             )
 
     def duplicate(self) -> None:
-        """Keep a copy of the user's style as it is saved."""
+        """Copy the user's style as it is saved."""
         style = self._own()
         if style is None:
             return
@@ -226,23 +292,23 @@ class PaintFiles:
             style, lambda copy: self._offer(copy, tr("{title} made.", title=copy.title))
         )
 
-    # -- away and back -------------------------------------------------------------------------
+    # -- delete --------------------------------------------------------------------------------
 
     def delete(self) -> None:
-        """Put the user's style away with what is unsaved on it; undo brings both back."""
+        """Delete the user's style and its draft; undo restores both."""
         style = self._own()
         if style is not None:
             self._own_styles.delete(style)
 
-    # -- out and in ----------------------------------------------------------------------------
+    # -- export and import ---------------------------------------------------------------------
 
     def ask_export(self) -> None:
-        """Ask for the file that the style is to be written to."""
+        """Ask for the file to export to."""
         if self._document is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(self._document.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
-        """Write what is on the canvas to one file, saved or not."""
+        """Write the canvas to one file, saved or not."""
         document = self._document
         if document is None:
             return
@@ -267,7 +333,7 @@ class PaintFiles:
     # -- helpers -------------------------------------------------------------------------------
 
     def _offer(self, style: UserStyle, message: str) -> None:
-        """Put a style among the user's and offer to paint on it."""
+        """Add a style to the user's styles and offer to paint on it."""
         model = self._services.model
         self._own_styles.add(style, choose=False)
         go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731

@@ -1,32 +1,28 @@
-"""The tools: what the brush does, how large and strong it is, what painting starts from.
-
-And the zoom: how large the canvas is seen, which part of it, and the box in its corner.
-"""
+"""The tool column: tool, size and strength of the brush, what painting starts from, and undo."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
 from app.core.painting.stroke import Brush, Tool
 from app.core.text import tr
 from app.ui.screens.paint.screen import PaintPresenter
-from app.ui.screens.paint.state import LARGEST, SMALLEST, PaintState, head_words
+from app.ui.screens.paint.tools import LARGEST, SMALLEST, ToolsState
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
-from app.ui.widgets.buttons import Button, Do, IconButton, Pressable, button_look, name_step
+from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text, draw_sign
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
-from app.ui.widgets.paint import MIDDLE, RIGHT, PaintedWidget, box, mix, put_text
+from app.ui.widgets.paint import RIGHT, box, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
 
 _TOOLS: Final = (
@@ -35,14 +31,14 @@ _TOOLS: Final = (
     (Tool.IGNORE, tr("Ignore"), "I", tr("here it does not matter")),
     (Tool.RESTORE, tr("Restore"), "R", tr("back to what painting started from")),
 )
-"""Tool, its name, key and what it does."""
+"""Tool, name, key and effect."""
 
 _SLIDERS: Final = (
-    ("diameter", tr("Size"), SMALLEST, LARGEST, 64.0, 2.0, 1.0, "px"),
+    ("diameter", tr("Size"), SMALLEST, LARGEST, 64.0, 2.0, 1.0, " px"),
     ("strength", tr("Strength"), 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
     ("softness", tr("Softness"), 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
 )
-"""Field of the brush, name, least, most, first value, step, how many of its units make 1, unit."""
+"""Field of the brush, name, least, most, first value, step, units per 1 of the field, unit."""
 
 _START_WIDTH: Final = 280
 
@@ -118,7 +114,7 @@ class BrushSliders(QWidget):
         super().__init__()
         self._sliders: dict[str, tuple[LabelledSlider, float]] = {}
         for field, name, least, most, first, step, parts, unit in _SLIDERS:
-            words = "{:.0f} " + unit
+            words = "{:.0f}" + unit
             slider = LabelledSlider(name, least, most, first, step, words.format)
             slider.changed.connect(partial(_change, presenter, field, parts))
             self._sliders[field] = (slider, parts)
@@ -140,7 +136,7 @@ def _change(presenter: PaintPresenter, field: str, parts: float, value: float) -
 
 
 class _Common(Surface):
-    """What both layouts of the tools have in common; `sliders` have no place yet."""
+    """Common to both layouts of the tools; each gives `sliders` a place."""
 
     _clear: Button | IconButton
 
@@ -156,10 +152,10 @@ class _Common(Surface):
         self._switches = {"mirror": mirror, "pen_pressure": pressure}
         for field, switch in self._switches.items():
             switch.clicked.connect(lambda on, field=field: presenter.tools.change(**{field: on}))
-        self._last: PaintState | None = None
+        self._last: ToolsState | None = None
 
-    def show_state(self, state: PaintState) -> None:
-        """Show brush, start and history, as far as they are others than before."""
+    def show_state(self, state: ToolsState) -> None:
+        """Show brush, starts and history where they changed."""
         last, self._last = self._last, state
         if last is None or state.brush != last.brush:
             self._tools.show_tool(state.brush.tool)
@@ -174,8 +170,8 @@ class _Common(Surface):
             name_step(self._redo, "redo", state.redo)
             self._clear.set_available(state.can_clear, tr("Nothing painted yet"))
 
-    def show_starts(self, state: PaintState) -> None:
-        """Show what can be started from, and what was."""
+    def show_starts(self, state: ToolsState) -> None:
+        """Show the starts and the current one."""
         raise NotImplementedError
 
 
@@ -204,8 +200,8 @@ class ToolColumn(_Common):
         outer = column((Scroll(upper), 1), foot, into=self, gap=8)
         outer.setContentsMargins(0, 0, t.line_width, side)
 
-    def show_starts(self, state: PaintState) -> None:
-        """Show what can be started from, and what was."""
+    def show_starts(self, state: ToolsState) -> None:
+        """Show the starts and the current one."""
         self._start.set_items(state.starts)
         self._start.box.set_available(bool(state.starts), state.notice)
         if state.starts:
@@ -241,8 +237,8 @@ class ToolStrip(_Common):
         )
         column(Scroll(inner), into=self, gap=None).setContentsMargins(0, 0, t.line_width, 0)
 
-    def show_starts(self, state: PaintState) -> None:
-        """Show what can be started from, and what was."""
+    def show_starts(self, state: ToolsState) -> None:
+        """Show the starts and the current one."""
         self._entries = [Entry(*entry) for entry in state.starts]
         self._last_start = state.start
         words = next((entry.text for entry in self._entries if entry.key == state.start), "")
@@ -255,128 +251,3 @@ class ToolStrip(_Common):
     def _start_picked(self, key: str) -> None:
         if key != self._last_start:
             self._presenter.choose_start(key)
-
-
-_SIDE: Final = 36
-_WIDE: Final = 44
-_LEAST_ZOOM: Final = 0.5
-_MOST_ZOOM: Final = 8.0
-"""Logical pixels per canvas pixel."""
-
-_SHOWN_HEIGHT: Final = 0.95  # of the picture: crown to neck; the shoulders may be cut off
-_SHOWN_WIDTH: Final = 0.75
-_ABOVE: Final = 0.06  # of the height, over the crown
-
-
-@dataclass(frozen=True, slots=True)
-class Viewing:
-    """A mapping from canvas to widget.
-
-    Attributes:
-        zoom: Logical pixels per canvas pixel.
-        left, top: Where the canvas has its upper left corner, logical pixels of the widget.
-    """
-
-    zoom: float = 1.0
-    left: float = 0.0
-    top: float = 0.0
-
-    def to_canvas(self, x: float, y: float) -> tuple[float, float]:
-        """Canvas pixel under a point of the widget."""
-        return (x - self.left) / self.zoom, (y - self.top) / self.zoom
-
-    def to_widget(self, x: float, y: float) -> tuple[float, float]:
-        """Point of the widget where a canvas pixel lies."""
-        return self.left + x * self.zoom, self.top + y * self.zoom
-
-    def moved(self, dx: float, dy: float) -> Viewing:
-        """Return it shifted by logical pixels."""
-        return replace(self, left=self.left + dx, top=self.top + dy)
-
-    def zoomed(self, zoom: float, x: float, y: float) -> Viewing:
-        """Return it at another zoom; what lies under a point of the widget stays there."""
-        new_zoom = min(max(zoom, _LEAST_ZOOM), _MOST_ZOOM)
-        at = self.to_canvas(x, y)
-        return Viewing(new_zoom, x - at[0] * new_zoom, y - at[1] * new_zoom)
-
-    def within(self, width: float, height: float, size: int) -> Viewing:
-        """Return it shifted so that the middle of the widget lies on the canvas."""
-        x, y = self.to_canvas(width / 2, height / 2)
-        dx, dy = x - min(max(x, 0.0), size), y - min(max(y, 0.0), size)
-        return self.moved(dx * self.zoom, dy * self.zoom)
-
-
-def fitting(width: float, height: float, size: int) -> Viewing:
-    """Show the head as large as it fits, in steps of 10 %.
-
-    The widget's width and height are logical pixels, `size` is the side of the canvas.
-    """
-    room = min(height / (size * _SHOWN_HEIGHT), width / (size * _SHOWN_WIDTH))
-    zoom = min(max(int(room * 10 + 1e-9) / 10, _LEAST_ZOOM), _MOST_ZOOM)
-    return Viewing(zoom, (width - size * zoom) / 2, height * _ABOVE)
-
-
-class _OnTag(Pressable):
-    """A button on the dark plate, whatever the theme."""
-
-    def __init__(self, name: str, shortcut: str, do: Do, icon: str = "") -> None:
-        super().__init__(name, do=do)
-        self.set_tip(name, shortcut)
-        self._icon = icon
-        self.preferred_size = (_SIDE if icon else _WIDE, _SIDE)
-        self.setFixedSize(self.sizeHint())
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        if self.hovered() or self.isDown():
-            fill = mix(t.c.tag, t.c.ontag, 0.24 if self.isDown() else 0.14)
-            edge = px(2)
-            box(painter, self.rect().adjusted(edge, edge, -edge, -edge), px(6), fill)
-        if self._icon:
-            draw_icon(painter, self._icon, self.rect(), px(20), t.c.ontag)
-        else:
-            put_text(painter, self.rect(), self.text(), t.font(12), t.c.ontag, MIDDLE)
-
-
-class ZoomBox(PaintedWidget):
-    """How large the canvas is shown, and from where the head is seen."""
-
-    stepped = Signal(int)
-    fitted = Signal()
-    turned = Signal(int)
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        step, turn = self.stepped.emit, self.turned.emit
-        self._words = _OnTag(tr("Fit the head"), "0", lambda: self.fitted.emit())
-        self._yaw = _OnTag(tr("See the head from the front"), "", lambda: turn(0))
-        row(
-            _OnTag(tr("Turn the head to its right"), ",", lambda: turn(-1), "chevron-left"),
-            self._yaw,
-            _OnTag(tr("Turn the head to its left"), ".", lambda: turn(1), "chevron-right"),
-            8,
-            _OnTag(tr("Zoom out"), "−", lambda: step(-1), "minus"),
-            self._words,
-            _OnTag(tr("Zoom in"), "+", lambda: step(1), "plus"),
-            into=self,
-        )
-        self.setCursor(Qt.CursorShape.ArrowCursor)
-        self.set_yaw(0.0)
-        self.adjustSize()
-
-    def set_yaw(self, yaw_deg: float) -> None:
-        """Show how far the face is turned from the lens."""
-        self._yaw.setText(f"{abs(yaw_deg):.0f}°")
-        self._yaw.setAccessibleDescription(head_words(yaw_deg))
-        self._yaw.update()
-
-    def set_zoom(self, zoom: float) -> None:
-        """Show how large the canvas is: logical pixels per canvas pixel."""
-        words = f"{round(100 * zoom)} %"
-        if words != self._words.text():
-            self._words.setText(words)
-            self._words.setAccessibleDescription(tr("Zoom {percent}", percent=words))
-            self._words.update()
-
-    def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint the plate."""
-        box(painter, self.rect(), px(8), t.c.tag)

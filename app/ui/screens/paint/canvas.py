@@ -1,0 +1,132 @@
+"""What the canvas shows: weights, target or picture here, on a head seen from some side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Final, TypeAlias
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes, Float32
+from app.core.painting.session import Answer
+from app.core.painting.stroke import Brush
+from app.core.solver.place_light import picture_at
+from app.core.text import tr
+from app.ui.presenters.actions import Action
+from app.ui.presenters.services import Services
+from app.ui.screens.paint.document import PaintDocument
+from app.ui.screens.paint.head_pixels import HeadLook, head_picture, turned_look
+
+Point: TypeAlias = "tuple[float, float, float]"
+"""Position of the pen, canvas pixels from the upper left corner, and its pressure, 0 to 1."""
+
+_TURN_JOB: Final = "paint-turn"
+
+
+class CanvasMode(StrEnum):
+    """What the canvas shows."""
+
+    WEIGHTS = "weights"
+    TARGET = "target"
+    HERE = "here"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CanvasState:
+    """What lies under the strokes.
+
+    Attributes:
+        notice: Text in place of a canvas that is not open yet.
+        picture: (N, N, 3) uint8 or None. Picture of the head in place of the weights, sRGB,
+            continued beyond its edge.
+    """
+
+    notice: str = ""
+    brush: Brush = field(default_factory=Brush)
+    mode: CanvasMode = CanvasMode.WEIGHTS
+    head: HeadLook | None = field(default=None, repr=False)
+    picture: Bytes | None = field(default=None, repr=False)
+
+
+class CanvasLook:
+    """Chooses what the canvas shows, and from which side."""
+
+    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._changed = changed
+        self._document: PaintDocument | None = None
+        self._steps = 0  # of the head, still to be made
+        self.mode = CanvasMode.WEIGHTS
+
+    def take(self, document: PaintDocument | None) -> None:
+        """Show this painting from now on."""
+        self._document = document
+
+    def show(self, mode: CanvasMode) -> None:
+        """Show something else on the canvas."""
+        if mode is not self.mode:
+            self.mode = mode
+            if self._document is not None and mode is not CanvasMode.WEIGHTS:
+                self._document.turned = None
+            self._changed()
+
+    def turn_head(self, steps: int) -> None:
+        """Turn the head by some views to its left, to paint there; 0 shows the front."""
+        document = self._document
+        if document is None or document.session.stroking:
+            return
+        yaw = document.turned.yaw_deg if steps and document.turned is not None else 0.0
+        # Keys may come faster than views.
+        steps = self._steps = self._steps + steps if steps else 0
+        head, tell = document.head, self._services.notify.tell
+
+        def done(look: HeadLook | None) -> None:
+            self._steps = 0
+            if self._document is document and document.head is head:
+                document.turned, self.mode = look, CanvasMode.WEIGHTS
+                self._changed()
+
+        def failed(_: Exception) -> None:
+            self._steps = 0
+            tell(tr("This head was baked from the front only."), kind="warning")
+
+        self._services.runner.submit(
+            _TURN_JOB, lambda *_: turned_look(head, yaw, steps), done=done, failed=failed
+        )
+
+    def resolve(self, document: PaintDocument, answer: Answer, brush: Brush) -> CanvasState:
+        """Return what the canvas shows of a painting."""
+        head = document.turned or document.look
+        return CanvasState("", brush, self.mode, head, self._picture(document, answer.picture))
+
+    def _picture(self, document: PaintDocument, linear: Float32 | None) -> Bytes | None:
+        """Return the picture in place of the weights; None while they are shown.
+
+        `linear`: the head at the best turn here, (N, N, 3); None without light.
+        """
+        if self.mode is CanvasMode.WEIGHTS:
+            return None
+        model = self._services.model
+        own = document.own_answer(model)
+        if own is not None and model.light is not None:
+            facing = wrap(own.nose_deg + model.front_deg)
+            linear = picture_at(document.head.transport, model.light, facing)
+        if self.mode is CanvasMode.TARGET or linear is None:
+            linear, _ = document.target()
+        return head_picture(linear, document.look.coverage)
+
+    def actions(self) -> Sequence[Action]:
+        """List what the keyboard does with the view."""
+        weights, target, here = CanvasMode
+        return (
+            Action("show-weights", tr("Show the weights"), lambda: self.show(weights),
+                   "layers", "W"),
+            Action("show-target", tr("Show the target"), lambda: self.show(target), "target", "T"),
+            Action("show-here", tr("Show the picture here"), lambda: self.show(here),
+                   "person", "H"),
+            Action("head-left", tr("Turn the head to its left"), lambda: self.turn_head(1),
+                   "chevron-right", "."),
+            Action("head-right", tr("Turn the head to its right"), lambda: self.turn_head(-1),
+                   "chevron-left", ","),
+        )  # fmt: skip

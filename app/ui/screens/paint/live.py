@@ -1,0 +1,348 @@
+"""The live column: what the strokes achieve in this place, while the pen moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+
+from app.core.base.angles import direction_of, wrap
+from app.core.base.arrays import Bytes, Float32
+from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token
+from app.core.painting.session import Answer
+from app.core.portrait.head import Head
+from app.core.solver.place_light import Facing, PlaceLight, picture_at
+from app.core.solver.relighting_cache import LightTable, light_table
+from app.core.solver.solve import StyleResult
+from app.core.solver.transport import Transport
+from app.core.solver.turn_choice import LIMITS
+from app.core.text import tr
+from app.ui.presenters.model import Model
+from app.ui.presenters.services import Services
+from app.ui.screens.paint.document import PaintDocument
+from app.words.phrases.turns import arc_words, direction_lines, signed, size_words
+from app.words.shortfall import out_of_reach_sentence, reason_sentence
+
+Size: TypeAlias = tuple[int, int]
+Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]
+
+NO_LIGHT: Final = tr("No light measured yet.")
+PREPARING: Final = tr("Preparing the light of this place…")
+NO_STROKES: Final = tr("Paint where the face should be brighter, and where darker.")
+_TARGET: Final = tr("Target")
+_AT_BEST: Final = tr("At the best turn")
+_LIGHT_JOB: Final = "paint-light"
+_LARGER_JOB: Final = "paint-larger"
+_PORTRAIT: Final = (232, 200)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveState:
+    """The answer for the canvas as data; the properties put it into words when it is shown.
+
+    Attributes:
+        sentence: Shown in place of the numbers; empty with a `result`.
+        origin: What the style that painting began from achieves here.
+        picture: (h, w, 3) uint8 or None. Portrait, sRGB.
+        panorama: (h, w, 3) uint8 or None. Panorama of the place, sRGB.
+        front: Panorama azimuth of the photographer, deg.
+        weights: (H, W) float32 or None. Pre-integrated target at turn 0.
+        limit: Least match of a style in reach.
+        stale: Of another head or place than the open one; dimmed under "Computing…".
+    """
+
+    stale: bool = False
+    sentence: str = ""
+    offers_probe: bool = False
+    limit: float = 45.0
+    origin: str = ""
+    picture: Bytes | None = field(default=None, repr=False)
+    picture_tag: str = ""
+    panorama: Bytes | None = field(default=None, repr=False)
+    front: float = 0.0
+    weights: Float32 | None = field(default=None, repr=False)
+    result: StyleResult | None = field(default=None, repr=False)
+
+    @property
+    def turn_deg(self) -> float:
+        """Best turn, deg; 0 without a result."""
+        return 0.0 if self.result is None else self.result.turn_refined_deg
+
+    @property
+    def turn(self) -> str:
+        """Size of the best turn: "96°"."""
+        return "" if self.result is None else size_words(self.turn_deg)
+
+    @property
+    def direction(self) -> str:
+        """Direction of the best turn, in one or two lines."""
+        return "" if self.result is None else direction_lines(self.turn_deg)
+
+    @property
+    def way(self) -> Way:
+        """Direction of the best turn; empty without a result."""
+        return "" if self.result is None else direction_of(self.turn_deg)
+
+    @property
+    def match_value(self) -> float:
+        """Match at the best turn, 0 to 100."""
+        return 0.0 if self.result is None else max(self.result.match, 0.0)
+
+    @property
+    def match(self) -> str:
+        """The match in whole points."""
+        return "" if self.result is None else f"{math.floor(self.match_value)}"
+
+    @property
+    def curve(self) -> tuple[float, ...]:
+        """Match at 64 turns; empty without a result."""
+        return () if self.result is None else tuple(map(float, self.result.match_curve))
+
+    @property
+    def arc(self) -> tuple[float, float] | None:
+        """Tolerance arc, deg; None out of reach."""
+        result = self.result
+        return None if result is None or not result.attainable else result.arc_deg
+
+    @property
+    def peaks(self) -> tuple[float, ...]:
+        """Turns of the other peaks, deg."""
+        peaks = () if self.result is None else self.result.peaks[1:]
+        return tuple(peak.turn_refined_deg for peak in peaks)
+
+    @property
+    def good(self) -> str:
+        """Sentence about the turns that do as well, or about what is missing."""
+        result = self.result
+        if result is None:
+            return ""
+        if not result.attainable:
+            return out_of_reach_sentence(result.shortfall)
+        good = tr("Good from {arc}.", arc=arc_words(result.arc_deg))
+        if result.shortfall is None:
+            return good
+        return tr("{good} Nearly. {what}.", good=good, what=reason_sentence(result.shortfall))
+
+    @property
+    def dashed(self) -> str:
+        """Sentence about the ring in the plot."""
+        if self.result is None:
+            return ""
+        return tr("The dashed ring is the limit of reach, {limit:.0f}.", limit=self.limit)
+
+
+class LightOnHead:
+    """Keeps one light table; makes another in a job when light or head change.
+
+    `trouble`: why the light cannot be used; empty if it can.
+    """
+
+    def __init__(self, services: Services, ready: Callable[[], None]) -> None:
+        self._services = services
+        self._ready = ready
+        self._table: LightTable | None = None
+        self._of: tuple[PlaceLight, Transport, bool] | None = None
+        self.trouble = ""
+
+    def table(self) -> LightTable | None:
+        """Return the table of the model's light and head; None until it is made."""
+        model = self._services.model
+        if model.light is None or model.head is None:
+            return None
+        light, transport = model.light, model.head.transport
+        key, grey = self._of, model.settings.objective == "paper"
+        same = key is not None and key[0] is light and key[1] is transport
+        if key is None or not same or key[2] != grey:
+            self._of, self._table, self.trouble = (light, transport, grey), None, ""
+            self._make(light, transport, grey)
+        return self._table
+
+    def _make(self, light: PlaceLight, transport: Transport, grey: bool) -> None:
+        key = self._of
+
+        def work(token: Token, _report: Report) -> LightTable:
+            token.check()
+            return light_table(transport, light.searched, pictures=True, grey=grey)
+
+        def done(table: LightTable) -> None:
+            if self._of is key:
+                self._table = table
+                self._ready()
+
+        def failed(error: Exception) -> None:
+            if self._of is key:
+                message = error.message if isinstance(error, CoreError) else ""
+                self.trouble = message or tr("The light of this place cannot be used.")
+                self._services.notify.tell_error(error)
+                self._ready()
+
+        self._services.runner.submit(_LIGHT_JOB, work, done=done, failed=failed)
+
+
+class LiveAnswer:
+    """Solves the canvas and resolves the live column.
+
+    Args:
+        ready: Called when another light table is ready.
+        changed: Called when a larger portrait is ready.
+    """
+
+    def __init__(
+        self, services: Services, ready: Callable[[], None], changed: Callable[[], None]
+    ) -> None:
+        self._services = services
+        self._changed = changed
+        self._document: PaintDocument | None = None
+        self._size: Size = _PORTRAIT
+        self._in_stroke = False  # when the whole column was last resolved
+        self.light = LightOnHead(services, ready)
+        self.answer: Answer | None = None
+        self.state = LiveState()
+
+    def take(self, document: PaintDocument | None) -> None:
+        """Answer for this painting from now on."""
+        self._document = document
+        if document is None:
+            self.answer = None
+
+    def set_size(self, rows: int, columns: int) -> bool:
+        """Set the size of the portrait, pixels; returns whether it changed."""
+        if (rows, columns) == self._size or rows <= 0 or columns <= 0:
+            return False
+        self._size = (rows, columns)
+        self.look()
+        return True
+
+    def look(self) -> None:
+        """Solve the canvas and resolve the whole column."""
+        if self._document is not None:
+            self._resolve(self._document, self._document.session.answer())
+
+    def follow(self) -> bool:
+        """Solve the canvas after a move of the pen.
+
+        Returns:
+            True if nothing but the column may have changed; False if the whole screen may have.
+        """
+        document, before, light = self._document, self.answer, self._services.model.light
+        if document is None:
+            return False
+        answer = document.session.answer()
+        result, linear = answer.result, answer.picture
+        if light is None or result is None or linear is None or before is None:
+            self._resolve(document, answer)
+            return False
+        if not self._in_stroke or answer.advice is not before.advice:
+            self._resolve(document, answer)
+            return False
+        facing = Facing(light, result.turn_refined_deg + self._services.model.front_deg)
+        (picture,) = document.head.portraits([linear], self._size, [facing], quick=True)
+        state = replace(self.state, weights=answer.preintegrated, picture=picture)
+        self.answer, self.state = answer, _with_result(state, result)
+        return True
+
+    def _resolve(self, document: PaintDocument, answer: Answer) -> None:
+        self.answer, self._in_stroke = answer, document.session.stroking
+        model = self._services.model
+        own, light = document.own_answer(model), model.light
+        result = answer.result if own is None else own
+        self.state = state = LiveState(
+            stale=self._is_stale(document, own),
+            limit=_limit(document),
+            weights=answer.preintegrated,
+            front=model.front_deg,
+            panorama=None if light is None else light.display,
+            origin=origin_words(model, document.head, document.start),
+        )
+        if light is None or result is None:
+            self.state = self._without_result(state, document)
+            return
+        portrait = _portrait(document, answer, own, light, model.front_deg, self._size)
+        if portrait is not None:
+            # At the pace of the pen.
+            state = replace(state, picture=portrait(quick=True))
+        self.state = state = _with_result(state, result)
+        if portrait and document.head.may_be_full_at(self._size) and not self._in_stroke:
+            make, done = portrait, partial(self._enlarge, state)
+            self._services.runner.submit(_LARGER_JOB, lambda *_: make(quick=False), done=done)
+
+    def _is_stale(self, document: PaintDocument, own: StyleResult | None) -> bool:
+        model = self._services.model
+        same_head = document.head is model.head and document.head.name == model.head_name
+        return not same_head or (own is not None and bool(model.computing))
+
+    def _without_result(self, state: LiveState, document: PaintDocument) -> LiveState:
+        """Show the target picture, and a sentence in place of the numbers."""
+        has_light = self._services.model.light is not None
+        target, lamps = document.target()
+        picture = document.head.portrait(target, self._size, lamps) if target.any() else None
+        return replace(
+            state,
+            sentence=self.light.trouble or PREPARING if has_light else NO_LIGHT,
+            offers_probe=not has_light,
+            picture=picture,
+            picture_tag=_TARGET,
+        )
+
+    def _enlarge(self, state: LiveState, picture: Bytes) -> None:
+        """Show the portrait at full size, now that the hand rests."""
+        if self.state is state:
+            self.state = replace(state, picture=picture)
+            self._changed()
+
+
+def _with_result(state: LiveState, result: StyleResult) -> LiveState:
+    if not np.any(result.match_curve):
+        return replace(state, sentence=NO_STROKES, result=None, picture_tag="")
+    return replace(state, sentence="", result=result, picture_tag=_AT_BEST)
+
+
+def _portrait(
+    document: PaintDocument,
+    answer: Answer,
+    own: StyleResult | None,
+    light: PlaceLight,
+    front_deg: float,
+    size: Size,
+) -> Callable[..., Bytes] | None:
+    """Return a function of `quick` that makes the portrait at the best turn; None if there is none.
+
+    Args:
+        own: Result of the style that the canvas still equals.
+    """
+    result, linear, head = answer.result, answer.picture, document.head
+    if own is not None:
+        head = document.head.turned(own.yaw_deg)
+        here = Facing(light, wrap(own.nose_deg + front_deg))
+        linear = picture_at(head.transport, light, here.turn_deg)
+    elif result is None or linear is None:
+        return None
+    else:
+        here = Facing(light, result.turn_refined_deg + front_deg)
+    return lambda quick: head.portraits([linear], size, [here], quick=quick)[0]
+
+
+def _limit(document: PaintDocument) -> float:
+    """Return the least match of a style in reach, as on its card."""
+    pack, name = document.head.pack, document.built_in
+    own = pack.styles[pack.index(name)].signature if name else None
+    return own.match[1] if own is not None and own.relations else LIMITS.match
+
+
+def origin_words(model: Model, head: Head, start: str) -> str:
+    """Return the result of the style that painting began from: "Rembrandt itself: 96, at 96°"."""
+    result = next((one for one in model.results if one.name == start), None)
+    if result is None or model.head is not head or model.computing:
+        return ""
+    match = max(math.floor(result.match), 0)
+    return tr(
+        "{style} itself: {match}, at {turn}",
+        style=result.title,
+        match=match,
+        turn=signed(result.turn_refined_deg),
+    )

@@ -1,0 +1,80 @@
+"""The paintings in memory: opens one from a style or its draft, and follows its style's name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+from weakref import WeakValueDictionary
+
+from app.core.painting.session import find_draft
+from app.core.painting.user_style import UserStyle
+from app.ui.presenters.services import Services
+from app.ui.screens.paint.document import OpenedCanvas, PaintDocument, open_canvas
+from app.ui.screens.paint.drafts import DraftKeeper
+
+_OPEN_JOB: Final = "paint-open"
+
+
+class Paintings:
+    """Keeps each painting as long as one of its strokes can be undone.
+
+    `opening`: key of the style that is being opened; None if none is.
+    """
+
+    def __init__(self, services: Services, keeper: DraftKeeper) -> None:
+        self._services = services
+        self._keeper = keeper
+        # The undo list holds the paintings.
+        self._all: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
+        self.opening: str | None = None
+
+    def add(self, document: PaintDocument) -> None:
+        """Keep a painting under its present key."""
+        self._all[document.key] = document
+
+    def find(self, key: str) -> PaintDocument | None:
+        """Return the painting of a style that is in memory."""
+        document = self._all.get(key)
+        # A painting that was saved as another style no longer belongs to this key.
+        return document if document is not None and document.key == key else None
+
+    def open(self, key: str, done: Callable[[PaintDocument, OpenedCanvas], None]) -> None:
+        """Open a painting in a job; `done` is not called if another one is wanted by then."""
+        self.opening = key
+        model, folder = self._services.model, self._services.folders.drafts
+        head, own = model.head, model.user_styles
+        assert head is not None
+
+        def opened(canvas: OpenedCanvas) -> None:
+            self.opening = None
+            if model.painting != canvas.key or model.head is None:
+                return
+            self._keeper.opened(canvas.path, canvas.version)
+            document = PaintDocument(canvas, model.head, None, model.settings, model.front_deg)
+            done(document, canvas)
+
+        self._services.runner.submit(
+            _OPEN_JOB, lambda token, report: open_canvas(folder, key, head, own), done=opened
+        )
+
+    def restored(self, former: str, style: UserStyle) -> None:
+        """Continue the painting of a deleted style that was restored."""
+        document = self._all.pop(former, None)
+        if document is not None:
+            path, _, _ = find_draft(self._services.folders.drafts, style.name)
+            document.saved_as(style, path)
+            self.add(document)
+
+    def renamed(self, style: UserStyle) -> None:
+        """Rename the painting of a style, or the draft of one that is not open."""
+        document = self._all.get(style.name)
+        if document is not None:
+            document.saved_as(style, document.path)
+            # The draft has the style's title, too.
+            self._keeper.keep(document.path, document.draft())
+            return
+        self._keeper.flush()
+        path, draft, _ = find_draft(self._services.folders.drafts, style.name)
+        if draft is not None:
+            self._keeper.keep(path, replace(draft, title=style.title))
