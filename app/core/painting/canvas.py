@@ -1,8 +1,8 @@
 """The canvas: paint on the head's picture, finer than its pixels.
 
-It covers the whole square picture of the head. Painting there and averaging down keeps strokes
-smooth on screen; the search sees the head's own pixels. Painting starts from a style's target
-weights, spread smoothly over the canvas.
+It covers the whole square picture of the head. Painting at a higher resolution and averaging down
+keeps strokes smooth on screen; the search uses the head's own pixels. Painting starts from a
+style's target weights, spread smoothly over the canvas.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     """Return the canvas of a built-in style: the weights of its target (eq. 6).
 
     Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
-    Raises StyleError if the pack has no such style, or belongs to another head.
+
+    Raises `StyleError` if the pack has no such style, or belongs to another head.
     """
     if pack.header.picture != transport.size:
         raise StyleError(tr("The styles belong to another head."))
@@ -48,10 +49,13 @@ def is_style(canvas: Canvas, pack: StylePack, transport: Transport, name: str) -
 def from_weights(transport: Transport, weights: Floats) -> Canvas:
     """Return a canvas from weights on the head's pixels.
 
-    `weights`: (P,) float, in [-1, 1]; those outside the face are not used.
     The canvas is smooth, also beyond the edge of the face, and averages to the weights over each
     pixel of the face.
-    Raises StyleError if there is not one finite value per pixel of the head.
+
+    Args:
+        weights: (P,) float, in [-1, 1]; those outside the face are not used.
+
+    Raises `StyleError` if there is not one finite value per pixel of the head.
     """
     if weights.shape != transport.face.shape or not np.isfinite(weights).all():
         raise StyleError(tr("The weights do not fit this head."))
@@ -60,7 +64,7 @@ def from_weights(transport: Transport, weights: Floats) -> Canvas:
     step = canvas_size(transport) // transport.size
     spread = _interpolation(transport.size, step)
     smooth = spread @ head @ spread.T
-    # Where interpolation leaves the scale, the plain value is as good.
+    # Where interpolation exceeds the range, use the plain value.
     beyond = np.abs(smooth).reshape(transport.size, step, transport.size, step).max(axis=(1, 3)) > 1
     return make_canvas(np.where(_blocks(beyond, step), _blocks(head, step), smooth))
 
@@ -70,7 +74,7 @@ def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
 
 
 def _interpolation(pixels: int, step: int) -> Float64:
-    """(step * pixels, pixels) cubic interpolation whose averages over each pixel are its value."""
+    """Return the cubic interpolation, (step * pixels, pixels), that keeps each pixel's mean."""
     place = (np.arange(step * pixels) + 0.5) / step - 0.5
     spread = np.zeros((len(place), pixels))
     first = np.floor(place).astype(int)
@@ -86,7 +90,7 @@ def _interpolation(pixels: int, step: int) -> Float64:
 
 
 def _continue(picture: Float32, coverage: Bools) -> Float32:
-    """Spread the known pixels outward, so that no edge of the face is smoothed into nothing."""
+    """Spread the known pixels outward, so that smoothing does not fade the edge of the face."""
     filled = np.where(coverage, picture, 0).astype(np.float32)
     share = coverage.astype(np.float32)
     for _ in range(len(picture)):
@@ -108,10 +112,10 @@ def _neighbours(picture: Float32) -> Float32:
 
 MIN_SIZE: Final = 16
 MAX_SIZE: Final = 1024
-"""Smallest and largest side of a canvas that is read from a file, canvas pixels."""
+"""Largest side of a canvas that is read from a file, canvas pixels."""
 
 IGNORED: Final = 0.5
-"""From this share of the ignore layer on, a pixel does not count."""
+"""Share of the ignore layer from which a pixel does not count."""
 
 
 class Advice(StrEnum):
@@ -122,7 +126,7 @@ class Advice(StrEnum):
 
 
 _ABOUT: Final = 400
-_VISIBLE: Final = 0.01  # of full weight: less cannot be seen, nor asked for
+_VISIBLE: Final = 0.01  # of full weight: less is neither visible nor counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,9 +161,9 @@ class Canvas:
     """
 
     weights: Float32 = field(repr=False)  # (S, S), in [-1, 1]: +1 should be brighter, -1 darker
-    # (S, S), in [0, 1]; from `IGNORED` on a pixel does not count
+    # (S, S), in [0, 1]; from `IGNORED` on, a pixel does not count
     ignore: Float32 = field(repr=False)
-    # start_weights, start_ignore: (S, S), what "Restore" goes back to
+    # start_weights, start_ignore: (S, S), the layers that "Restore" returns to
     start_weights: Float32 = field(repr=False)
     start_ignore: Float32 = field(repr=False)
 
@@ -202,11 +206,12 @@ def make_canvas(
 ) -> Canvas:
     """Create a canvas from layers, copied and validated.
 
-    `weights`: (S, S) float, in [-1, 1]; what is a little outside is clipped.
-    `ignore`: (S, S) float, in [0, 1], likewise; nothing is ignored without it.
-    `start_weights` and `start_ignore`: (S, S) float, what to restore; by default the layers
-    themselves.
-    Raises StyleError if the layers are not square, not of one size, or not numbers.
+    Args:
+        weights: (S, S) float, in [-1, 1]; slight excess is clipped.
+        ignore: (S, S) float, in [0, 1], likewise; by default nothing is ignored.
+        start_weights, start_ignore: (S, S) float. Layers to restore; by default the same layers.
+
+    Raises `StyleError` if the layers are not square, differ in size, or contain NaN.
     """
     shape = weights.shape
     nothing = np.zeros(shape, np.float32)
@@ -226,7 +231,11 @@ def make_canvas(
 def resized(layer: Floats, size: int) -> Float32:
     """Resize a layer, averaging when it shrinks.
 
-    `layer`: (S, S) float. Returns (size, size) float32.
+    Args:
+        layer: (S, S) float.
+
+    Returns:
+        (size, size) float32.
     """
     values = np.ascontiguousarray(layer, np.float32)
     if len(values) == size:
@@ -238,16 +247,19 @@ def resized(layer: Floats, size: int) -> Float32:
 def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Float64:
     """Average a canvas layer over the head's pixels.
 
-    `layer`: (S, S) float32.
-    `region`: only these; given in the head's pixels, not the canvas's.
-    Returns (n, m) float64: one value per head pixel of the region; (N, N) without one.
+    Args:
+        layer: (S, S) float32.
+        region: Limits the result; in the head's pixels, not the canvas's.
+
+    Returns:
+        (n, m) float64: one value per head pixel of the region; (N, N) without one.
     """
     step = len(layer) // pixels
     if region is None:
         region = Region(0, 0, pixels, pixels)
     part = layer[region.top * step : region.bottom * step, region.left * step : region.right * step]
     blocks = part.reshape(region.bottom - region.top, step, region.right - region.left, step)
-    # Two plain sums are several times faster than one over two axes, and always in this order.
+    # Two plain sums are several times faster than one over two axes, and their order is fixed.
     sums = np.add.reduce(np.add.reduce(blocks, axis=3, dtype=np.float64), axis=1)
     return np.asarray(sums / (step * step))
 
@@ -255,8 +267,10 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
 def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
     """Reduce a canvas to the pixels of a head.
 
-    Returns (P,) float64 painted weights in [-1, 1], not yet zero-mean, and (P,) bool: the pixels
-    that do not count.
+    Returns:
+        (P,) float64 painted weights in [-1, 1], not yet zero-mean; and (P,) bool, true for the
+        pixels
+        that do not count.
     """
     weights, ignore = canvas.weights, canvas.ignore
     if canvas.size % transport.size:
@@ -273,7 +287,7 @@ def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
 
 
 def advice(canvas: Canvas, weights: PaintedWeights) -> Advice | None:
-    """Return what the canvas needs before it can be saved as a style."""
+    """Return what the canvas needs before it can be saved as a style; None if nothing."""
     if not canvas.touched:
         return Advice.NOTHING_PAINTED
     values = weights.values[weights.active]

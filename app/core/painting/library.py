@@ -1,14 +1,14 @@
 """The user's styles: save, rename, copy, delete and restore.
 
-Nothing is overwritten or lost: names are always new, changed and deleted styles go to a folder
-``trash`` inside, and a file that cannot be read is left as it is.
+Nothing is overwritten or lost: names are always new, changed and deleted styles are moved to the
+subfolder ``trash``, and an unreadable file stays as it is.
 
-A style goes to a friend as one file, a zip archive with exactly two members. What comes from
-outside is read within bounds, checked like any style, and written again under a name of this
-program's choosing; no name or path inside the archive is used.
+A style is exported as one file, a zip archive with exactly two members. An imported file is read
+within size limits, validated like any style, and saved under a new name; no name or path in the
+archive is used.
 
-Every function raises StyleError when a file cannot be read, moved or written; what was there before
-still counts then, and nothing half-written does.
+Every function raises `StyleError` if a file cannot be read, moved or written; the previous state
+then remains valid, with no half-written files.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from app.core.styles.styles import NAMES, Side
 from app.core.text import tr
 
 EXPORT_ENDING: Final = ".turnstyle"
-"""Ending of the file."""
+"""Suffix of an exported style."""
 
 _TEXT: Final = "style.toml"
 _LAYERS: Final = "weights.exr"
@@ -61,7 +61,7 @@ _NAME: Final = "style"  # so that errors name the member
 def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
     """Export a style to a file.
 
-    Raises CoreError if it cannot be written, or a file is there that must not be replaced.
+    Raises `CoreError` if it cannot be written, or exists and must not be replaced.
     """
     if not replace and file.exists():
         raise StyleError(
@@ -92,9 +92,10 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
 def import_style(folder: Path, file: Path) -> UserStyle:
     """Import an exported style.
 
-    It gets a new name, and a new title where the old one is taken.
-    Raises StyleError if the file is not a whole style, of a newer form, or too large, or the style
-    cannot be written. Then nothing is left behind that counts.
+    It gets a new name, and a new title if the old one is taken.
+
+    Raises `StyleError` if the file is not a complete style, has a newer format or is too large, or
+    if the style cannot be written. Then nothing valid is left behind.
     """
     parts = _members(file)
     with tempfile.TemporaryDirectory() as place:
@@ -117,7 +118,7 @@ def import_style(folder: Path, file: Path) -> UserStyle:
 
 
 def _members(file: Path) -> dict[str, bytes]:
-    """Read the two members of an archive that may be anything."""
+    """Read the two members of an untrusted archive."""
     with os_errors_as(StyleError, tr("{name} cannot be read: {reason}."), name=file.name):
         if not file.is_file():
             raise StyleError(tr("There is no file {file}.", file=file), tr("Check the name."))
@@ -146,7 +147,7 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
         for entry in entries:
             most = _MOST[entry.filename]
             plain = entry.compress_type in _METHODS and not entry.flag_bits & _ENCRYPTED
-            # Before anything is unpacked: a small file can claim to unpack to a huge one.
+            # Checked before unpacking: a small file can claim to unpack to a huge one.
             if not plain or entry.file_size > most:
                 raise ValueError("a member that is no part of a style")
             with archive.open(entry) as member:
@@ -157,7 +158,7 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
     return parts
 
 
-_MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
+_MAX_STYLES: Final = 100  # their weights are kept in memory, 1.3 MB each
 
 _LIBRARY: Final = Library(
     noun="style",
@@ -174,7 +175,8 @@ _LIBRARY: Final = Library(
 def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedItem, ...]]:
     """Read the painted styles of a folder.
 
-    Files that cannot be read come second; they are left as they are.
+    Returns:
+        The styles, and the unreadable files, which stay as they are.
     """
     styles: list[UserStyle] = []
     damaged: list[DamagedItem] = []
@@ -226,7 +228,7 @@ def save_user_style(
 
 
 def add(folder: Path, style: UserStyle) -> UserStyle:
-    """Save a style under a free name and title; raises StyleError if it cannot be written."""
+    """Save a style under a free name and title; raise `StyleError` if it cannot be written."""
     with _alone_in(folder):
         name, title = _LIBRARY.names_for(folder, style.title)
         new_style = replace(style, name=name, title=title)
@@ -235,7 +237,7 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 
 
 def _alone_in(folder: Path) -> AbstractContextManager[bool]:
-    """Keep other processes from writing styles: two would take the same free name."""
+    """Keep other processes from writing styles: two would choose the same free name."""
     try:
         make_folder(folder)
     except OSError as error:
@@ -253,9 +255,11 @@ def update_user_style(
 ) -> UserStyle:
     """Replace the weights of a style; the old ones go to the trash.
 
-    `style`: as this process has read or written it. Where another process has changed it since,
-    that version becomes a style of its own, which `conflict` is called with.
-    `untouched`: the canvas is that of the built-in style `origin` again.
+    Args:
+        style: As this process last read or wrote it. If another process has changed it since, that
+            version becomes a separate style.
+        conflict: Called with that style.
+        untouched: Whether the canvas equals the built-in style `origin` again.
     """
     new_style = replace(style, weights=canvas.weights, ignore=canvas.ignore, untouched=untouched)
     if checksum(new_style) == checksum(style):
@@ -268,11 +272,11 @@ def update_user_style(
 
 
 def _other_version(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle | None:
-    """Read what another process has made of a style; None where nobody has changed it."""
+    """Return another process's version of a style as a new style; None if nobody changed it."""
     try:
         other = read_user_style(text_path(folder, style.name))
     except (StyleError, OSError):
-        return None  # deleted, or damaged: its weights stay where they are
+        return None  # deleted or damaged: its weights stay where they are
     same = checksum(other) in (checksum(style), checksum(new_style)) and other.title == style.title
     return None if same else other
 
@@ -280,7 +284,7 @@ def _other_version(folder: Path, style: UserStyle, new_style: UserStyle) -> User
 def _replaced(folder: Path, style: UserStyle, new_style: UserStyle) -> UserStyle:
     write_user_style(_LIBRARY.trash_folder(folder, style.name), style)
     write_user_style(folder, new_style)
-    # No text names these weights any more, and they lie in the trash as well.
+    # No text file names these weights any more, and the trash has a copy.
     with contextlib.suppress(OSError):
         layers_path(folder, style.name, checksum(style)).unlink()
     return new_style
@@ -294,7 +298,7 @@ def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
-    """Copy a style, by default as "… 2"; errors as `add`."""
+    """Copy a style, by default as "… 2"; raises the errors of `add`."""
     return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
@@ -308,7 +312,7 @@ def delete(folder: Path, style: UserStyle) -> TrashedItem:
 def restore(folder: Path, trashed: TrashedItem) -> UserStyle:
     """Restore a style from the trash.
 
-    It has its old name and title unless others bear them by now.
+    It keeps its old name and title unless they are taken.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
     name, title = _LIBRARY.names_for(folder, style.title, style.name)

@@ -1,7 +1,7 @@
 """Make a style from the light on a face: "like this photo".
 
-The generic head is lit by lamps that stand as they were read, and what is asked for is its picture
-over the face. Nothing of the photograph itself is kept.
+The generic head is lit by lamps at the directions that were read from the photo, and its picture
+over the face is the target. Nothing of the photo itself is kept.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _ORIGIN: Final = 80
 def photo_lamps(light: FaceLight) -> tuple[StyleLamp, ...]:
     """Return the lamps of a face's light: the key, and a frontal fill if there is one.
 
-    Raises StyleError where the key's direction was not read.
+    Raises `StyleError` if the key's direction is unknown.
     """
     return studio_lamps(*photo_studio(light))
 
@@ -45,8 +45,10 @@ def photo_style(
 ) -> UserStyle:
     """Return a style for the light on a face; `library.add` names it.
 
-    `name`: of the picture.
-    Raises StyleError where the key's direction was not read.
+    Args:
+        name: Name of the photo.
+
+    Raises `StyleError` if the key's direction is unknown.
     """
     style, studio = photo_studio(light)
     view = render(transport, studio_light(style, studio, transport.environment_shape))
@@ -79,7 +81,7 @@ _WHY: Final = {
 
 
 def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
-    """Key and fill that light a face so; see `photo_lamps`."""
+    """Return the key and fill that light a face in this way; see `photo_lamps`."""
     azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
     if light.key == "behind":
         raise StyleError(

@@ -1,8 +1,8 @@
 """A painting session: strokes, live answers, and its draft.
 
-Strokes are drawn at once; the answer is asked for when there is time, and then costs the pixels
-that have changed since. Between strokes everything is counted afresh from the canvas, so that an
-answer depends on what is on the canvas and not on how it came there.
+Strokes are drawn at once. The answer is computed when there is time, from the pixels changed since
+the last one. Between strokes everything is computed again from the canvas, so that an answer
+depends only on the canvas and not on its history.
 """
 
 from __future__ import annotations
@@ -58,9 +58,10 @@ class Answer:
 
 
 class PaintSession:
-    """A canvas with its head and the place's light. Not thread-safe.
+    """A canvas with its head and the light of a place. Not thread-safe.
 
-    `front_deg`: azimuth at which the photographer stands, deg.
+    Args:
+        front_deg: Azimuth of the photographer at turn 0, deg.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class PaintSession:
 
     @property
     def stroking(self) -> bool:
-        """Whether a stroke is under way."""
+        """Whether a stroke is in progress."""
         return self._stroke is not None
 
     @property
@@ -107,7 +108,8 @@ class PaintSession:
     def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
         """Set the light of a place, or none.
 
-        `front_deg`: azimuth at which the photographer stands, deg.
+        Args:
+            front_deg: Azimuth of the photographer at turn 0, deg.
         """
         self._table, self._front_deg, self._count_cache = table, front_deg, None
 
@@ -123,8 +125,12 @@ class PaintSession:
     def begin(self, brush: Brush, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Begin a stroke and abort the current one.
 
-        `x` and `y`: canvas pixels from the upper left corner.
-        `pressure`: 0 to 1.
+        Args:
+            x, y: Canvas pixels from the upper left corner.
+            pressure: 0 to 1.
+
+        Returns:
+            Changed regions.
         """
         self.abort()
         self._stroke = Stroke(self._canvas, brush, x, y, pressure)
@@ -140,7 +146,7 @@ class PaintSession:
         return regions
 
     def commit(self) -> TileChange:
-        """End the stroke; return its change, for undo. Empty without a stroke."""
+        """End the stroke and return its change, for undo; empty without a stroke."""
         if self._stroke is None:
             return TileChange(())
         canvas, change = self._stroke.commit()
@@ -165,7 +171,7 @@ class PaintSession:
         self._start_afresh(revert(self._canvas, change))
 
     def answer(self) -> Answer:
-        """Solve the canvas: its target and its best turn."""
+        """Solve the canvas: compute its target and its best turn."""
         weights, table = self.weights, self._table
         target = weights.preintegrated(self._transport)
         missing = advice(self.canvas, weights)
@@ -196,7 +202,7 @@ class PaintSession:
         return cache[1]
 
     def _caught_up(self) -> PaintedWeights:
-        """Weights after the changes since they were last asked for."""
+        """Return the weights, updated with the changes since the last call."""
         pixels, values, ignored = (
             np.concatenate(parts)
             for parts in zip(*(self._region_changes(region) for region in self._dirty), strict=True)
@@ -205,7 +211,7 @@ class PaintSession:
         return paint(self._transport, self._weights, pixels, values[first], ignored[first])
 
     def _region_changes(self, region: Region) -> tuple[Indices, Float64, Bools]:
-        """Pixels of the face in a region of the canvas that are not what they were."""
+        """Return the changed face pixels in a region of the canvas, with their new values."""
         canvas, size = self.canvas, self._transport.size
         step = canvas.size // size
         part = Region(
@@ -247,7 +253,7 @@ class Draft:
 
 
 def draft_version(path: Path) -> str:
-    """Return the version of a draft on disk; "" without one."""
+    """Return the version of a draft on disk; "" if there is none."""
     with contextlib.suppress(OSError), open_file(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
     return ""
@@ -302,11 +308,12 @@ def load_draft(path: Path) -> Draft:
 def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
     """Find the draft of a style.
 
-    A file that cannot be read is left as it is; the next free name is taken beside it.
+    An unreadable file stays as it is, and the next free name beside it is used.
 
     Returns:
-        path: Where the draft is to be kept from now on.
-        notes: What was wrong with files that are left as they are.
+        path: Where the draft will be saved from now on.
+        draft: The draft, if there is one.
+        notes: Problems of unreadable files.
     """
     notes: list[str] = []
     stem = f"paint-{key}" if key else "paint"
@@ -322,16 +329,16 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
 
 
 def put_draft_away(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a deleted style to it: a new one of that name is not to begin with it."""
+    """Move the draft of a deleted style to the trash, so that a namesake starts clean."""
     path, draft, _ = find_draft(folder, key)
     if draft is not None:
-        # Where it cannot be moved it stays where the style will look for it.
+        # If it cannot be moved, it stays where the style will look for it.
         with contextlib.suppress(OSError):
             os.replace(path, trash / _AWAY)
 
 
 def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
-    """Bring the draft of a restored style back, under the name that the style has now."""
+    """Move the draft of a restored style back, under the style's current name."""
     path, other, _ = find_draft(folder, key)
     if other is None and (trash / _AWAY).exists():
         make_folder(folder)

@@ -1,10 +1,10 @@
-"""One stroke of the brush, from the pen's first touch until it is lifted.
+"""One stroke of the brush, from pen down to pen up.
 
-Within a stroke cover only grows toward its maximum along the path, as paint programs have it:
-going over a place again in the same stroke does not make it stronger.
+Within a stroke, coverage only grows toward its maximum along the path, as in paint programs: a
+second pass over an area in the same stroke does not make it stronger.
 
-A pixel's cover is the brush's profile at its distance from the path, so it does not depend on where
-the path was cut into pieces nor on how many events came. What a stroke changes is kept by tiles,
+A pixel's coverage is the brush's profile at its distance from the path, so it does not depend on
+how the path was divided, nor on the number of events. The changes of a stroke are stored by tiles,
 for undo.
 """
 
@@ -40,7 +40,7 @@ class Tile:
 
     @property
     def region(self) -> Region:
-        """Where it is on the canvas."""
+        """Position on the canvas."""
         left, top = self.column * TILE, self.row * TILE
         height, width = self.before.shape
         return Region(left, top, left + width, top + height)
@@ -48,23 +48,23 @@ class Tile:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TileChange:
-    """All that a stroke changed."""
+    """All changes of a stroke."""
 
     tiles: tuple[Tile, ...]
 
     @property
     def nbytes(self) -> int:
-        """Memory that it takes, bytes."""
+        """Its memory, bytes."""
         return sum(tile.before.nbytes + tile.after.nbytes for tile in self.tiles)
 
     @property
     def regions(self) -> tuple[Region, ...]:
-        """Parts of the canvas that it changes."""
+        """Changed parts of the canvas."""
         regions = {(tile.column, tile.row): tile.region for tile in self.tiles}
         return tuple(regions.values())
 
     def __bool__(self) -> bool:
-        """Whether anything changed at all."""
+        """Return whether anything changed."""
         return bool(self.tiles)
 
 
@@ -87,21 +87,21 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 
 
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
-    """Do a change again.
+    """Redo a change.
 
-    The canvas is as it was after the change, to the last bit.
-    Raises ValueError if the canvas is not the one that the change began with.
+    The canvas is then the same as after the change, to the last bit. Raises `ValueError` if the
+    canvas is not the one before the change.
     """
     return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
 
 
 def revert(canvas: Canvas, change: TileChange) -> Canvas:
-    """Take a change back; the reverse of `apply`, with the same errors."""
+    """Undo a change; the reverse of `apply`, with the same errors."""
     return _exchange(canvas, [(tile, tile.after, tile.before) for tile in change.tiles])
 
 
 def cleared(canvas: Canvas) -> tuple[Canvas, TileChange]:
-    """Take all strokes away: back to what the canvas started from, as one change."""
+    """Remove all strokes and return to the canvas's start, as one change."""
     after = replace(canvas, weights=canvas.start_weights, ignore=canvas.start_ignore)
     return after, difference(canvas, after)
 
@@ -127,12 +127,12 @@ Point: TypeAlias = tuple[float, float]
 LEAST_DIAMETER: Final = 2.0
 """Smallest brush, canvas pixels."""
 
-_RESTING: Final = 1e-6  # canvas pixels: a shorter way is none, and cannot be divided by
-_EDGE: Final = 1.0  # the hardest edge still fades over a pixel, or it would show steps
+_RESTING: Final = 1e-6  # canvas pixels: a shorter path counts as none, and cannot be divided by
+_EDGE: Final = 1.0  # the hardest edge still fades over a pixel; otherwise it would show steps
 
 
 class Tool(StrEnum):
-    """What a stroke does."""
+    """Effect of a stroke."""
 
     BRIGHTER = "brighter"
     DARKER = "darker"
@@ -142,7 +142,7 @@ class Tool(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Brush:
-    """What is painted with."""
+    """Brush settings."""
 
     tool: Tool = Tool.BRIGHTER
     diameter: float = 64.0  # canvas pixels
@@ -153,7 +153,7 @@ class Brush:
 
     @property
     def radius(self) -> float:
-        """Canvas pixels."""
+        """Radius, canvas pixels."""
         return 0.5 * max(self.diameter, LEAST_DIAMETER)
 
     @property
@@ -164,10 +164,11 @@ class Brush:
 
 
 def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
-    """Part of a canvas that a piece of path can touch.
+    """Return the part of a canvas that a piece of path can touch.
 
-    `start` and `stop`: ends (x, y), canvas pixels from the upper left corner.
-    `radius`: of the brush, canvas pixels.
+    Args:
+        start, stop: Ends (x, y), canvas pixels from the upper left corner.
+        radius: Radius of the brush, canvas pixels.
     """
     (left, right), (top, bottom) = (sorted(ends) for ends in zip(start, stop, strict=True))
     return Region(
@@ -179,11 +180,15 @@ def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
 
 
 def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
-    """Profile of the brush along a straight piece of path.
+    """Return the profile of the brush along a straight piece of path.
 
-    `start` and `stop`: ends (x, y), canvas pixels from the upper left corner; may be the same.
-    Returns (h, w) float32: 1 within `full_radius` of the path, fading smoothly to 0 at the radius,
-    at the centres of the region's pixels.
+    Args:
+        start, stop: Ends (x, y), canvas pixels from the upper left corner; may be equal.
+        region: Pixels of the result.
+
+    Returns:
+        (h, w) float32, at the centres of the region's pixels: 1 within `full_radius` of the path,
+        fading smoothly to 0 at the radius.
     """
     x = np.arange(region.left, region.right) + (0.5 - start[0])
     y = np.arange(region.top, region.bottom)[:, None] + (0.5 - start[1])
@@ -207,19 +212,19 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     return np.asarray(rest * rest * (np.float32(3.0) - np.float32(2.0) * rest))
 
 
-_CELL_SHARE: Final = 0.125  # of the radius: path over which one pressure holds
+_CELL_SHARE: Final = 0.125  # of the radius: length of path with one pressure
 _LEAST_CELL: Final = 2.0  # canvas pixels
 
 
 class Stroke:
-    """A stroke under way, on a copy of the canvas.
+    """A stroke in progress, on a copy of the canvas.
 
-    Pressure is taken as the largest within each stretch of an eighth of the brush's radius,
-    counted along the path from its beginning, so that the stroke does not depend on how many
-    events told of it.
+    The pressure is the largest within each stretch of an eighth of the brush's radius, counted
+    along the path from its beginning, so that the stroke does not depend on the number of events.
 
-    `x` and `y`: where the brush comes down, canvas pixels from the upper left corner.
-    `pressure`: 0 to 1; counts only if the brush says so.
+    Args:
+        x, y: Pen-down position, canvas pixels from the upper left corner.
+        pressure: 0 to 1; used only if the brush has `pen_pressure`.
     """
 
     def __init__(
@@ -241,15 +246,18 @@ class Stroke:
 
     @property
     def canvas(self) -> Canvas:
-        """The canvas as it is now; a view that continues changing until the stroke ends."""
+        """The current canvas; a view that changes until the stroke ends."""
         return replace(self._before, weights=_view(self._weights), ignore=_view(self._ignore))
 
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
-        """Draw on in a straight line.
+        """Extend the stroke in a straight line.
 
-        `x` and `y`: where the brush is now, canvas pixels; may lie outside the canvas.
-        `pressure`: 0 to 1; in between it is taken to change evenly.
-        Returns what may have changed; nothing when the place is not a number.
+        Args:
+            x, y: New position, canvas pixels; may be outside the canvas.
+            pressure: 0 to 1; it changes linearly in between.
+
+        Returns:
+            Regions that may have changed; empty if the position is not a number.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             return ()
@@ -268,7 +276,7 @@ class Stroke:
             self._path.append(end)
             self._length += upto - done
             if closed is not None:
-                # A new cell has begun, here or (at steady pressure) a little way back.
+                # A new cell has begun, here or (at steady pressure) a little earlier.
                 self._length = upto - closed
                 self._path = [_along(start, stop, closed / length), end]
                 self._strongest = pressed[1]
@@ -276,7 +284,7 @@ class Stroke:
         return self._join(regions)
 
     def commit(self) -> tuple[Canvas, TileChange]:
-        """End the stroke."""
+        """End the stroke and return the canvas and the change."""
         layers = [self._weights, self._ignore]
         for layer in layers:
             layer.setflags(write=False)
@@ -284,7 +292,7 @@ class Stroke:
         return after, difference(self._before, after)
 
     def _inside(self, x: float, y: float) -> Point:
-        """Keep far away places within one canvas of the canvas."""
+        """Limit distant positions to one canvas size beyond the canvas."""
         size = float(self._before.size)
         if not (math.isfinite(x) and math.isfinite(y)):
             return (-size, -size)
@@ -296,17 +304,17 @@ class Stroke:
         return min(max(pressure, 0.0), 1.0)
 
     def _cell_end(self, done: float, length: float, *, steady: bool) -> tuple[float, float | None]:
-        """Up to where to draw at one pressure, and where on the way the last cell was closed."""
+        """Return how far to draw at one pressure, and where the last cell on the way ended."""
         first_end = done + self._cell - self._length
         if first_end > length:
             return length, None
         if not steady:
             return first_end, first_end
-        # The same pressure in every cell: one piece does, however many cells it crosses.
+        # With equal pressure in every cell, one piece is enough, however many cells it crosses.
         return length, first_end + (length - first_end) // self._cell * self._cell
 
     def _press(self, pressure: float) -> list[Region]:
-        """Take note of a pressure; a larger one counts for the whole cell."""
+        """Apply a pressure; a larger one counts for the whole cell."""
         if pressure <= self._strongest:
             return []
         self._strongest = pressure
@@ -332,7 +340,7 @@ class Stroke:
         return region, twin
 
     def _join(self, regions: list[Region]) -> tuple[Region, ...]:
-        """One region per side of the face; with a mirror the two sides alternate."""
+        """Return one region per side of the face; with a mirror, the two sides alternate."""
         sides = [regions[::2], regions[1::2]] if self._brush.mirror else [regions]
         return tuple(around(side) for side in sides if side)
 
@@ -353,7 +361,7 @@ class Stroke:
             self._ignore[place] = ignore + (before.start_ignore[place] - ignore) * shape
         else:
             goal = np.float32(1.0 if tool is Tool.BRIGHTER else -1.0)
-            # What is painted on counts again.
+            # Painted areas count again.
             np.minimum(ignore, 1 - shape, out=self._ignore[place])
         self._weights[place] = weights + (goal - weights) * strong
 

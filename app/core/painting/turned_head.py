@@ -1,7 +1,7 @@
-"""Painted styles seen from aside: the paint is on the skin.
+"""Painted styles on a head turned aside: the paint is on the skin.
 
-Light is asked of the skin of the whole face, and so whether a place can give it is decided by where
-the nose points; what of it a lens sees decides the match from there.
+The paint describes the light on the skin of the whole face, so the turn of the nose decides whether
+a place can give it; the part that a lens sees decides the match from there.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from app.core.solver.weights import PaintedWeights, painted
 from app.core.styles.styles import Style
 
 _SMOOTH: Final = 1.5  # pixels
-_SAME_SKIN_M: Final = 0.008  # pixels of the front are so far apart where it is steep
+_SAME_SKIN_M: Final = 0.008  # distance between pixels of the front view where it is steep
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class PaintedHead:
         return painted(view.transport, weights.values[nearest], ignored)
 
     def _on_front(self, view: HeadView) -> tuple[Indices, Bools]:
-        """For each pixel of a view the front's nearest of the face, and whether it hides it."""
+        """Return the nearest front pixel for each pixel of a view, and whether it is hidden."""
         face = np.flatnonzero(self.front.face)
         pairs = cv2.BFMatcher(cv2.NORM_L2).match(
             view.shape.positions, np.ascontiguousarray(self.views.shape.positions[face])
@@ -68,8 +68,9 @@ class PaintedHead:
         """Return the positions in the front picture of a view's skin.
 
         Returns:
-            (N, N, 3) float32. For each pixel of the view column and row, as shares of the picture,
-            and how well the front shows it, 0 to 1; -1 off the head.
+            (N, N, 3) float32. For each pixel of the view, column and row as shares of the picture,
+            and
+            the front's visibility of it, 0 to 1; -1 off the head.
         """
         camera = _camera_of(self.views.shape, self.front.size)
         size, pixels = view.transport.size, view.transport.pixels
@@ -77,7 +78,7 @@ class PaintedHead:
         places[pixels, :2] = _seen_by(camera, view.shape.positions)
         visibility = np.zeros(size * size, np.float32)
         visibility[pixels[~self._on_front(view)[1]]] = 1.0
-        # Single pixels differ, since the front's are far apart where it is steep.
+        # Single pixels vary, since those of the front are far apart where it is steep.
         smooth = cv2.GaussianBlur(
             cv2.medianBlur(visibility.reshape(size, size), 5), (0, 0), _SMOOTH
         )
@@ -93,7 +94,7 @@ class PaintedHead:
         """Return the target picture from aside; see `target_picture`."""
         view = self.view(yaw_deg)
         picture = target_picture(view.transport, self.weights_in(view, self.weights(style)))
-        # In one colour: in deep shadow a view's own is lost in its noise.
+        # In one colour: in deep shadow, a view's own colour is lost in its noise.
         tint = picture.mean(axis=(0, 1))
         grey = luminance(picture)[..., None] / max(float(luminance(tint)), 1e-30)
         return np.asarray(grey * (tint / max(float((grey * tint).max()), 1e-30)), np.float32)
@@ -128,7 +129,7 @@ def solve_painted(
 
 @dataclass(frozen=True, eq=False)
 class _PaintedLight:
-    """A head in a place, from all sides."""
+    """A head in a place, in all its views."""
 
     head: PaintedHead
     front: LightTable
@@ -146,7 +147,7 @@ class _PaintedLight:
         )
 
     def search(self, style: UserStyle, objective: Objective, limits: Limits) -> LensSearch:
-        """What the place gives of a style, wherever the lens stands."""
+        """Search a style's turns and yaws in this place, for any position of the lens."""
         weights = self.head.weights(style)
         straight = measure_painted(painted_curves(self.front, weights))
         curves = {0.0: (straight.match[None], straight.contrast[None])}
@@ -172,7 +173,7 @@ class _PaintedLight:
 
 
 def _camera_of(shape: HeadShape, size: int) -> Float64:
-    """Work out the camera that took a head's picture, (3, 4), from where its pixels look.
+    """Reconstruct the camera of a head's picture, (3, 4), from the positions seen by its pixels.
 
     Direct linear transform: Hartley and Zisserman, Multiple View Geometry, 2nd ed., eq. 7.2.
     """
@@ -186,6 +187,6 @@ def _camera_of(shape: HeadShape, size: int) -> Float64:
 
 
 def _seen_by(camera: Float64, places: Float32) -> Float64:
-    """Where a camera sees places, (P, 3): columns and rows, (P, 2), as shares of its picture."""
+    """Project positions, (P, 3), to columns and rows, (P, 2), as shares of a camera's picture."""
     points = np.column_stack([places, np.ones(len(places))]) @ camera.T
     return np.asarray(points[:, :2] / points[:, 2:])

@@ -1,10 +1,10 @@
-"""A painted style: its two files, a TOML text and its weights as OpenEXR, and what it answers.
+"""A painted style: its two files, a TOML text and weights in OpenEXR, and its answer.
 
-The weights' file bears the first digits of their checksum in its name, so that a change is
-written beside what was there and counts only when the text that names it is in place.
+The name of the weights' file contains the first digits of their checksum. So a change is written
+beside the previous file, and becomes valid only with the text file that names it.
 
-Every function raises StyleError, with a sentence, for files that cannot be read or written, are
-damaged, or were made by a newer version.
+Every function raises `StyleError` for files that cannot be read or written, are damaged, or were
+made by a newer version.
 """
 
 from __future__ import annotations
@@ -61,18 +61,20 @@ _EXR: Final = b"\x76\x2f\x31\x01"
 
 
 def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
-    """Write painted weights, without loss.
+    """Write painted weights without loss.
 
-    `weights` and `ignore`: (S, S) float32, canvas layers.
+    Args:
+        weights, ignore: (S, S) float32. Canvas layers.
     """
     pixels = np.ascontiguousarray(np.stack([weights, ignore], axis=-1), np.float32)
     write_image(path, pixels, "float", {"compression": "zip"}, _CHANNELS)
 
 
 def read_layers(path: Path) -> tuple[Float32, Float32]:
-    """Read painted weights from a file that may be anything.
+    """Read painted weights from an untrusted file.
 
-    Returns read-only weights, (S, S) float32 in [-1, 1], and ignore, (S, S) float32 in [0, 1].
+    Returns:
+        Read-only weights, (S, S) float32 in [-1, 1], and ignore, (S, S) float32 in [0, 1].
     """
     _check_file(path)
     source = open_image(path)
@@ -88,7 +90,7 @@ def read_layers(path: Path) -> tuple[Float32, Float32]:
 
 
 def _check_file(path: Path) -> None:
-    """Judge the file by its size and first bytes, before any decoder sees it."""
+    """Check the file's size and first bytes before any decoder reads it."""
     with os_errors_as(StyleError, tr("{name} cannot be read: {reason}."), name=path.name):
         if not path.is_file():
             raise StyleError(tr("The weights {name} are missing.", name=path.name))
@@ -144,8 +146,7 @@ class UserStyle:
     note: str
     head: str
     origin: str
-    # weights, ignore: (S, S), canvas layers, see `app.core.painting.canvas.Canvas`. Not to be
-    # written to
+    # weights, ignore: (S, S), read-only canvas layers, see `app.core.painting.canvas.Canvas`
     weights: Float32 = field(repr=False)
     ignore: Float32 = field(repr=False)
     # whether it is a copy of the built-in style `origin` without any stroke
@@ -158,21 +159,24 @@ class UserStyle:
 
     @property
     def style(self) -> Style:
-        """The same without its weights, for what shows styles of either kind; it has no lamps."""
+        """A `Style` without the weights, for code that handles both kinds; it has no lamps."""
         return Style(self.name, self.title, self.side, self.place, self.note, lamps=())
 
 
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
-    """Start from a style of the user's own, painted on this head or another.
+    """Return a canvas from a user style that was painted on this head or another.
 
-    Its layers are brought to this head's canvas size where that differs.
+    Its layers are resized to this head's canvas if necessary.
     """
     size = canvas_size(transport)
     return make_canvas(resized(style.weights, size), resized(style.ignore, size))
 
 
 def clean_text(text: str, key: str) -> str:
-    """Make a text fit for one line on screen and in a file; raises StyleError if it is too long."""
+    """Make a text fit for one line on screen and in a file.
+
+    Raises `StyleError` if it is too long.
+    """
     value = one_line(text)
     if len(value) > _LONGEST[key]:
         raise StyleError(
@@ -188,22 +192,22 @@ def clean_text(text: str, key: str) -> str:
 
 
 def checksum(style: UserStyle) -> str:
-    """SHA-256 of a style's weights."""
+    """Return the SHA-256 of a style's weights."""
     return digest({"weights": style.weights, "ignore": style.ignore})
 
 
 def text_path(folder: Path, name: str) -> Path:
-    """Where the text of a style lies."""
+    """Return the path of a style's text file."""
     return folder / f"{name}.toml"
 
 
 def layers_path(folder: Path, name: str, sha256: str) -> Path:
-    """Where the weights of a style lie."""
+    """Return the path of a style's weights."""
     return folder / f"{name}-{sha256[:12]}.exr"
 
 
 def style_text(style: UserStyle) -> str:
-    """Write down a style as TOML, without its weights."""
+    """Format a style as TOML, without its weights."""
     head = {"title": style.title, "side": style.side, "place": style.place, "note": style.note}
     painted = {
         "format": PAINTED_FORMAT,
@@ -218,7 +222,7 @@ def style_text(style: UserStyle) -> str:
 
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
-    """Write a style's two files; the text comes last and makes it count."""
+    """Write a style's two files; the text comes last and makes it valid."""
     try:
         make_folder(folder)
         target = layers_path(folder, style.name, checksum(style))
@@ -229,7 +233,7 @@ def write_user_style(folder: Path, style: UserStyle) -> None:
 
 
 def not_saved(error: OSError | CoreError) -> StyleError:
-    """Say why something was not saved."""
+    """Return the error for something that was not saved."""
     trouble = disk_trouble(error)
     if trouble is DiskTrouble.FULL:
         return StyleError(
@@ -265,23 +269,23 @@ def read_user_style(path: Path) -> UserStyle:
 
 
 def _lines(values: Mapping[str, object]) -> str:
-    # A JSON text in quotes is a TOML text in quotes: the same escapes, and UTF-8 as it is. So are
-    # numbers and truth values.
+    # A quoted JSON text is also a quoted TOML text: the same escapes, and plain UTF-8. So are
+    # numbers and booleans.
     return "".join(f"{key} = {json.dumps(v, ensure_ascii=False)}\n" for key, v in values.items())
 
 
-_SIDE_DEG: Final = 20.0  # nearer to the front or the back than this, light has no side
+_SIDE_DEG: Final = 20.0  # closer to the front or the back, light has no side
 _HIGH_DEG: Final = 25.0
 _STEEP_DEG: Final = 70.0
-_BESIDE: Final = 0.7  # mean sine of the angle to the middle plane of light at both sides
+_BESIDE: Final = 0.7  # mean sine of the angle to the middle plane for light on both sides
 _EVENLY: Final = 0.2
-_ALIKE: Final = 0.5  # correlation with what painting started from
+_ALIKE: Final = 0.5  # correlation with the start of the painting
 _LEAST_DIRECTION: Final = 0.15  # share of the light that its centre must keep to have a direction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asking:
-    """What a user's style asks of a head."""
+    """A user's style prepared for a head."""
 
     style: UserStyle
     weights: PaintedWeights = field(repr=False)  # on the head's pixels
@@ -289,16 +293,18 @@ class Asking:
 
 
 def prepare_user_style(transport: Transport, style: UserStyle) -> Asking:
-    """Work out what a user's style asks of a head; it holds for every place."""
+    """Prepare a user's style for a head, for use in every place."""
     weights = weights_of(make_canvas(style.weights, style.ignore), transport)
     return Asking(style, weights, target_picture(transport, weights))
 
 
 def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
-    """Picture of the head under the light that painted weights ask for.
+    """Return the picture of the head in the light that painted weights favour.
 
-    Returns (N, N, 3) float32: under the environment max(F, 0), linear Rec. 709 on black, largest
-    value 1; all black when nothing is asked for.
+    Returns:
+        (N, N, 3) float32: under the environment max(F, 0), linear Rec. 709 on black, largest value
+        1;
+        all black if nothing is painted.
     """
     glow = np.maximum(weights.preintegrated(transport), 0.0)
     light = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
@@ -307,10 +313,11 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
 
 
 def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str]:
-    """Tell from which side the light that painted weights ask for comes.
+    """Return the side from which the light of painted weights comes.
 
-    Returns the sitter's own side of the centre of max(F, 0), and where the centre is when it is on
-    neither side, as files of styles state it.
+    Returns:
+        The sitter's own side of the centre of max(F, 0); and the position of the centre if it is on
+        neither side, as in style files.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape
@@ -351,10 +358,11 @@ def suggested_side(
 def results_of_copies(
     styles: Sequence[UserStyle], built_in: Sequence[StyleResult]
 ) -> dict[str, StyleResult]:
-    """Answer for copies that were never painted on: they are the built-in style.
+    """Return the results of unpainted copies, which equal those of the built-in styles.
 
-    Returns results by the copy's name; styles with strokes, and copies of styles without an answer,
-    are left out.
+    Returns:
+        Results by the copy's name; styles with strokes, and copies of styles without a result, are
+        left out.
     """
     answers = {one.name: one for one in built_in}
     return {
@@ -376,9 +384,12 @@ def solve_user_styles(
 ) -> tuple[StyleResult, ...]:
     """Find the best turn of every painted style in a place.
 
-    `light`: (H, W, 3) or (H, W) float, environment at turn 0 in the transport's size, linear Rec.
-    709 radiance, or luminance of light that counts as grey; any exposure.
-    Results are in the order of `styles`.
+    Args:
+        light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
+            709 radiance, or luminance of grey light; any exposure.
+
+    Returns:
+        Results in the order of `styles`.
     """
     if not styles:
         return ()

@@ -28,8 +28,8 @@ class Intake:
     """One thing to open: a place, an environment, or files to measure.
 
     Attributes:
-        layer: Of an environment that has several.
-        way: How the files are measured: a key of `ways.WAYS`.
+        layer: Layer of an environment with several.
+        way: Way of measuring the files: a key of `ways.WAYS`.
         own: Options of the way itself.
     """
 
@@ -51,10 +51,10 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     """Sort files by name, a single one by content.
 
     Args:
-        way: What photographs are taken for, as in the setting `measure_with`.
+        way: How to measure photos, as in the setting `measure_with`.
 
     Raises:
-        CoreError: When there is nothing of use, or more than one thing.
+        CoreError: If there is nothing usable, or more than one thing.
     """
     for path in paths:
         if path.is_dir() and (path / PLACE).is_file():
@@ -101,7 +101,7 @@ def _check_count(number: int, way: MeasuringWay) -> None:
 
 
 def _panoramas(files: list[Path]) -> list[Path]:
-    """Those by their name; a file alone by what is in it, as a TIFF of floating point."""
+    """Return the panoramas by name; a single file by content, such as a floating-point TIFF."""
     if len(files) == 1 and is_linear(files[0]):
         return files
     return [file for file in files if file.suffix.lower() in _HDR]
@@ -120,7 +120,7 @@ def _files_of(path: Path) -> list[Path]:
 
 
 def _name_of(paths: Sequence[Path], used: Sequence[Path]) -> str:
-    """Name a place after its file or folder, with spaces where file names have none."""
+    """Name a place after its file or folder, with spaces in place of separators."""
     name = used[0].parent.name if used else ""
     if len(paths) == 1:
         name = paths[0].name if paths[0].is_dir() else paths[0].stem

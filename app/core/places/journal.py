@@ -1,7 +1,7 @@
 """The journal of a capture, which survives a power cut.
 
-``session.json`` is written before every act of a capture, whole or not at all, and read by what
-resumes it: with the camera, from the frames that are here, or on another day.
+``session.json`` is written atomically before every step of a capture. Whatever resumes the capture
+reads it: with the camera, from the downloaded frames, or on another day.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ JOURNAL: Final = "session.json"
 """Name of the journal in the session's folder."""
 
 VERSION: Final = 1
-"""Of the journal's form; a file with a higher one is left alone."""
+"""Version of the journal's format; a file with a higher one is left alone."""
 
 EXPOSURE_LIMITS: Final = {
     "shutter_s": (1e-7, 1e5),
     "iso": (0.5, 1e7),
     "aperture": (0.3, 1000.0),
 }
-"""Least and largest value of an exposure that a journal holds."""
+"""Smallest and largest valid value of an exposure in a journal."""
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 
@@ -83,8 +83,9 @@ class SessionFrame:
 class ShotStart:
     """State of the camera before a picture is requested.
 
-    * `previous`: address of its newest file, "" where it had none.
-    * `camera_time`: by its own clock, "" where it does not state it.
+    Attributes:
+        previous: Address of its newest file; "" if it had none.
+        camera_time: Time by its own clock; "" if it does not state it.
     """
 
     previous: str
@@ -95,11 +96,12 @@ class ShotStart:
 class SessionJournal:
     """Progress of a capture.
 
-    * `exposed`: all exposures have been made.
-    * `shot_start`: of a picture whose address is not in the journal yet.
-    * `singles`: pictures of a bracket that is shot one by one.
-    * `surplus`: pictures of interrupted brackets, deleted on the camera once another bracket is
-      complete.
+    Attributes:
+        exposed: All exposures have been made.
+        shot_start: Start of a picture whose address is not in the journal yet.
+        singles: Pictures of a bracket that is shot one by one.
+        surplus: Pictures of interrupted brackets, deleted on the camera once another bracket is
+            complete.
     """
 
     model: str = ""
@@ -135,8 +137,8 @@ class SessionJournal:
 def text_of(journal: SessionJournal) -> str:
     """Format a journal as JSON; the inverse of `journal_of`.
 
-    Raises `Unfit` when a value would be refused on reading, or is a password: nothing is ever
-    written that cannot be read again.
+    Raises `Unfit` if a value would be rejected on reading, or is a password, so that every written
+    journal can be read again.
     """
     facts = {"kind": _KIND, "version": VERSION, **plain(journal)}
     facts["warnings"] = facts_of(journal.warnings)
@@ -150,8 +152,7 @@ def text_of(journal: SessionJournal) -> str:
 def journal_of(data: str | bytes) -> SessionJournal:
     """Parse an untrusted journal.
 
-    Raises `Newer` when its version is higher than `VERSION`; `Unfit` for everything else that is
-    not a journal.
+    Raises `Newer` if its version is higher than `VERSION`, and `Unfit` if it is invalid.
     """
     try:
         facts = entries(json.loads(data))
@@ -165,7 +166,7 @@ def journal_of(data: str | bytes) -> SessionJournal:
 
 
 def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
-    """Drop camera settings that a journal cannot hold."""
+    """Drop camera settings that a journal cannot store."""
     result: dict[str, JsonValue] = {}
     for name, value in settings.items():
         with suppress(Unfit):
@@ -174,7 +175,7 @@ def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
 
 
 def _line(value: Any) -> str:
-    """Check for a line of text without control characters."""
+    """Validate a line of text without control characters."""
     line = text(_MAX_TEXT)(value)
     if not line.isprintable():
         raise Unfit("control characters")
@@ -182,7 +183,7 @@ def _line(value: Any) -> str:
 
 
 def _remarks(value: Any) -> tuple[Remark, ...]:
-    """Check for remarks, and that the sentences among them are lines."""
+    """Validate remarks whose sentences are single lines."""
     remarks = remarks_of(value)
     for each in remarks:
         if isinstance(each, PlainRemark):

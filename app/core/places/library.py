@@ -1,11 +1,11 @@
 """List, delete and restore the places of a folder.
 
-A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
-is one act of the file system on whatever disk that is, and so that no folder of the user's own is
-ever taken for the trash. Only `empty_trash` removes anything from it: originals are in there, too.
+A deleted place is moved as a whole to ``ROOT/.trash``: in the same folder as the others, so that
+the move is a single rename on any disk, and none of the user's own folders is mistaken for the
+trash. Only `empty_trash` removes anything from it, since it contains originals.
 
-Where a place is not there or the disk refuses, functions raise PlaceError and everything is as it
-was; lists never fail.
+If a place does not exist or the disk fails, functions raise `PlaceError` and nothing has changed;
+lists never fail.
 """
 
 from __future__ import annotations
@@ -35,12 +35,10 @@ _GOING: Final = ".going-"
 
 
 def list_places(root: Path) -> tuple[PlaceSummary, ...]:
-    """List all places in a folder.
+    """List all places in a folder, the newest first.
 
-    Only small files are read; nothing that lies there makes it fail.
-
-    The newest first. Damaged and unfinished ones are in it with the reason. Folders that never were
-    places are left out.
+    Only small files are read, and no content makes it fail. Damaged and unfinished places are
+    listed with the reason. Folders that never were places are left out.
     """
     try:
         with os.scandir(root) as entries:
@@ -88,7 +86,8 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
 def restore_place(trashed: Path) -> Path:
     """Restore a place from the trash.
 
-    Its folder: the one it had, or one with a number where that is taken.
+    Returns:
+        Its old folder, or one with a number if that is taken.
     """
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
@@ -118,7 +117,7 @@ def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
 
 
 def _entries(root: Path) -> list[tuple[datetime, Path]]:
-    """Find what `delete_place` put into the trash; anything else there is let alone."""
+    """Return the entries that `delete_place` made in the trash; others are left alone."""
     entries = []
     with contextlib.suppress(OSError):
         for path in (root / TRASH).iterdir():
@@ -144,9 +143,10 @@ def trash_size(root: Path) -> tuple[int, int]:
 def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
     """Empty the trash; return the number of places.
 
-    A place goes whole or stays whole in the trash, but for what a kill leaves of it: that is not
-    listed any more and goes with the next call.
-    Raises PlaceError when some of them cannot be deleted, after all others were.
+    A place is deleted or kept as a whole. After an interruption, the remains are no longer listed,
+    and deleted with the next call.
+
+    Raises `PlaceError` if some of them cannot be deleted, after deleting all others.
     """
     trash, count = root / TRASH, 0
     entries = [path for _, path in sorted(_entries(root))]
@@ -171,7 +171,7 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
 
 
 def _delete_rest(trash: Path) -> OSError | None:
-    """Delete what is no longer listed; what cannot be deleted stays, and why is returned."""
+    """Delete the unlisted remains; return the error if some cannot be deleted."""
     trouble: list[OSError] = []
 
     def failed(_call: object, _path: object, error: Any) -> None:

@@ -15,7 +15,7 @@ from app.core.solver.place_light import prepare
 
 
 class NotFinished(PlaceError):
-    """A place without light that can be finished."""
+    """A place without light that can be completed."""
 
     def __init__(self, error: CoreError, unfinished: UnfinishedPlace) -> None:
         super().__init__(error.message, error.hint)
@@ -26,11 +26,11 @@ def load_place(folder: Path, unsaved: Place | None = None) -> OpenPlace:
     """Read a place and its light.
 
     Args:
-        unsaved: The place where the disk has not taken its last changes yet.
+        unsaved: The place with its latest changes, if they are not on disk yet.
 
     Raises:
-        NotFinished: When it has no light, and something to make it of.
-        PlaceError: When it or its light cannot be read.
+        NotFinished: If it has no light, but files to make it from.
+        PlaceError: If it or its light cannot be read.
     """
     place = unsaved or read_place(folder)
     try:

@@ -31,10 +31,10 @@ from app.core.storage.settings import Settings
 from app.core.styles.style_pack import load_named_pack
 
 NamePlace: TypeAlias = Callable[[datetime, str, Collection[str]], str]
-"""Names a place: by when it was made, its light (`Findings.light`), and names that are taken."""
+"""Names a place from its time, its light (`Findings.light`), and the names that are taken."""
 
-# Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
-# days 1,000 and more; in between a bright window and a dull evening look alike.
+# Mean luminance of the whole sphere. Artificially lit rooms have about 20 to 300 cd/m2, overcast
+# days 1,000 and more; in between, a bright window and a dull evening look alike.
 _INDOOR_CD_M2: Final = 300.0
 _OUTDOOR_CD_M2: Final = 1000.0
 
@@ -43,11 +43,12 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
     """Describe how a light was measured.
 
     Args:
-        plan: "paper", "full", "files", or "rough" for one photograph.
+        plan: "paper", "full", "files", or "rough" for a single photo.
 
     Returns:
-        With the frames in the order of exposure, the brightest first; EV is relative to the metered
-        frame: the first that was shot of a planned bracket, else the middle one.
+        Facts with the frames in order of exposure, the brightest first; EV is relative to the
+        metered
+        frame: the first shot of a planned bracket, otherwise the middle one.
     """
     merged, audit = probe.merged, probe.finished.audit
     return CaptureFacts(
@@ -67,8 +68,8 @@ def location_of(probe: Measurement) -> Location:
     """Estimate from the light whether a place is indoors, and the sun's direction.
 
     Returns:
-        Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where it
-        was recognised.
+        Indoors or outdoors by the mean luminance, if it is known absolutely; the sun if it was
+        recognised.
     """
     if not probe.bracket.panorama:
         return Location()
@@ -95,9 +96,9 @@ def place_of_capture(
 
     Args:
         places: Folder of places, whose names are taken.
-        name: A place that nobody has named yet is named after its light.
+        name: Name by the user; without one the place is named after its light.
         camera, plan: See `capture_facts`.
-        naming: Names a place that has no name of its own.
+        naming: Names a place that the user has not named.
     """
     before = read_place(folder)
     if before.name == naming(before.made_at, "", ()):
@@ -107,7 +108,7 @@ def place_of_capture(
     place = replace(
         before,
         name=name,
-        # When it was begun: one time for the head line, the list and the frames.
+        # The start of the capture: one time for the header, the list and the frames.
         measured_at=before.made_at,
         location=location_of(probe),
         capture=capture_facts(probe, camera, plan),
@@ -119,13 +120,13 @@ def merged_light(probe: Measurement, name: str) -> PlaceLight:
     """Prepare measured light for pictures and search.
 
     Raises:
-        EnvironmentFileError: For pictures that are not panoramas, and when everything is black.
+        EnvironmentFileError: If the picture is not a panorama, or entirely black.
     """
     return _in_stored_precision(probe.environment(name))
 
 
 def _in_stored_precision(environment: Environment) -> PlaceLight:
-    """Prepare light in the precision that a place is saved in: opened again, nothing differs."""
+    """Prepare light in the precision of a saved place, so that nothing differs after reopening."""
     radiance = storable(environment.radiance)
     radiance.flags.writeable = False
     return prepare(replace(environment, radiance=radiance))
@@ -156,7 +157,7 @@ def _camera_of(probe: Measurement) -> str:
 
 
 def _metered_ev(probe: Measurement, plan: str) -> float:
-    """Exposure in stops of the frame that the others count from."""
+    """Return the exposure, in stops, of the frame from which the others count."""
     stops = probe.bracket.stops or (0.0,)
     # Both plans shoot the metered frame, then 2 EV more, then darker ones.
     if plan in ("paper", "full") and len(stops) > 1:
@@ -180,10 +181,10 @@ def _kind(cd_m2: float | None) -> Kind:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredLight:
-    """The light of a place, and what is known of it.
+    """The light of a place, with facts about it.
 
     Attributes:
-        film: What a film of the sitter showed, where the light was measured by one.
+        film: Result of a film of the sitter, if the light was measured by one.
     """
 
     light: PlaceLight
@@ -195,11 +196,11 @@ class MeasuredLight:
 def measure_intake(
     intake: Intake, settings: Settings, token: Token, report: Report
 ) -> MeasuredLight:
-    """Read the light of a panorama, or measure it by files, in whichever way.
+    """Read the light of a panorama, or measure it from files in the appropriate way.
 
     Raises:
-        CoreError: When the files cannot be read or measured.
-        Cancelled: When the token was cancelled.
+        CoreError: If the files cannot be read or measured.
+        Cancelled: If the token was cancelled.
     """
     if intake.environment is not None:
         report(0.1, Progress(Task.READING, intake.environment.name))
@@ -209,7 +210,7 @@ def measure_intake(
         white, warnings = stated_white(intake.environment), light.environment.warnings
         facts = CaptureFacts(plan="panorama", white_cd_m2=white, warnings=warnings)
         return MeasuredLight(light, Location(), _doubted(facts, light.environment))
-    # A folder that was dropped comes as its files.
+    # A dropped folder comes as its files.
     options = MeasureOptions(alone=True, sort_out=True, mirrored=settings.mirrored, own=intake.own)
     measured = measure(intake.way, intake.files, options, token, report)
     facts = capture_facts(measured, "", _plan_of(measured))
@@ -219,14 +220,14 @@ def measure_intake(
 
 
 def _plan_of(measured: Measurement) -> str:
-    """Name how it was measured, as a place keeps it."""
+    """Return the name of the way of measuring, as saved with a place."""
     if measured.rough:
         return "rough"
     return "files" if measured.way in ("bracket", "fisheye") else measured.way
 
 
 def _doubted(facts: CaptureFacts, environment: Environment) -> CaptureFacts:
-    """Add what was not seen, and the styles that depend on missing light."""
+    """Add the gaps, and the styles that depend on missing light."""
     doubt = doubt_of(environment, load_named_pack(HEAD))
     if doubt is None:
         return facts

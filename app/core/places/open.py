@@ -26,11 +26,11 @@ class OpenOptions:
 
     Attributes:
         places: Folder in which a new place gets its own.
-        now: When it is made.
-        settings: Head and lamps of new places, and what photographs and films are.
-        name: Of a new place; "" for that of its files.
-        way: What photographs are taken for, as the setting `measure_with`; "" as it is set.
-        layer: Of a panorama that has several.
+        now: Time of the new place.
+        settings: Head and lamps of new places, and how to measure photos and films.
+        name: Name of a new place; "" to name it after its files.
+        way: How to measure photos, as in the setting `measure_with`; "" to use that setting.
+        layer: Layer of a panorama with several.
     """
 
     places: Path
@@ -51,11 +51,11 @@ def open_paths(
     """Open a place, a panorama, a bracket, a film, or a folder with one of these.
 
     Args:
-        unsaved: Gives what the disk has not taken yet of the place in a folder.
+        unsaved: Returns the changes to the place in a folder that are not on disk yet.
 
     Raises:
-        CoreError: When there is nothing of use, or it cannot be read or measured.
-        Cancelled: When the token was cancelled.
+        CoreError: If there is nothing usable, or it cannot be read or measured.
+        Cancelled: If the token was cancelled.
     """
     intake = sort_out(paths, options.way or options.settings.measure_with)
     intake = replace(intake, name=options.name or intake.name, layer=options.layer)
@@ -70,14 +70,14 @@ def make_place(intake: Intake, options: OpenOptions, token: Token, report: Repor
     A place that cannot be saved is open all the same, with the reason as its `trouble`.
 
     Raises:
-        CoreError: When the files cannot be read or measured.
-        Cancelled: When the token was cancelled.
+        CoreError: If the files cannot be read or measured.
+        Cancelled: If the token was cancelled.
     """
     settings = options.settings
     measured = measure_intake(intake, settings, token, report)
     token.check()
     report(0.9, Progress(Task.SAVING_PLACE))
-    # It is unknown when the light of files was measured: their place has no age.
+    # It is unknown when the light of files was measured, so their place has no age.
     place = Place(
         intake.name,
         options.now,

@@ -10,7 +10,7 @@ from app.core.base.remarks import Remark
 
 @dataclass(frozen=True, slots=True)
 class LostPart:
-    """An entry of a place that could not be read; of a list, how many of how many."""
+    """An entry of a place that could not be read; for a list, how many of the total."""
 
     name: str
     count: int = 0
@@ -26,7 +26,7 @@ class LightChanged(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LightFoundAgain(Remark):
-    """The light, which the place's file no longer names."""
+    """The light was found, although the place's file no longer names it."""
 
     name: str
 
@@ -46,7 +46,7 @@ class PartLost(Remark):
     """Parts of a place's file that could not be read.
 
     Attributes:
-        why: What is wrong with the file; "" where only entries are.
+        why: Problem of the file; "" if only entries are affected.
         empty: Only the files in its folder are left.
     """
 
@@ -57,12 +57,12 @@ class PartLost(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FromNewer(Remark):
-    """A newer Turnlight saved the place; what this one does not know is kept."""
+    """A newer Turnlight saved the place; unknown data are kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class CopyKept(Remark):
-    """The name of the copy of a damaged file."""
+    """Name of the copy of a damaged file."""
 
     name: str
 
@@ -76,7 +76,7 @@ class CopyFailed(Remark):
 
 @dataclass(frozen=True, slots=True)
 class FolderUnreadable(Remark):
-    """The folder of places, and what the system says."""
+    """The folder of places, and the system's message."""
 
     folder: Path
     reason: str
@@ -84,7 +84,7 @@ class FolderUnreadable(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PlaceUnreadable(Remark):
-    """What is wrong with the whole file of a place."""
+    """Problem of a place's whole file."""
 
     why: str
 
@@ -96,7 +96,7 @@ class LightMissing(Remark):
 
 @dataclass(frozen=True, slots=True)
 class PhotosLost(Remark):
-    """What is known of photos taken at a place could not be read; `count` of them, 0 if unknown."""
+    """Data about photos taken at a place could not be read; `count` of them, 0 if unknown."""
 
     count: int
     folder: Path

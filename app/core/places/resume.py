@@ -28,7 +28,9 @@ _OVER: Final = frozenset({"idle"})
 class UnfinishedPlace:
     """A place without light.
 
-    `session`: Of the capture in it; None where the photographs were opened from files.
+    Attributes:
+        session: Folder of its capture; None if the photos were opened from files.
+        here, total: Number of frames on disk, and of all frames.
     """
 
     folder: Path
@@ -47,9 +49,9 @@ class UnfinishedPlace:
 
 
 def list_unfinished(places: Path) -> tuple[UnfinishedPlace, ...]:
-    """List the places that can be finished, the newest first.
+    """List the places that can be completed, the newest first.
 
-    None of them has any light: captures that ended and could not be saved are among them.
+    None of them has light. Captures that ended but could not be saved are included.
     """
     every = (find_unfinished(summary) for summary in list_places(places))
     return tuple(each for each in every if each is not None and each.can_finish)
@@ -76,7 +78,7 @@ def find_unfinished(summary: PlaceSummary) -> UnfinishedPlace | None:
     folders = (_photographs(home / ORIGINALS) for home in homes)
     files = next((photos for photos in folders if photos), ())
     unfinished = replace(empty, files=files)
-    # What is damaged and cannot be finished says itself what is wrong with it.
+    # A damaged place that cannot be completed reports its own problem.
     return unfinished if unfinished.can_finish or summary.state in ("whole", "unfinished") else None
 
 
@@ -86,8 +88,8 @@ def finish_files(
     """Merge the photos of an unfinished place.
 
     Raises:
-        CoreError: When they cannot be merged, or the disk refuses.
-        Cancelled: When the token was cancelled.
+        CoreError: If they cannot be merged, or the disk fails.
+        Cancelled: If the token was cancelled.
     """
     intake = Intake(unfinished.name, files=unfinished.files)
     measured = measure_intake(intake, settings, token, report)
@@ -103,12 +105,12 @@ def finish_files(
 def drop_empty_place(folder: Path, session: Path, *, given_up: bool = False) -> bool:
     """Remove a place whose only capture is empty; return whether it did.
 
-    It stays where a picture is in it, something was exposed, or the camera is owed anything.
+    The place stays if it contains a picture, something was exposed, or settings of the camera must
+    still be restored.
 
     Args:
-        session: Of the capture.
-        given_up: The user stopped it: a part of a bracket stays on the camera and is not waited
-            for.
+        session: Folder of the capture.
+        given_up: Whether the user stopped it: then a partial bracket on the camera is abandoned.
     """
     if session.parent != folder:
         return False

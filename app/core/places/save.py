@@ -24,8 +24,8 @@ class FolderState(Enum):
 
     THERE = "there"
     GONE = "gone"  # deleted, moved or renamed
-    UNPLUGGED = "unplugged"  # not even the folder of places is there
-    CLOSED = "closed"  # nothing may be written into it
+    UNPLUGGED = "unplugged"  # the folder of places is missing, too
+    CLOSED = "closed"  # write-protected
 
 
 def folder_state(folder: Path) -> FolderState:
@@ -41,11 +41,11 @@ def save_place(open_place: OpenPlace, *, open_since: bool = False) -> OpenPlace:
     """Save light and record of a place with a folder.
 
     Args:
-        open_since: The place was on the screen meanwhile: what its folder knows of the same
-            measurement is newer.
+        open_since: Whether the place was on screen in the meantime: data of the same measurement in
+            its folder are then newer.
 
     Raises:
-        PlaceError: When the disk refuses.
+        PlaceError: If the disk fails.
     """
     folder, place, light = open_place.folder, open_place.place, open_place.light
     assert folder is not None
@@ -73,10 +73,10 @@ def save_new_place(
     """Save a place in a new folder; a failure leaves nothing behind.
 
     Args:
-        files: Originals that are copied into it.
+        files: Originals to copy into it.
 
     Raises:
-        CoreError: When the disk refuses.
+        CoreError: If the disk fails.
     """
     folder = create_place(places, place.name, place.made_at, spot=place.spot)
     try:
@@ -87,7 +87,7 @@ def save_new_place(
             OpenPlace(folder, replace(place, spot=new.spot, source=new.source), light)
         )
     except BaseException:
-        # All that is in it are copies; without its light it could not be opened.
+        # It contains only copies, and without its light it could not be opened.
         shutil.rmtree(folder, ignore_errors=True)
         raise
 
@@ -96,7 +96,7 @@ def save_again(open_place: OpenPlace) -> OpenPlace:
     """Recreate the folder of a place from memory.
 
     Raises:
-        PlaceError: When the disk refuses.
+        PlaceError: If the disk fails.
     """
     assert open_place.folder is not None
     with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=open_place.folder):
@@ -107,10 +107,10 @@ def save_again(open_place: OpenPlace) -> OpenPlace:
 def save_anywhere(open_place: OpenPlace, places: Path) -> OpenPlace:
     """Save a place wherever possible, before a forced exit.
 
-    Its own folder is made again where it is gone; else it gets a new one in `places`.
+    Its own folder is recreated if it is gone; otherwise the place gets a new one in `places`.
 
     Raises:
-        CoreError, OSError: When the disk refuses.
+        CoreError, OSError: If the disk fails.
     """
     folder = open_place.folder
     if folder is not None and folder_state(folder) is FolderState.GONE:

@@ -25,13 +25,13 @@ def solve_place(
     front_deg: float,
     lens: LensWish = STRAIGHT,
 ) -> tuple[StyleResult, ...]:
-    """Solve a place for all styles by the settings.
+    """Solve a place for all styles with the settings.
 
     A head without views is seen straight from the front.
 
     Args:
         own: The painted styles.
-        lens: Where the lens may stand; azimuths of the panorama.
+        lens: Permitted positions of the lens; azimuths of the panorama.
     """
     wish = lens.moved(front_deg) if head.views else STRAIGHT
     return solve_styles(
@@ -61,11 +61,11 @@ def solve_styles(
     """Solve built-in styles in the order of the pack, then painted ones.
 
     Args:
-        light: As `solve_all` takes it.
+        light: As in `solve_all`.
         wish: Its background counts from `front_deg`, as turns do.
-        names: Of the built-in styles; None for all.
-        own: The painted styles. A copy without strokes has the answer of its origin.
-        head: What strokes are searched with; None where no style has any.
+        names: Built-in styles to solve; None for all.
+        own: The painted styles. A copy without strokes gets the result of its origin.
+        head: Head for searching painted styles; None if no style has strokes.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size.

@@ -1,20 +1,18 @@
 """The folder of a place: create, read, write and rename it.
 
-    ROOT/<folder>/place.json         what is known of the place; only ever replaced as a whole
+    ROOT/<folder>/place.json         record of the place; only ever replaced as a whole
     ROOT/<folder>/environment-*.exr  the light; a new capture gets a new file
     ROOT/<folder>/thumbnail.png      for lists
     ROOT/<folder>/originals/         copies of the user's files
-    ROOT/<folder>/background.points  what the Turn step learnt of the panorama; can be lost
+    ROOT/<folder>/background.points  the panorama's feature points for the Turn step; a cache
     ROOT/<folder>/capture*/          sessions of captures with the camera's own files
     ROOT/.trash/                     deleted places
 
-``place.json`` is the point of no return: other files are whole before it names them, so a crash at
-any moment leaves the place as it was or as it was to be. It is replaced in one act, under a lock
-where the disk has locks. A version that another process wrote meanwhile is kept as
-``place.json.conflict``.
+``place.json`` is written last: other files are complete before it names them, so a crash at any
+moment leaves either the old or the new state. It is replaced atomically, under a lock on disks that
+have locks. A version that another process wrote in the meantime is kept as ``place.json.conflict``.
 
-Where a place is not there or the disk refuses, functions raise PlaceError and everything is as it
-was.
+If a place does not exist or the disk fails, functions raise `PlaceError` and nothing has changed.
 """
 
 from __future__ import annotations
@@ -91,11 +89,11 @@ MOST_BYTES: Final = 16 << 20
 
 _MOST_THUMBNAIL: Final = 8 << 20
 MERGED: Final = "environment.exr"
-"""Name of what a capture has merged, in its session's folder."""
+"""Name of the merged light in a capture's session folder."""
 
 _CAPTURE: Final = "capture"
 EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
-"""Time of a place whose own is not known."""
+"""Time of a place with unknown time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,25 +104,22 @@ class PlaceSummary:
     name: str
     made_at: datetime
     thumbnail: Path | None = None
-    trouble: Remark | None = None  # why the place is not as it should be; None when it is
-    # "unfinished": a folder that was begun, with something in it that can be gone on with. Each of
-    # them can be opened with `read_place`
+    trouble: Remark | None = None  # problem of the place; None if there is none
+    # "unfinished": a folder with content that can be resumed. Each of them can be opened with
+    # `read_place`
     state: State = "whole"
     has_light: bool = False
-    # folders of captures in it, the newest last; each is a session that can be gone on with
+    # folders of captures in it, the newest last; each is a session that can be resumed
     captures: tuple[Path, ...] = field(default=())
     spot: str = ""
-    # how many styles are in reach, of how many, and which one to propose
+    # number of styles in reach, of all styles, and the style to suggest
     answers: tuple[int, int, str] = (0, 0, "")
     tags: tuple[str, ...] = ()
     notes: str = ""
 
 
 def summarise(folder: Path) -> PlaceSummary | None:
-    """Return the summary of a folder.
-
-    None for a folder that holds nothing of a place.
-    """
+    """Return the summary of a folder; None if it contains nothing of a place."""
     names = _names(folder)
     file = read_json(folder / PLACE, MOST_BYTES)
     if file.state == "missing" and not any(_is_trace(name) for name in names):
@@ -153,7 +148,7 @@ def summarise(folder: Path) -> PlaceSummary | None:
 
 
 def _judge(file: JsonFile, bad: Sequence[LostPart], lightless: bool) -> tuple[State, Remark | None]:
-    """Find the most important thing to report of a place."""
+    """Return the most important problem of a place."""
     if file.state == "missing":
         return "unfinished", Unfinished()
     if file.state == "unreadable":
@@ -169,7 +164,7 @@ def _judge(file: JsonFile, bad: Sequence[LostPart], lightless: bool) -> tuple[St
 
 
 def _is_trace(name: str) -> bool:
-    """Whether an entry shows that its folder was meant as a place."""
+    """Return whether an entry shows that its folder was meant as a place."""
     light = re.fullmatch(ENVIRONMENT_NAME, name) is not None
     return light or name == JOURNAL or name.startswith((f"{PLACE}.bak", ".place-"))
 
@@ -183,7 +178,7 @@ def _names(folder: Path) -> tuple[str, ...]:
 
 
 def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
-    """Return the name of the newest environment in a folder; "" without one."""
+    """Return the name of the newest environment in a folder; "" if there is none."""
     names = _names(folder) if names is None else names
     lights = [name for name in names if re.fullmatch(ENVIRONMENT_NAME, name)]
     return max(lights, key=lambda name: _time_of(folder / name), default="")
@@ -219,7 +214,7 @@ def _thumbnail(folder: Path) -> Path | None:
 def capture_folders(folder: Path) -> tuple[Path, ...]:
     """Return the capture folders of a place, the oldest first.
 
-    The place's own folder is one of them where the capture was made right in it.
+    The place's own folder is one of them if the capture was made directly in it.
     """
     try:
         names = [name for name in os.listdir(folder) if name.startswith(_CAPTURE)]
@@ -233,7 +228,7 @@ def capture_folders(folder: Path) -> tuple[Path, ...]:
 def new_capture_folder(folder: Path) -> Path:
     """Return a free name for a capture folder, without creating it.
 
-    Raises PlaceError when there are too many.
+    Raises `PlaceError` if there are too many.
     """
     folders = (folder / name for name in free_names(_CAPTURE))
     return next(each for each in folders if set(_listing(each)) <= LITTER)
@@ -251,7 +246,7 @@ def _listing(folder: Path) -> Sequence[str]:
 def drop_merged(folder: Path) -> None:
     """Remove merged light from capture folders, since the place has it.
 
-    Only where the camera's own files are there, of which it can be merged again.
+    Only if the camera's own files are there, from which it can be merged again.
     """
     for session in capture_folders(folder):
         with contextlib.suppress(OSError):
@@ -262,9 +257,10 @@ def drop_merged(folder: Path) -> None:
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
     """Create the folder of a new place.
 
-    It appears whole, with its ``place.json`` in it, or not at all.
+    It appears complete, with its ``place.json``, or not at all.
 
-    The new folder, a child of `root`, whose name any system takes.
+    Returns:
+        The new folder, a child of `root`, with a name that is valid on all systems.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
     sentence = tr("Cannot make a place in {root}: {reason}.")
@@ -274,7 +270,7 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
         sweep(root)
         staging = Path(tempfile.mkdtemp(prefix=STAGING, dir=root))
         try:
-            staging.chmod(0o700)  # whatever the umask
+            staging.chmod(0o700)  # regardless of the umask
             write_place(staging, place)
             for folder_name in free_names(folder_stem(place.name, made_at)):
                 if _move(staging, root / folder_name):
@@ -290,7 +286,7 @@ def _move(staging: Path, target: Path) -> bool:
     try:
         staging.rename(target)
     except OSError:
-        # Somebody made it in between; anything else is an error.
+        # Somebody created it in the meantime; anything else is an error.
         if os.path.lexists(target):
             return False
         raise
@@ -306,10 +302,13 @@ def _drop(staging: Path) -> None:
 def write_place(folder: Path, place: Place) -> Path | None:
     """Write the record of a place atomically.
 
-    Returns the copy of what another process has written since the place was read; None where
-    nobody has.
-    Raises PlaceError when the disk refuses, or something could not be read again; the file is as it
-    was.
+    Returns:
+        The copy of a version that another process has written since the place was read; None if
+        there
+        is none.
+
+    Raises `PlaceError` if the disk fails, or the record could not be read again; the file is
+    unchanged then.
     """
     facts = to_json(place)
     bad = unreadable(place)
@@ -343,8 +342,8 @@ def _alone_in(folder: Path) -> AbstractContextManager[bool]:
 def read_place(folder: Path) -> Place:
     """Read the record of a place; damaged parts get defaults.
 
-    `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before anything
-    replaces it. Where ``place.json`` is missing, name, time and light are taken from the folder.
+    `Place.remarks` reports the losses. A damaged file is kept as ``place.json.bak`` before it is
+    replaced. If ``place.json`` is missing, name, time and light are derived from the folder.
     """
     if not folder.is_dir():
         raise PlaceError(

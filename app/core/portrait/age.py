@@ -1,10 +1,10 @@
-"""Age of measured light, and whether it still holds.
+"""Age of measured light, and whether it is still valid.
 
-The sun goes around the sky by 15 degrees an hour along a circle of declination, that is by
-15 cos(declination) degrees of arc an hour. The declination follows from the date (Spencer, "Fourier
-series representation of the position of the sun", Search 2(5), 1971, 172), so that how far the sun
-has moved is known without the place on earth. Where its elevation was measured, the largest change
-of its azimuth, which is what a turn is about, is bounded as well: a high sun swings quickly.
+The sun moves across the sky along a circle of declination, by 15 cos(declination) degrees of arc an
+hour. The declination follows from the date (Spencer, "Fourier series representation of the position
+of the sun", Search 2(5), 1971, 172), so the sun's motion is known without the position on earth. If
+its elevation was measured, the largest change of its azimuth, which is what turns depend on, is
+limited as well: a high sun changes azimuth quickly.
 """
 
 from __future__ import annotations
@@ -15,28 +15,29 @@ from datetime import datetime
 from typing import Final, Literal, TypeAlias
 
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
-"""What lights the place: the sun itself, the sky without it, windows, lamps only, or not known."""
+"""Source of a place's light: the sun, the sky without it, windows, lamps only, or unknown."""
 
 State: TypeAlias = Literal["fresh", "ageing", "old", "unknown"]
-"""Whether the light still holds; ageing: soon not; unknown: the clock contradicts itself."""
+"""Whether the light is still valid; ageing: not for long; unknown: the clocks contradict."""
 
 AGAIN_DEG: Final = 5.0
-"""A turn is as old as this when the sun has moved so far: about half a tolerance arc."""
+"""Motion of the sun after which the light is old: about half a tolerance arc."""
 
 AGAIN_MINUTES: Final = 20.0
-"""And in any case after this time in the sun: shadows of trees and houses have moved too."""
+"""Time in the sun after which the light is old in any case: shadows move too."""
 
 DAY_MINUTES: Final = 24 * 60.0
-"""After a day in daylight the light is another."""
+"""Time after which daylight has changed completely."""
 
 _SOON: Final = 0.6  # of these limits
-_SKEW_S: Final = 120.0  # camera and computer may differ by so much
+_SKEW_S: Final = 120.0  # possible difference between the clocks of camera and computer
 _LIMITS_MINUTES: Final[dict[Kind, tuple[float, float]]] = {
     "sky": (30.0, 60.0),
     "windows": (45.0, 90.0),
     "unknown": (45.0, 90.0),
 }
-_LONG_MINUTES: Final = 6 * 60.0  # after it the sun is elsewhere, and degrees say nothing more
+# after it the sun is elsewhere, and degrees are no longer meaningful
+_LONG_MINUTES: Final = 6 * 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +45,9 @@ class Age:
     """The age of a light.
 
     Attributes:
-        minutes: Negative where it was measured ahead of this clock; None where the time is unknown.
-        sun_deg: How far the sun has moved, deg of arc; None without a sun, or after hours.
-        sun_aside_deg: The largest change of its azimuth that this may be, deg; None likewise.
+        minutes: Negative if it was measured ahead of this clock; None if the time is unknown.
+        sun_deg: Motion of the sun, deg of arc; None without a sun, or after hours.
+        sun_aside_deg: Largest possible change of its azimuth, deg; None likewise.
     """
 
     minutes: float | None
@@ -64,13 +65,15 @@ def light_age(
 ) -> Age:
     """Return the age of a light.
 
-    `sun_elevation_deg`: of the measured sun, deg; with it the change of its azimuth is bounded.
-    The state is unknown where it was measured more than two minutes in the future.
+    The state is unknown if it was measured more than two minutes in the future.
+
+    Args:
+        sun_elevation_deg: Elevation of the measured sun, deg; it limits the change of its azimuth.
     """
     try:
         seconds = (now.astimezone() - made_at.astimezone()).total_seconds()
     except (OverflowError, ValueError, OSError):
-        # The first and the last days of the calendar have no other time zone.
+        # The first and the last days of the calendar cannot be converted.
         return Age(None, "unknown", kind)
     if seconds < -_SKEW_S:
         return Age(seconds / 60.0, "unknown", kind)
@@ -101,8 +104,12 @@ def declination_deg(when: datetime) -> float:
 def sun_moved_deg(minutes: float, declination: float) -> float:
     """Return the angle that the sun has moved.
 
-    `declination`: deg.
-    Returns deg of arc on the sky; 15 cos(declination) an hour for short times.
+    Args:
+        minutes: Time, minutes.
+        declination: Declination of the sun, deg.
+
+    Returns:
+        Deg of arc on the sky; 15 cos(declination) an hour for short times.
 
     Examples:
         >>> round(sun_moved_deg(25.0, 0.0), 6), round(sun_moved_deg(720.0, 0.0))
@@ -122,11 +129,11 @@ def _by_sun(minutes: float, declination: float, elevation: float | None) -> Age:
 
 
 def _largest_azimuth(shift_deg: float, elevation: float | None) -> float:
-    """Return the largest change of azimuth that an arc of this length from there can make."""
+    """Return the largest change of azimuth over an arc of this length from that elevation."""
     if elevation is None or not math.isfinite(elevation):
         return shift_deg
-    # The meridian that just touches a circle of radius r around a point at elevation e lies
-    # asin(sin r / cos e) away from it; a circle around the zenith touches all of them.
+    # The meridian tangent to a circle of radius r around a point at elevation e is asin(sin r / cos
+    # e) away from it; a circle around the zenith touches all of them.
     reach = math.sin(math.radians(min(shift_deg, 90.0)))
     level = math.cos(math.radians(elevation))
     return 180.0 if reach >= level else math.degrees(math.asin(reach / level))

@@ -17,17 +17,17 @@ from app.core.solver.transport import TransportHeader
 
 LENS_M: Final = 0.085  # focal length
 F_NUMBER: Final = 2.0
-# Where the horizon is, from the top of a transport's picture; heads differ by a hundredth.
+# Position of the horizon, from the top of a transport's picture; heads differ by a hundredth.
 _EYE_LEVEL: Final = 0.412
-_FINE: Final = 6  # radius of the blur where it is worked out, pixels
+_FINE: Final = 6  # radius of the blur at its working resolution, pixels
 
 
 def blur_px(slope: float, distance_m: float) -> float:
     """Return the diameter of the blur disc of the background, pixels.
 
-    Light of a point b behind what is in focus, s from the lens, comes to an aperture A = f / N in a
-    cone that is A b / (s + b) wide there, by similar triangles (the disk of confusion of H. M.
-    Merklinger, The INs and OUTs of Focus, 1992).
+    Light from a point at distance b behind the focus plane, which is s from the lens, converges to
+    an aperture A = f / N in a cone that is A b / (s + b) wide at that plane, by similar triangles
+    (the disk of confusion of H. M. Merklinger, The INs and OUTs of Focus, 1992).
     """
     wide_m = LENS_M / F_NUMBER * BACKGROUND_M / (distance_m + BACKGROUND_M)
     return wide_m / (distance_m * slope)
@@ -38,10 +38,15 @@ def background(
 ) -> Float32:
     """Render the blurred background of a sitter, (h, w, 3), linear.
 
-    It has the perspective of the head's own camera, so it is the middle third of what the lens sees
-    on an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera stands in front of the
-    probe's place, that is more of the panorama: see `widened_fov` of `heading_conversion`. Lamps
-    become discs, as all is linear; it is blurred while it is small, and then enlarged.
+    It has the perspective of the head's own camera, so it is the middle third of the lens's view on
+    an upright frame of 24 x 36 mm, 8 of 24 degrees. As that camera is in front of the probe's
+    position, it covers more of the panorama: see `widened_fov` of `heading_conversion`. Lamps
+    become discs, since the light is linear. The blur is applied at reduced size, and the result
+    enlarged.
+
+    Args:
+        panorama: (H, W, 3). Linear radiance.
+        facing_deg: Azimuth that the sitter faces, deg.
     """
     side = frame.picture / frame.room
     slope = 2.0 * math.tan(math.radians(camera.fov_deg) / 2.0) / side * frame.step
@@ -69,7 +74,7 @@ def background(
 
 @lru_cache(maxsize=8)
 def _disc(radius: float) -> Float32:
-    """A disc of sum 1 with a soft edge."""
+    """Return a disc of sum 1 with a soft edge."""
     along = np.arange(-_FINE, _FINE + 1)
     away = np.hypot(along, along[:, np.newaxis])
     disc = np.clip(radius + 0.5 - away, 0.0, 1.0)

@@ -18,16 +18,16 @@ from app.core.portrait.light import PortraitLight
 from app.core.portrait.portrait_head import PortraitHead
 
 _IRIS, _ROWS = 14, 640
-"""Radius of the iris, pixels in a picture of so many rows."""
+"""Radius of the iris, pixels, in a picture with that many rows."""
 _BRIGHTER: Final = 3.0
 _LEAST_SHARE: Final = 0.1
-"""A catchlight has at least this share of the head's mean brightness."""
+"""Least brightness of a catchlight, as a share of the head's mean brightness."""
 _LEAST_PIXELS: Final = 2
 _MIRRORED: Final = 0.5
 EYES: Final = ("right", "left")
-"""Of the sitter: the right eye is in the left half of the picture."""
+"""The sitter's eyes: the right one is in the left half of the picture."""
 _NEAR_DEG: Final = 5.0
-"""A bright spot is of a lamp that is so near to what it mirrors: the cornea blurs."""
+"""Largest angle between a lamp and the direction mirrored by a spot: the cornea blurs."""
 _ABOVE_DEG: Final = 60.0
 
 
@@ -37,10 +37,10 @@ class Catchlight:
 
     Attributes:
         eye: "left" or "right", the sitter's own.
-        clock: Where it stands in the picture, hours from 0 to 12.
-        share: Its area by that of the iris.
-        what: As in the list of the place's lamps.
-        letter: Of that lamp; empty where it mirrors none of them.
+        clock: Position in the picture, hours from 0 to 12.
+        share: Its area over that of the iris.
+        what: Source, as in the list of the place's lamps.
+        letter: Letter of that lamp; empty if it mirrors none of them.
     """
 
     eye: str
@@ -61,7 +61,8 @@ def catchlights(
 
     Args:
         picture: (rows, columns, 3) float32. From `portrait_picture`.
-        findings: Lamps of the place, by which catchlights are named.
+        turn_deg: Azimuth in the panorama that the nose points to, deg.
+        findings: Lamps of the place, which name the catchlights.
     """
     mean = float(luminance(np.array(cv2.mean(picture)[:3])))
     least = (
@@ -73,7 +74,7 @@ def catchlights(
         glass, shine = head.glass[some], shines[side][some]
         row, column = np.divmod(head.pixels[glass], head.inside.shape[1])
         ways, view = head.glass_way[some], head.visible.view[head.three[glass, 0]]
-        # The middle of the pupil faces the camera that the eye looks at, or where the nose points.
+        # The middle of the pupil faces the camera that the eye looks at, or the nose's direction.
         faces = (ways + view)[:, 2] / np.linalg.norm(ways + view, axis=1)
         apex = int(np.argmax(faces if head.yaw_deg else (ways * view).sum(axis=1)))
         box = slice(row.min(), row.max() + 1), slice(column.min(), column.max() + 1)
@@ -99,7 +100,7 @@ def catchlights(
 
 
 def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
-    """The sitter's eyes, which of the head's `halves` shows them, and which of `glass` they are."""
+    """Return the sitter's eyes, the head's half that shows each, and a mask of its `glass`."""
     first = np.ones(len(head.glass), bool)
     if not head.yaw_deg:
         return [(eye, side, first) for eye, side in zip(EYES, head.halves, strict=True)]
@@ -109,7 +110,7 @@ def _eyes(head: PortraitHead) -> list[tuple[str, int, Bools]]:
 
 
 def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bools]:
-    """Areas of an eye, the brightest first."""
+    """Return the bright areas of an eye, the brightest first."""
     least = max(_BRIGHTER * float(np.median(grey[iris])), least)
     bright = iris & mirror & (grey >= least)
     joint = cv2.morphologyEx(bright.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
@@ -122,11 +123,11 @@ def _spots(grey: Float64, iris: Bools, mirror: Bools, least: float) -> list[Bool
 def _source(
     findings: Findings, ways: Float64, weight: Float64, turn_deg: float
 ) -> tuple[Source, str]:
-    """Name what a spot mirrors: the lamp that most of its light comes from.
+    """Name the source that a spot mirrors: the lamp with most of its light.
 
     Args:
-        ways: (n, 3) directions of the sitter's frame that the spot's pixels mirror.
-        weight: (n,) light of each.
+        ways: (n, 3). Directions in the sitter's frame that the spot's pixels mirror.
+        weight: (n,). Light of each.
     """
     elevations = np.degrees(np.arcsin(np.clip(ways[:, 1], -1, 1)))
     azimuths = np.degrees(np.arctan2(-ways[:, 0], ways[:, 2])) + turn_deg

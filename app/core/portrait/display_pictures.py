@@ -22,17 +22,17 @@ _BAND_ROWS: Final = 256
 
 
 def greyed(display: FloatImage) -> FloatImage:
-    """Grey a picture that is out of reach.
+    """Grey out a picture that is out of reach.
 
     Args:
-        display: Float32, (H, W, 3). sRGB in 0..1 on the well's grey.
+        display: (H, W, 3) float32. sRGB in 0..1 on the background grey.
 
     Returns:
-        Float32, (H, W, 3). sRGB in 0..1; the well's grey stays as it is.
+        (H, W, 3) float32. sRGB in 0..1; the background grey stays as it is.
     """
     grey = colour.luminance(display)[..., np.newaxis]
     well = np.float32(WELL[0] / 255.0)
-    # Only what is brighter than the background is dimmed, so that the head does not dissolve.
+    # Only values brighter than the background are dimmed, so that the head stays visible.
     dimmed = np.minimum(grey, well) + np.maximum(grey - well, 0.0) * _GREY_LEVEL
     return np.repeat(dimmed, 3, axis=2).astype(np.float32)
 
@@ -41,26 +41,26 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     """Render a panorama with an azimuth in the centre column.
 
     Args:
-        environment: The place. Texels that had to be repaired are filled in from their neighbours
-            here, and only here: a black ring around every lamp would draw the eye.
+        environment: The place. Repaired texels are filled from their neighbours here, and only
+            here: a black ring around every lamp would be distracting.
         turn_deg: Azimuth in the centre, degrees.
-        size: Rows and columns wanted.
+        size: Rows and columns of the result.
 
     Returns:
-        Float32, (rows, columns, 3). sRGB in 0..1.
+        (rows, columns, 3) float32. sRGB in 0..1.
     """
     radiance = bounded(environment.radiance, _WIDEST)
     if environment.repairs.total:
         radiance = _filled(radiance)
     rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
     gain = colour.panorama_exposure(colour.luminance(rolled))
-    # In bands: its steps take ten times the memory of what they work on.
+    # In bands: the steps take ten times the memory of their input.
     bands = np.array_split(rolled, max(len(rolled) // _BAND_ROWS, 1))
     return scaled(np.concatenate([colour.tone_map(band, gain) for band in bands]), size)
 
 
 def _filled(radiance: FloatImage) -> FloatImage:
-    """Give texels with a zero the mean of the lit ones around them."""
+    """Replace texels with a zero by the mean of the lit ones around them."""
     dark = radiance.min(axis=2) <= 0.0
     weight = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
     around = (7, 7)
@@ -82,7 +82,7 @@ def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
 
 
 def mitchell(away: Float64) -> Float64:
-    """Weights of the Mitchell-Netravali filter up to two pixels away; four of them sum to 1.
+    """Return the weights of the Mitchell-Netravali filter up to two pixels away; four sum to 1.
 
     It is smooth, with hardly any fringe: OpenCV's cubic draws a dark line around every bright head.
     """
@@ -92,12 +92,12 @@ def mitchell(away: Float64) -> Float64:
 
 
 def _stretched(picture: FloatImage, rows: int) -> FloatImage:
-    """Stretch to more rows."""
+    """Stretch a picture to more rows."""
     count = picture.shape[0]
     where = (np.arange(rows) + 0.5) * count / rows - 0.5
     first = np.floor(where).astype(int)
     result = np.zeros((rows, *picture.shape[1:]), np.float32)
-    # At every place the four weights sum to 1.
+    # At every position the four weights sum to 1.
     for index in (first - 1, first, first + 1, first + 2):
         weights = mitchell(np.abs(where - index)).astype(np.float32)
         result += weights[:, np.newaxis, np.newaxis] * picture[np.clip(index, 0, count - 1)]

@@ -1,34 +1,34 @@
 """Light on a face at a turn: lighting ratio, direction, and glare in the eyes.
 
-**Lighting ratio**: how much brighter the lit side is than the shadow side. Photographers state it
-as key plus fill over fill: the lit cheek has both lights, the shadow cheek the fill alone, and the
+**Lighting ratio**: the brightness of the lit side over the shadow side. Photographers state it as
+key plus fill over fill: the lit cheek receives both lights, the shadow cheek only the fill, and the
 ratio of the two readings is 2 to the power of their difference in stops (Hunter, Biver and Fuqua,
-*Light: Science and Magic*, chapter on portraits; Langford, *Basic Photography*). A spot meter would
-be held to both cheeks; so does this, on the linear picture.
+*Light: Science and Magic*, chapter on portraits; Langford, *Basic Photography*). It is read on both
+cheeks, as with a spot meter, but on the linear picture.
 
-The two areas are each other's mirror image, so that on a symmetric head skin tone and the shape of
-the cheeks cancel. They lie on the fronts of the cheeks, away from eyes, nose, ears and the face's
-edge, where rims are. As in a spot meter the light of an area is averaged, so that a shadow that
-covers half of it counts half; only highlights, brighter by far than four fifths of the area, are
-held down.
+The two areas are mirror images of each other, so that skin tone and the shape of the cheeks cancel
+on a symmetric head. They are on the fronts of the cheeks, away from eyes, nose, ears and the face's
+edge with its rim light. As in a spot meter, the light of an area is averaged, so a shadow that
+covers half of it counts half; only highlights, much brighter than four fifths of the area, are
+limited.
 
-**Glare**: the measure is veiling luminance: light of a lamp scattered in the eye lays a veil over
-what is looked at, L_v = 10 E / theta^2 with E the lamp's illuminance at the eye (lux, on a surface
-that faces the gaze) and theta the angle between lamp and gaze in degrees (Stiles 1929, Holladay
-1926; CIE 31-1976 and, up to 30 degrees, CIE 146:2002). It is compared with what the eye is adapted
-to, the background luminance of CIE 117-1995 (unified glare rating), L_b = E_i / pi, where E_i is
-the illuminance at the eye of everything that is no lamp. L_v / L_b is free of exposure, which an
+**Glare**: the measure is veiling luminance. Light of a lamp scattered in the eye adds a veil to the
+view, L_v = 10 E / theta^2 with E the lamp's illuminance at the eye (lux, on a surface that faces
+the gaze) and theta the angle between lamp and gaze in degrees (Stiles 1929, Holladay 1926; CIE
+31-1976 and, up to 30 degrees, CIE 146:2002). It is compared with the eye's adaptation, the
+background luminance of CIE 117-1995 (unified glare rating), L_b = E_i / pi, where E_i is the
+illuminance at the eye without lamps. L_v / L_b does not depend on the exposure, which an
 environment does not always state.
 
-Lamps are what is fifty times as bright as the background: bare sources, not windows or sky
-(studies of offices count from five times on, Wienold and Christoffersen 2006, but sitters bear a
-window). Beyond some fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends at
-53 degrees up).
+Lamps are sources fifty times as bright as the background: bare sources, not windows or sky (studies
+of offices count from five times on, Wienold and Christoffersen 2006, but sitters tolerate a
+window). Beyond about fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends
+at 53 degrees up).
 
 **The flow of light**: the light vector of a place points to where most of its light comes from; its
-length over the mean spherical (scalar) illuminance says how directional the light is, from 0 for
+length over the mean spherical (scalar) illuminance is the directionality of the light, from 0 for
 even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of light
-into buildings", Transactions of the IES 31, 1966, 65-91; words after Cuttle, *Lighting by Design*,
+into buildings", Transactions of the IES 31, 1966, 65-91; terms after Cuttle, *Lighting by Design*,
 2003, table 2.4).
 """
 
@@ -56,25 +56,26 @@ KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""
 
 EVEN_STOPS: Final = 0.15
-"""Below this the cheeks are alike: half of the third of a stop that meters and lamps work in."""
+"""Difference below which the cheeks count as equal: half of the usual third of a stop."""
 
 DEEPEST_STOPS: Final = 5.0
-"""Above this a second light cannot be seen: the shadow is as good as black."""
+"""Difference above which a fill light has no visible effect: the shadow is practically black."""
 
-# The middle of a cheek, in half distances between the eyes: from the middle and below the eyes.
+# Centre of a cheek, in half distances between the eyes: from the middle and below the eyes.
 _ASIDE: Final = 1.11
 _UNDER: Final = 1.145
 _RADIUS: Final = 0.49
-# Where eyes are sought, mm from the middle and from the crown; and taken to be if none are found.
+# Range of the search for the eyes, mm from the middle and from the crown; and their position if
+# none are found.
 _ACROSS_MM: Final = (15.0, 50.0)
 _DOWN_MM: Final = (65.0, 140.0)
 _EYES_MM: Final = (31.0, 103.0)
-_EYE_COLOUR: Final = 1.35  # blue over red, of the skin's
+_EYE_COLOUR: Final = 1.35  # blue over red, relative to the skin's
 _LEAST_EYE_PIXELS: Final = 8
 _MOST_PERCENTILE: Final = 80.0
 _HIGHLIGHT: Final = 1.5  # times that percentile
-_SHADOW: Final = 1.0 / 256.0  # of the bright parts of the face: a cheek that no lamp reaches
-_BLACK: Final = 1e-6  # of the face's brightest pixel: below, renderers know nothing
+_SHADOW: Final = 1.0 / 256.0  # of the bright parts of the face: a cheek without light
+_BLACK: Final = 1e-6  # of the face's brightest pixel: below it, rendering is unreliable
 _BRIGHT_PERCENTILE: Final = 99.0
 
 
@@ -84,7 +85,9 @@ class LightingRatio:
 
     Attributes:
         stops: Lit cheek over shadow cheek, in stops; never negative.
-        lit: Whether light reaches the "cheeks"; else the "face" alone, as of rims; or nothing.
+        key_side: Brighter side.
+        lit: Whether light reaches the "cheeks", only other parts of the "face", such as rims, or
+            "none".
     """
 
     stops: float
@@ -99,11 +102,14 @@ def lighting_ratio(
 ) -> LightingRatio:
     """Measure the lighting ratio in a picture of the head.
 
-    `picture`: (P, 3) or (P,) float, linear Rec. 709 picture on the head's pixels
-    (`app.core.solver.transport.render`), or its luminance; any exposure.
-    `areas`: two (M,) int, from `cheeks`, where many pictures of one head are read.
-    There is no side and 0 stops where both cheeks are in shadow, as when only rims are lit.
-    Raises ValueError if the picture has not the transport's pixels, or is not finite.
+    There is no side, and 0 stops, if both cheeks are in shadow, as with only rim light.
+
+    Args:
+        picture: (P, 3) or (P,) float. Linear Rec. 709 picture on the head's pixels
+            (`app.core.solver.transport.render`), or its luminance; any exposure.
+        areas: Two (M,) int, from `cheeks`, to reuse for many pictures of one head.
+
+    Raises `ValueError` if the picture does not have the transport's pixels, or is not finite.
     """
     values = np.asarray(picture, np.float64)
     if values.shape[:1] != transport.pixels.shape or values.ndim > 2:
@@ -130,11 +136,15 @@ def lighting_ratio(
 def cheeks(transport: Transport) -> tuple[Indices, Indices]:
     """Return the pixels of the two cheeks that are compared.
 
-    `transport`: of a head seen from in front, its middle in the middle of the picture, its crown at
-    the upper edge of what it covers.
-    Returns positions in the head's pixels, (M,) int: the sitter's left cheek (image right), and
-    the other.
-    Raises ValueError if there is no head where the cheeks should be.
+    Args:
+        transport: Of a head seen from the front, centred in the picture, with its crown at the
+            upper edge of the covered area.
+
+    Returns:
+        Indices of the head's pixels, (M,) int each: the sitter's left cheek (image right), and the
+        other.
+
+    Raises `ValueError` if there is no head where the cheeks should be.
     """
     row, column = np.divmod(transport.pixels.astype(np.int64), transport.size)
     row, column = row + 0.5, column + 0.5 - transport.size / 2.0
@@ -150,9 +160,9 @@ def cheeks(transport: Transport) -> tuple[Indices, Indices]:
 
 
 def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
-    """Half the distance between the eyes, and their row, in pixels.
+    """Return half the distance between the eyes, and their row, in pixels.
 
-    Eyes are known by their colour in even light: white and iris are bluer than any skin.
+    Eyes are found by their colour in even light: white and iris are bluer than any skin.
     """
     across_mm = 2000.0 * transport.header.distance_m
     step = across_mm * math.tan(math.radians(transport.header.fov_deg) / 2.0) / transport.size
@@ -169,14 +179,14 @@ def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, f
 
 
 def _level(values: Float64) -> float:
-    """Mean of an area, its highlights held down."""
+    """Return the mean of an area, with limited highlights."""
     positive = np.maximum(values, 0.0)
     limit = _HIGHLIGHT * float(np.percentile(positive, _MOST_PERCENTILE))
     return float(np.minimum(positive, limit).mean())
 
 
 class Hardness(Enum):
-    """How directional the light is, from hard to even."""
+    """Directionality of the light, from hard to even."""
 
     HARD = 2.5
     STRONG = 1.5
@@ -189,9 +199,10 @@ class Flow:
     """The flow of light past a face.
 
     Attributes:
-        azimuth_deg: Where most of the light comes from, relative to the face: positive toward the
-            sitter's left, deg. 0 for even light.
+        azimuth_deg: Main direction of the light relative to the face, positive toward the sitter's
+            left, deg. 0 for even light.
         elevation_deg: Positive up, deg. 0 for even light.
+        strength: Length of the light vector over the scalar illuminance, 0 to 4.
     """
 
     azimuth_deg: float
@@ -200,16 +211,17 @@ class Flow:
 
     @property
     def hardness(self) -> Hardness:
-        """How directional it is; even light comes from nowhere in particular."""
+        """Directionality of the light; even light comes from no particular direction."""
         return next(one for one in Hardness if self.strength >= one.value)
 
 
 def light_flow(radiance: Floats, facing_deg: float) -> Flow:
     """Return the flow of light at a turn.
 
-    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
-    `app.core.portrait.face_light.eye_light`, or its result.
-    `facing_deg`: panorama azimuth that the sitter faces, deg.
+    Args:
+        radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for
+            `app.core.portrait.face_light.eye_light`, or its result.
+        facing_deg: Panorama azimuth that the sitter faces, deg.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -228,18 +240,18 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
 
 NOTICEABLE: Final = 0.04
-"""Least L_v / L_b that a sitter notices; the sun in a clear sky has it 45 degrees off."""
+"""Least L_v / L_b that a sitter notices: that of the sun in a clear sky, 45 degrees away."""
 
 STRONG: Final = 0.10
-"""Least L_v / L_b that makes a sitter squint; the sun in a clear sky has it some 33 degrees off."""
+"""Least L_v / L_b that makes a sitter squint: that of the sun in a clear sky, 33 degrees away."""
 
 _WIDEST: Final = 512
 _BARE: Final = 50.0  # times the background
 _ROUNDS: Final = 3
 _WIDEST_DEG: Final = 50.0
 _STRONG_DEG: Final = 40.0
-_NEAREST_DEG: Final = 1.0  # the formula has no end at 0
-_LOWEST_DEG: Final = -3.0  # what is under the horizon is a reflection, and eyes are lowered from it
+_NEAREST_DEG: Final = 1.0  # the formula diverges at 0
+_LOWEST_DEG: Final = -3.0  # light below the horizon is a reflection, and eyes are lowered from it
 _ONE_LAMP_DEG: Final = 6.0
 _SAME_SUN_DEG: Final = 6.0
 
@@ -262,12 +274,16 @@ class Glare:
 
 
 def eye_light(radiance: Floats) -> FloatImage:
-    """Reduce an environment for `glare`; reuse it for several turns.
+    """Reduce an environment for `glare`; the result can be reused for several turns.
 
-    `radiance`: (H, 2 H, 3) or (H, 2 H) float, linear Rec. 709 radiance, or luminance, any exposure;
-    panorama frame.
-    Returns (h, 2 h) float32: luminance, at most 256 x 512.
-    Raises ValueError if it is not a panorama.
+    Args:
+        radiance: (H, 2 H, 3) or (H, 2 H) float. Linear Rec. 709 radiance, or luminance, any
+            exposure; panorama frame.
+
+    Returns:
+        (h, 2 h) float32: luminance, at most 256 x 512.
+
+    Raises `ValueError` if it is not a panorama.
     """
     light = np.asarray(radiance, np.float32)
     if light.ndim == 3 and light.shape[2] == 3:
@@ -286,12 +302,12 @@ def glare(
 ) -> Glare:
     """Estimate glare in the eyes of a sitter who looks at the photographer.
 
-    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of `eye_light`, or its result.
-    `facing_deg`: panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
-    deg.
-    `sun`: panorama azimuth and elevation of the sun where it is known, deg, so that it is called by
-    its name.
-    `findings`: the lamps of the place, so that they are called by theirs.
+    Args:
+        radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for `eye_light`, or its result.
+        facing_deg: Panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
+            deg.
+        sun: Panorama azimuth and elevation of the sun, deg, if known, to name it.
+        findings: Lamps of the place, to name them.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -313,7 +329,7 @@ def glare(
 
 
 def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
-    """Mark texels that are lamps: what is 50 times as bright as all that is no lamp."""
+    """Mark texels of lamps: 50 times as bright as everything without lamps."""
     front = cosine > 0
     total, weight = float(onto_eye.sum()), math.pi
     bare = np.zeros(shape, bool)

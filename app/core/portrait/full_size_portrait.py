@@ -1,7 +1,7 @@
 """The portrait at full size: soft light from many directions, sharp shadows, sheen, wet eyes.
 
-Light that skin scatters is worked out at nodes and carried on by what the bake found; what the
-surface mirrors comes from the panorama, blurred by the surface's own lobe.
+Light scattered by skin is computed at nodes and distributed by the results of the bake; the
+surface's reflections come from the panorama, blurred by the surface's own lobe.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _draw(
     soft: Float32,
     both: Float32,
 ) -> Float32:
-    """Picture at one turn, from soft light that enters the nodes, (N, 6), and that of the cells."""
+    """Render one turn from soft light entering the nodes, (N, 6), and that of the cells."""
     sheen, lights = _mirrored(head, light, turn_deg), [both]
     places, ways = _places(head, light, turn_deg)
     if places:
@@ -111,9 +111,9 @@ def eye_shine(head: PortraitHead, light: PortraitLight, turn_deg: float) -> list
 
 
 def _shaded(wide: Wide, skin_light: Float32, sheen: Float32) -> Float32:
-    """Put samples, (S, n), together from what comes out of skin and what it mirrors, at nodes.
+    """Combine light leaving the skin and its reflections, both at nodes, into samples, (S, n).
 
-    Block by block, so that what is worked on stays in the processor's cache.
+    Block by block, so that the working data stay in the cache.
     """
     samples = np.empty(wide.albedo.shape, np.float32)
     parts = np.empty((2, _BLOCK, wide.albedo.shape[1]), np.float32)
@@ -140,7 +140,7 @@ def _between(wide: Wide, block: slice, nodes: Float32, out: Float32, part: Float
 
 
 def _to_picture(head: PortraitHead, samples: Float32) -> Float32:
-    """Put samples of all halves, (S, n), into the picture."""
+    """Write samples of all halves, (S, n), into the picture."""
     wide, (rows, columns) = head.wide, head.shape
     out = np.zeros((rows * columns, 3), np.float32)
     single = wide.single.shape[1]
@@ -154,11 +154,11 @@ def _to_picture(head: PortraitHead, samples: Float32) -> Float32:
 
 
 def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float32) -> None:
-    """Lay hair and cloth, in lights of (G, 6), over the picture."""
+    """Blend hair and cloth, in lights of (G, 6), over the picture."""
     sides = len(head.halves)
-    # What lamps add is cut at zero by itself: a few functions do not hold all of it, and what is
-    # missing must not take the sky's colour away.
-    # Channel by channel: products of matrices, twelve times as fast as a sum over three letters.
+    # The lamps' part is clipped at zero separately: the few functions do not contain all of it, and
+    # the missing part must not remove the sky's colour. Channel by channel: matrix products, twelve
+    # times as fast as a sum over three indices.
     cells = np.ascontiguousarray(hair.cells.transpose(2, 0, 1))
     parts = (cells @ one.reshape(-1, _SIDES, 3)[:, :sides].transpose(2, 0, 1) for one in lights)
     counts = (part.transpose(1, 2, 0).reshape(-1, 3 * sides) for part in parts)
@@ -174,14 +174,14 @@ def _comb(head: PortraitHead, hair: Hair, lights: list[Float32], picture: Float3
 
 
 def _cells_around(places: list[tuple[Lamp, float]], ways: Float32) -> Float32:
-    """Radiance of the cells next to each lamp that together send a flux of 1, (G, n)."""
+    """Return the radiance of the cells next to each lamp that together give a flux of 1, (G, n)."""
     least = np.array([math.cos(max(lamp.radius, _NEAR)) for lamp, _ in places], np.float32)
     near = np.maximum(cell_ways() @ ways.T - least, 0)
     return np.asarray(near / (grid()[3] @ near), np.float32)
 
 
 def _both_halves(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
-    """Soft light of each cell, (G, 6): as the head's first half sees it, and mirrored."""
+    """Return the soft light of each cell, (G, 6): for the head's first half, and mirrored."""
     soft = soft_light(light, turn_deg)
     return np.concatenate([soft, soft[mirrored_cells()]][:: head.halves[0]], axis=1)
 
@@ -189,7 +189,7 @@ def _both_halves(head: PortraitHead, light: PortraitLight, turn_deg: float) -> F
 def _places(
     head: PortraitHead, light: PortraitLight, turn_deg: float
 ) -> tuple[list[tuple[Lamp, float]], Float32]:
-    """Sharp lamps, azimuths as in `_both_halves`, ways there, (n, 3)."""
+    """Return sharp lamps, with azimuths as in `_both_halves`, and directions to them, (n, 3)."""
     turn, lamps, first = math.radians(turn_deg), light.lamps[:SHARP], head.halves[0]
     places = [(lamp, side * (lamp.azimuth - turn)) for lamp in lamps for side in (first, -first)]
     angles = np.array([(azimuth, lamp.elevation) for lamp, azimuth in places]).reshape(-1, 2)
@@ -197,20 +197,24 @@ def _places(
 
 
 def _fluxes(light: PortraitLight) -> Float32:
-    """What each of `_places` adds to both halves, (n, 6)."""
+    """Return the light that each of `_places` adds to both halves, (n, 6)."""
     flux = np.array([lamp.flux for lamp in light.lamps[:SHARP]], np.float32)
     both = np.eye(_SIDES, dtype=np.float32)[..., None] * flux.reshape(-1, 1, 1, 3)
     return np.asarray(both.reshape(-1, 6))
 
 
 def _let_in(nodes: SkinNodes, ways: Float32, openness: Float32) -> Float32:
-    """What enters nodes, (N, n), from lamps of flux 1 of which each sees a share, (n, N)."""
+    """Return the light entering nodes, (N, n), from lamps of flux 1.
+
+    Args:
+        openness: (n, N). Share of each lamp that a node sees.
+    """
     mu = ways @ nodes.normals.T
     return np.asarray((nodes.entering(np.maximum(mu, 0, out=mu)) * openness).T)
 
 
 def scattered(nodes: SkinNodes, skin: PortraitSkin, values: Float32) -> Float32:
-    """Light that comes out of each seen node toward the camera, (M, 6) float32."""
+    """Return the light leaving each visible node toward the camera, (M, 6) float32."""
     sources = [values]
     for order, starts, size in nodes.patch_shares:
         per_node = np.take(values, order, axis=0, mode="clip")
@@ -227,7 +231,7 @@ def scattered(nodes: SkinNodes, skin: PortraitSkin, values: Float32) -> Float32:
 
 
 def _toward(head: PortraitHead, light: Float32) -> Float32:
-    """What skin sends to the camera at each seen node, (M, n), of what comes out of the `lit` ones.
+    """Return the skin's light toward the camera at each visible node, (M, n), from the `lit` ones.
 
     Args:
         light: (L, 6) float32.
@@ -239,10 +243,10 @@ def _toward(head: PortraitHead, light: Float32) -> Float32:
 
 
 def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Float32:
-    """What the surface mirrors into the camera at each seen node but of lamps, (M, n) float32."""
+    """Return the reflections at each visible node, without lamps, (M, n) float32."""
     visible = head.visible
     out = np.empty((len(visible.index), len(head.halves), 3), np.float32)
-    # Lobes as wide as ROUGHNESS cos^p, between the two that the light is blurred by.
+    # Lobes of width ROUGHNESS cos^p, between the two by which the light is blurred.
     above = np.clip(2 * np.maximum(visible.straight, 0) ** _NARROWING - 1, 0, 1)[:, None]
     for side, azimuth in enumerate(_around(head, visible.way, turn_deg)):
         both = _looked_up(light.sheen, azimuth, visible.way[:, 1])
@@ -251,16 +255,16 @@ def _mirrored(head: PortraitHead, light: PortraitLight, turn_deg: float) -> Floa
 
 
 def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
-    """What skin mirrors, (M, n), of lamps of flux 1 of which all nodes see a share, (n, N).
+    """Return the skin's reflections, (M, n), of lamps of flux 1, given visible shares, (n, N).
 
     Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007: equation 20,
     with Beckmann's facets (25) and their shadowing (27).
     """
     into, toward_lens = ways @ nodes.normals.T, ways @ nodes.view.T
-    # Half-way between lamp and camera; its length is that of the sum of two unit vectors.
+    # Half-way between lamp and camera; the length is that of the sum of two unit vectors.
     length = np.sqrt(np.maximum(2 + 2 * toward_lens, 1e-6))
     facet = (nodes.straight + into) / length
-    # Facets that stand at more than 45 degrees are too few to count.
+    # Facets steeper than 45 degrees are negligible.
     mask = (into > 0) & (facet > _STEEPEST) & ~nodes.eye
     straight = np.maximum(np.broadcast_to(nodes.straight, mask.shape)[mask], 1e-3)
     facet = np.minimum(facet[mask], 1) ** 2
@@ -273,7 +277,10 @@ def _glints(nodes: SeenNodes, ways: Float32, openness: Float32) -> Float32:
 
 
 def fresnel(cosine: Float32) -> Float32:
-    """Share of light that skin mirrors by its angle to the facet; Walter's equation 22."""
+    """Return the share of light that skin reflects at an angle to the facet.
+
+    Walter et al., equation 22.
+    """
     inside = np.sqrt(_INDEX**2 - 1 + cosine**2)
     less, more = inside - cosine, inside + cosine
     along = (cosine * more - 1) / (cosine * less + 1)
@@ -281,20 +288,20 @@ def fresnel(cosine: Float32) -> Float32:
 
 
 def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
-    """Share of Beckmann's facets that are not behind others; Walter's rational fit."""
+    """Return the share of Beckmann's facets not hidden by others; Walter's rational fit."""
     a = cosine / np.sqrt(np.maximum(1 - cosine**2, 1e-6)) / np.float32(roughness)
     fit = (3.535 * a + 2.181 * a**2) / (1 + 2.276 * a + 2.577 * a**2)
     return np.asarray(np.where(a < 1.6, fit, 1), np.float32)
 
 
 def _around(head: PortraitHead, way: Float32, turn_deg: float) -> list[Float32]:
-    """Azimuths in the panorama of directions, for each of the head's `halves`."""
+    """Return the azimuths of directions in the panorama, for each of the head's `halves`."""
     azimuth, turn = np.arctan2(-way[:, 0], way[:, 2]), np.float32(math.radians(turn_deg))
     return [turn + side * azimuth for side in head.halves]
 
 
 def _looked_up(source: Float32, azimuth: Float32, up: Float32) -> Float32:
-    """Read a panorama of `PortraitLight` at directions, (n, 3) or (n, 6)."""
+    """Sample a panorama of `PortraitLight` at directions, (n, 3) or (n, 6)."""
     rows, columns = source.shape[0], source.shape[1] - 2
     x = (azimuth / np.float32(2 * np.pi) + np.float32(0.5)) % 1 * columns + np.float32(0.5)
     y = (0.5 - np.arcsin(np.clip(up, -1, 1)) / np.pi) * rows - 0.5

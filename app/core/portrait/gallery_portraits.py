@@ -1,8 +1,8 @@
-"""Portraits for the gallery: many at once, framed and exposed alike.
+"""Portraits for the gallery: many at once, with equal framing and exposure.
 
-`benchmarks.speed.plain_portrait` says how a portrait looks; here the same look is made
-fast enough to follow a hand. Framing is two small matrices, one for rows and one for columns, that
-cut, pad and scale in one product each.
+`benchmarks.speed.plain_portrait` defines the look of a portrait; here the same look is fast enough
+for interaction. Framing is two small matrices, one for rows and one for columns, that crop, pad and
+scale in one product each.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ _OTHER_SKINS: Final = ("light", "dark")
 _TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
 _MOST_LIGHT: Final = 1e4
 _BAND_PIXELS: Final = 1 << 15
-_SHOULDER_STEPS: Final = 1 << 10  # of a table, for a factor of e
+_SHOULDER_STEPS: Final = 1 << 10  # steps of a table, for a factor of e
 
-# Rows of a picture of 100 that are shown: from just above the crown to the neck in wide pictures,
-# to the shoulders in tall ones. The head fills them all alike, so faces keep one place.
+# Visible rows of a picture of 100: from just above the crown to the neck in wide pictures, to the
+# shoulders in tall ones. The head fills them all alike, so faces stay in one place.
 _TALL_ROWS: Final = 102.0
 _WIDE_ROWS: Final = 88.0
 _TALL_ASPECT: Final = 0.96
 _WIDE_ASPECT: Final = 1.38
-_MARGIN: Final = 0.045  # above the crown, of the rows shown
+_MARGIN: Final = 0.045  # above the crown, of the visible rows
 _CLOSE: Final = (
     78.0,
     61.0,
 )  # rows and columns of the head alone, from crown to chin and ear to ear
 CLOSE_SHAPE: Final = _CLOSE[0] / _CLOSE[1]
-"""Height by width of a picture that shows the head alone."""
+"""Height over width of a picture of the head alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,14 +57,14 @@ class Taps:
 
     Attributes:
         index: (k, n) intp. Pixels of the picture.
-        weight: (k, n) float32. Their weights; a sum below 1 lies partly outside of the picture.
+        weight: (k, n) float32. Their weights; a sum below 1 is partly outside the picture.
     """
 
     index: Indices = field(repr=False)
     weight: Float32 = field(repr=False)
 
     def along_rows(self, planes: Float32) -> Float32:
-        """Scale (c, N, m) to (c, n, m); a few passes, where a full matrix would need BLAS."""
+        """Scale (c, N, m) to (c, n, m) in a few passes; a full matrix would need BLAS."""
         result: Float32 = planes[:, self.index[0]] * self.weight[0][:, np.newaxis]
         for index, weight in zip(self.index[1:], self.weight[1:], strict=True):
             result += planes[:, index] * weight[:, np.newaxis]
@@ -76,9 +76,10 @@ class Framing:
     """Crop and scale of a head's picture.
 
     Attributes:
-        rows, columns: Of the rows and columns shown.
-        picture, room: As of `framing`.
-        top, left, step: Upper left corner, and what becomes one pixel; pixels of the picture.
+        rows, columns: Source pixels of the visible rows and columns.
+        picture, room: As in `framing`.
+        top, left: Upper left corner, pixels of the picture.
+        step: Pixels of the picture per pixel of the result.
     """
 
     rows: Taps
@@ -123,10 +124,10 @@ def framing(
 
     Args:
         picture: Side of the head's square picture, pixels.
-        size: Rows and columns wanted, both at least 1.
+        size: Rows and columns of the result, both at least 1.
         close: Whether the head alone fills the picture, without neck and shoulders.
-        room: Height of the picture by that of a transport's, which ends at the crown.
-        above: The room for hair that is shown, as `room`, which it is by default.
+        room: Height of the picture over that of a transport's, which ends at the crown.
+        above: Visible room for hair, in the unit of `room`, its default.
     """
     height, width = size
     above = room if above is None else above
@@ -150,18 +151,21 @@ def framing(
 
 
 LightSource: TypeAlias = "Floats | Callable[[], Floats] | Style | None"
-"""(H, W, 3) or (H, W) light as a head sees it, any exposure, or what works it out where it is
-needed; a style's own lamps; even light."""
+"""Light as seen by a head, (H, W, 3) or (H, W), any exposure, or a function that computes it.
+
+A style stands for its own lamps, None for even light.
+"""
 
 
 def skin_gains(transport: Transport, lights: Sequence[LightSource]) -> list[float]:
     """Return the exposure factor of a skin tone in each light, relative to medium skin.
 
-    Pictures are exposed by the light, as with a grey card: as a face of medium skin would be in the
-    same light. So skins that are seen side by side differ as they do in life.
+    Pictures are exposed by the light, as with a grey card: like a face of medium skin in the same
+    light. So skins side by side differ as they do in life.
 
     Returns:
-        One for each light, for `portraits`: below 1 for dark skin, above for light, 1 for medium.
+        One for each light, for `portraits`: below 1 for dark skin, above 1 for light skin, 1 for
+        medium.
     """
     if transport.header.skin not in _OTHER_SKINS or not lights:
         return [1.0] * len(lights)
@@ -178,7 +182,7 @@ def _medium() -> Transport:
 
 
 def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
-    """Gains that faces ask for under some lights, all in one product."""
+    """Return the exposure gains of faces in some lights, all in one product."""
     columns = np.stack(
         [np.broadcast_to(np.atleast_3d(light), (*light.shape[:2], 3)) for light in lights], axis=-1
     ).astype(np.float32)
@@ -199,7 +203,7 @@ def _light_values(light: LightSource) -> Floats:
 
 @lru_cache(maxsize=64)
 def _studio(style: Style | None) -> Float64:
-    """Light of a style's own lamps, moved far away, (32, 64); even where it has none."""
+    """Return the light of a style's own lamps, moved far away, (32, 64); even without lamps."""
     if style is None or not style.lamps:
         return np.ones(SHAPE)
     return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))
@@ -210,8 +214,11 @@ def exposures(
 ) -> tuple[float, ...]:
     """Return the display gains of pictures, comparable between pictures and sizes.
 
-    By the rule of `app.core.base.colour.face_exposure`, of the transport's pictures as in
-    `portraits`: bald, so that hair does not count as face. `gains`: see `skin_gains`.
+    They follow the rule of `app.core.base.colour.face_exposure`, for the transport's pictures as in
+    `portraits`: bald, so that hair does not count as face.
+
+    Args:
+        gains: See `skin_gains`.
     """
     face = coverage >= _FACE_COVERAGE
     return tuple(
@@ -226,13 +233,13 @@ def portraits(
     """Develop pictures of the head on neutral grey.
 
     Args:
-        values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge hold its
-            share only.
+        values: (n, N, N, 3) float. Linear Rec. 709 on black; pixels at the head's edge contain only
+            its share.
         coverage: (N, N) float32. Share of each pixel covered by the head.
-        gain_list: Of each, see `exposures`; by its own light by default.
+        gain_list: Gains of the pictures, see `exposures`; by default from their own light.
 
     Returns:
-        Bytes, (n, h, w, 3). sRGB.
+        (n, h, w, 3) uint8. sRGB.
     """
     linear = np.asarray(values, np.float32)
     height, width = frame.size
@@ -242,7 +249,7 @@ def portraits(
     gains = gain_list or exposures(linear, coverage)
     for picture, target, gain in zip(linear, result, gains, strict=True):
         light = _compressed(np.clip(picture * np.float32(gain), 0.0, _MOST_LIGHT))
-        # Outside of the picture there is only the well, so it is taken away before and comes back.
+        # Outside the picture there is only background, so it is subtracted before and added back.
         framed = frame.of((_encoded(light + behind) - well).transpose(2, 0, 1))
         framed += well
         np.clip(framed, 0.0, 1.0, out=framed)
@@ -255,11 +262,12 @@ def large_portrait(
 ) -> Bytes:
     """Develop a framed linear picture, (h, w, 3), in a few milliseconds.
 
-    `away`: share of each value, (h, w, 3), that the head leaves free. `behind`: (h, w, 3) float32,
-    light behind the head, exposed with it; None: neutral grey.
+    Args:
+        away: (h, w, 3). Share of each value not covered by the head.
+        behind: (h, w, 3) float32. Light behind the head, exposed with it; None for neutral grey.
     """
     display = np.empty(picture.shape, np.uint8)
-    # In bands that stay in the processor's cache.
+    # In bands that fit in the cache.
     step = max(_BAND_PIXELS // picture.shape[1], 1)
     for first in range(0, len(picture), step):
         band = slice(first, first + step)
@@ -274,7 +282,7 @@ def large_portrait(
 
 
 def _compressed(light: Float32) -> Float32:
-    """Compress highlights in place, as `colour.develop` does, by tables."""
+    """Compress highlights in place, like `colour.develop`, with tables."""
     largest = np.maximum(np.maximum(light[..., 0], light[..., 1]), light[..., 2])
     if float(largest.max()) <= colour.SHOULDER_START:
         return light
@@ -288,27 +296,27 @@ def _compressed(light: Float32) -> Float32:
 
 
 def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tuple[float, ...]:
-    """What `exposures` and `skin_gains` together come to for a head in some lights."""
+    """Return the products of `exposures` and `skin_gains` for a head in some lights."""
     other = transport.header.skin in _OTHER_SKINS
     values = [_light_values(one) for one in lights]
     return tuple(_exposures(_medium() if other else transport, values)) if values else ()
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
-    """Exposure of a face in light from all around, as strong as (32, 64, 3) is on average."""
+    """Return the exposure of a face in even light of the mean strength of (32, 64, 3)."""
     solid = solid_angles(SHAPE)[:, np.newaxis]
     mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
     return light_exposures(transport, [None])[0] / max(mean, 1e-30)
 
 
 def greyed(picture: Bytes) -> Bytes:
-    """Grey a portrait that is out of reach.
+    """Grey out a portrait that is out of reach.
 
     Args:
-        picture: Bytes, (h, w, 3). sRGB on the well's grey.
+        picture: (h, w, 3) uint8. sRGB on the background grey.
 
     Returns:
-        Bytes, (h, w, 3). sRGB; the well's grey stays as it is.
+        (h, w, 3) uint8. sRGB; the background grey stays as it is.
     """
     return colour.to_bytes(pictures.greyed(picture.astype(np.float32) / np.float32(255.0)))
 
@@ -320,7 +328,7 @@ def value_at(curve: Float64, turn_deg: float) -> float:
         curve: (64,) float64. Values at turns of 5.625 k degrees.
 
     Returns:
-        At a turn of the grid exactly the curve's own value.
+        The value; at a turn of the grid exactly the curve's own.
     """
     return float(shift(curve, turn_deg)[0])
 
@@ -337,7 +345,7 @@ def _curve() -> Float32:
 
 @lru_cache(maxsize=1)
 def _shoulder() -> tuple[Float32, Float32]:
-    """What `app.core.base.colour.develop` multiplies by and adds, by the largest channel."""
+    """Return the factor and summand of `app.core.base.colour.develop`, by the largest channel."""
     last = int(math.log(_MOST_LIGHT / colour.SHOULDER_START) * _SHOULDER_STEPS) + 1
     largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
     haze = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))
@@ -356,7 +364,7 @@ def _full(table: NDArray[Any]) -> NDArray[Any]:
 
 
 def _taps(count: int, pixels: int, start: float, step: float) -> Taps:
-    """Weigh `count` pixels for `pixels` ones, each `step` wide from `start` on."""
+    """Return the taps that average `count` pixels to `pixels`, each `step` wide from `start` on."""
     first, weight = (_averaged if step >= 1 else _smooth)(pixels, start, step)
     index = first + np.arange(len(weight))[:, np.newaxis]
     weight[(index < 0) | (index >= count)] = 0.0
@@ -364,7 +372,7 @@ def _taps(count: int, pixels: int, start: float, step: float) -> Taps:
 
 
 def _averaged(pixels: int, start: float, step: float) -> tuple[Indices, Float64]:
-    """Share of each pixel in the area of each one shown, as a sensor would average."""
+    """Return the share of each pixel in the area of each result pixel, averaging like a sensor."""
     low = start + step * np.arange(pixels)
     first = np.floor(low).astype(np.intp)
     place = first + np.arange(math.ceil(step) + 1)[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""A head, with its styles under the lamps of a studio, and its portraits."""
+"""A head with its styles under the lamps of a studio, and its portraits."""
 
 from __future__ import annotations
 
@@ -57,15 +57,13 @@ Size: TypeAlias = tuple[int, int]
 Gains: TypeAlias = Sequence[float]
 Pictures: TypeAlias = "Sequence[FloatImage] | FloatImage"
 FULL_SIZE: Final = 64
-"""Rows or columns from which on a portrait is drawn from nodes of the skin, not from T."""
+"""Rows or columns from which a portrait is drawn from nodes of the skin, not from T."""
 SMALL_SIZE: Final = 320
 """Rows or columns up to which half the size is enough."""
-_DARKEST: Final = 0.02  # of the brightest: what is darker is not made much brighter
-_MOST_VIEWS: Final = 6  # views that a head keeps, of 30 MB each with its portrait
-_MOST_STUDIOS: Final = (
-    4  # heads in other lamps that a head keeps, with what the search needs of each
-)
-_PACKS: Final = 16  # that a head keeps for other lamps, of 1.5 MB each, 6 MB once it was solved
+_DARKEST: Final = 0.02  # of the brightest: darker values are not brightened much
+_MOST_VIEWS: Final = 6  # views cached by a head, 30 MB each with its portrait
+_MOST_STUDIOS: Final = 4  # heads in other lamps cached by a head, with their search data
+_PACKS: Final = 16  # packs cached by a head for other lamps, 1.5 MB each, 6 MB once solved
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +76,14 @@ class Head:
     hair: str = PLAIN
     # whether the place is shown behind it, out of focus
     in_place: bool = False
-    # lamps that the pack's targets are lit by, as `Place.studios`
+    # lamps of the pack's targets, as in `Place.studios`
     studios: Mapping[str, Studio] = field(default_factory=dict)
-    # the same head under the styles' own lamps, where that is another one
+    # the same head under the styles' own lamps, if that is another one
     published: Head | None = field(default=None, repr=False)
-    # how far the face is turned toward its own left from the line to the lens: lights are counted
-    # from where the nose points
+    # turn of the face toward its own left from the line to the lens: lights count from the nose's
+    # direction
     yaw_deg: float = 0.0
-    # the same head with its nose to the lens, where that is another one
+    # the same head with its nose to the lens, if that is another one
     front: Head | None = field(default=None, repr=False)
 
     @cached_property
@@ -114,7 +112,7 @@ class Head:
         @lru_cache(maxsize=_MOST_STUDIOS)
         def in_studios(choices: frozenset[tuple[str, Studio]]) -> Head:
             pack = self._packs(choices)
-            # The next question needs them; this is not the thread of the window.
+            # The next search needs them, and this is not the window's thread.
             _ = pack.tables
             return replace(self, pack=pack, studios=dict(choices), published=self)
 
@@ -122,9 +120,9 @@ class Head:
 
     @cached_property
     def views(self) -> list[ViewTables]:
-        """Search tables of the views from aside; empty for a head baked without them."""
+        """Return search tables of the views from aside; empty for a head baked without them."""
         try:
-            # Only other lamps ask again: the views themselves are 20 MB.
+            # Only other lamps ask again: the views themselves take 20 MB.
             if self.published is None:
                 return views_of(self.pack, self.name)
             return tables_of(self.pack, self.published.aside)
@@ -150,7 +148,7 @@ class Head:
                 return self
             view = views.at(yaw, pack.styles)
             view_transport, targets = view.transport, targets_in(pack, view)
-            # In the skin's colour: in deep shadow a view's own is lost in its noise.
+            # In the skin's colour: in deep shadow, a view's own colour is lost in its noise.
             tint = render(view_transport, np.ones((*view_transport.environment_shape, 3))).mean(
                 axis=0
             )
@@ -166,11 +164,11 @@ class Head:
         return turned
 
     def painted(self) -> PaintedHead:
-        """The head to look from aside at what is painted on it."""
+        """The head with views from aside, for painted styles."""
         return PaintedHead(self.transport, self.aside, self.pack.styles)
 
     def target_of(self, style: UserStyle) -> FloatImage:
-        """Return the target picture of a painted style, as the lens sees it."""
+        """Return the target picture of a painted style, as seen by the lens."""
         if self.front is None:
             return prepare_user_style(self.transport, style).target
         return self.front.painted().target(style, self.yaw_deg)
@@ -182,8 +180,8 @@ class Head:
     def portrait(self, linear: FloatImage, size: Size, light: LightSource = None) -> Bytes:
         """Develop a linear picture of the head, (N, N, 3), to sRGB of a size.
 
-        It is exposed by the light that it is in; even light by default. A large one in the light of
-        a place or of a style is drawn at full size.
+        It is exposed for its light, by default even light. A large picture in the light of a place
+        or of a style is drawn at full size.
         """
         return self.portraits([linear], size, [light])[0]
 
@@ -201,10 +199,10 @@ class Head:
         """Develop several pictures.
 
         Args:
-            close: The head alone, without neck and shoulders.
-            quick: Of the transport, whatever the size.
-            draft: With half as many pixels across: for what moves.
-            gains: See `exposures`, which is the default.
+            close: Show the head alone, without neck and shoulders.
+            quick: Draw from the transport, whatever the size.
+            draft: Draw with half as many pixels across, for moving pictures.
+            gains: Exposures; by default those of `exposures`.
         """
         gains = gains or self.exposures(linear, lights)
         if not quick and self.full_at(size):
@@ -219,7 +217,7 @@ class Head:
         return list(pictures)
 
     def exposures(self, linear: Pictures, lights: Sequence[LightSource]) -> tuple[float, ...]:
-        """By what pictures of the transport are exposed; at full size by the same."""
+        """Return the gains of the transport's pictures, which also apply at full size."""
         gains = skin_gains(self.transport, lights)
         return exposures(np.asarray(linear), self._coverage, gains)
 
@@ -228,12 +226,12 @@ class Head:
         return self.pack.coverage.astype(np.float32)
 
     def _behind(self, light: Facing, frame: Framing) -> Float32:
-        """What is seen past the head."""
+        """Return the view past the head."""
         place = light.light.environment.radiance
         return background(place, light.turn_deg + self.yaw_deg, frame, self.transport.header)
 
     def _put_behind(self, picture: Bytes, light: Facing, frame: Framing, gain: float) -> None:
-        """Put the place behind a quick picture, in place of the grey."""
+        """Replace the grey behind a quick picture with the place."""
         behind = self._behind(light, frame)
         cover = np.clip(frame.of(self._coverage[np.newaxis])[0].T, 0, 1)
         backdrop = large_portrait(behind, np.zeros_like(behind), gain)
@@ -242,29 +240,29 @@ class Head:
 
     @property
     def may_be_full(self) -> bool:
-        """Whether it ships, and so may have a portrait at full size; nothing is read for that."""
+        """Whether it ships, and so may have a portrait at full size; no file is read."""
         return not self.name.endswith(".npz")
 
     def may_be_full_at(self, size: Size) -> bool:
-        """The same for pictures of a size."""
+        """Return whether pictures of a size may be drawn at full size; no file is read."""
         return max(size) >= FULL_SIZE and self.may_be_full
 
     def full_at(self, size: Size) -> bool:
-        """Whether pictures of a size are drawn at full size."""
+        """Return whether pictures of a size are drawn at full size."""
         return max(size) >= FULL_SIZE and self.full is not None
 
     @cached_property
     def full(self) -> tuple[PortraitHead, PortraitSkin] | None:
-        """What portraits at full size are drawn from; None for a head that has none."""
+        """Return the data of full-size portraits; None for a head that has none."""
         header, key = self.transport.header, (self.hair, self.yaw_deg)
         portrait = load_portrait(header.head, header.skin, *key) if self.may_be_full else None
         if portrait is not None:
-            # Half a second, once; never in the thread of the window.
+            # Half a second, once; never in the window's thread.
             _ = portrait[0].nodes.soft
         return portrait
 
     def catchlights(self, light: Facing, findings: Findings) -> tuple[Catchlight, ...] | None:
-        """Find what the eyes mirror; None for a head without a portrait at full size."""
+        """Find the reflections in the eyes; None for a head without a full-size portrait."""
         if self.full is None:
             return None
         fine_light, picture = _of_place(light.light), _draw(*self.full, light)
@@ -279,7 +277,7 @@ class Head:
         draft: bool,
         gains: Gains,
     ) -> list[Bytes]:
-        """Draw portraits at full size where it is known what lights them."""
+        """Draw portraits at full size if their light is known."""
         assert self.full is not None
         head, skin = self.full
         alone = len(lights) == 1 and not draft
@@ -313,10 +311,10 @@ class Head:
         return pictures
 
     def portrait_with(self, here: Facing, parts: Sequence[FloatImage], size: Size) -> Bytes:
-        """Show the head in a place and under a lamp.
+        """Render the head in a place and under a lamp.
 
-        Pictures of the transport, the first two parts, know what is near and what is hidden;
-        shadows, eyes and hair are those of the lamp's light were it far away, (H, W, 3), the third.
+        The transport's pictures, the first two parts, account for near light and occlusion.
+        Shadows, eyes and hair come from the lamp's light as if far away, (H, W, 3), the third part.
         """
         place, lamp, far = parts
         gains = self.exposures([place + lamp], [here])
@@ -334,7 +332,7 @@ class Head:
         return large_portrait(frame.cut(linear), _away(head, frame), gains[0], behind)
 
     def _in_studio(self, lights: Sequence[LightSource]) -> dict[Style, tuple[Style, float]]:
-        """Styles with the lamps that the pack has them under, and how their light is exposed."""
+        """Return the styles with the pack's lamps for them, and the exposure of their light."""
         studio_styles = [one for one in lights if isinstance(one, Style) and one.lamps]
         own = self.pack.styles
         styles = [
@@ -346,7 +344,7 @@ class Head:
 
 
 def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32:
-    """Change a portrait as its small picture would have to be, to be what is wanted."""
+    """Change a portrait in the way that turns its small picture into the target."""
     before, after = colour.luminance(quick), colour.luminance(target)
     usual = float(after.sum()) / max(float(before.sum()), 1e-30)
     least = max(_DARKEST * float(before.max()), 1e-30)
@@ -360,13 +358,13 @@ def _brought_to(full: Float32, quick: FloatImage, target: FloatImage) -> Float32
 
 @lru_cache(maxsize=4)
 def _away(head: PortraitHead, frame: Framing) -> Float32:
-    """Share of each value of a framed portrait that the head leaves free, (h, w, 3)."""
+    """Return the share of each value of a framed portrait not covered by the head, (h, w, 3)."""
     return np.repeat(1 - frame.cut(head.coverage)[..., np.newaxis], 3, axis=2)
 
 
 @lru_cache(maxsize=1)
 def _draw(head: PortraitHead, skin: PortraitSkin, light: Facing) -> Float32:
-    """Picture of a place at full size: the same one is shown and read, or gets a lamp."""
+    """Return the full-size picture of a place, cached: it is shown, measured, or relit."""
     return portrait_picture(head, skin, _of_place(light.light), light.turn_deg)
 
 
@@ -376,11 +374,11 @@ def _of_place(light: PlaceLight) -> PortraitLight:
 
 
 def list_heads(folder: Path, *files: str) -> tuple[str, ...]:
-    """Name every head: those that ship, then one's own.
+    """Return the names of all heads: those that ship, then the user's own.
 
     Args:
-        folder: Of one's own heads.
-        files: Paths of more of them; names of heads that ship are ignored.
+        folder: Folder of the user's heads.
+        files: Paths of further heads; names of heads that ship are ignored.
     """
     own = [*map(str, own_heads(folder)), *(file for file in files if file.endswith(".npz"))]
     return (*pack_names(), *dict.fromkeys(own))
@@ -395,13 +393,13 @@ def load_head(name: str, hair: str = PLAIN, in_place: bool = False) -> Head:
     transport = load_transport_of(pack, name)
     if name.endswith(".npz"):
         _check_own(pack, transport, name)
-    # Tables for the search are made with the first question; better here than with the screen.
+    # The search tables are needed first; better computed here than with the screen.
     _ = pack.tables
     return Head(name, pack, transport, hair, in_place)
 
 
 def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
-    """Refuse a head that some screen could not use, before any does."""
+    """Raise an error for a head that some screen could not use."""
     if pack.header.environment != SHAPE:
         raise TransportError(
             tr("The head {name} was not baked for 64 × 32 texels.", name=Path(name).name),
@@ -413,7 +411,7 @@ def _check_own(pack: StylePack, transport: Transport, name: str) -> None:
 def with_lamps(
     studios: Mapping[str, Studio], studio: Studio | None, style: str
 ) -> dict[str, Studio]:
-    """Change the lamps for a style and its mirror image, or for all others by ""."""
+    """Change the lamps for a style and its mirror image, or with "" for all others."""
     names = sorted({style, mirror_name(style)})
     new_studios = {name: one for name, one in studios.items() if name not in names}
     if studio is not None and (style or studio != AS_PUBLISHED):

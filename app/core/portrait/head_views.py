@@ -1,9 +1,9 @@
 """Views of a head turned aside.
 
-Yaw is how far the face turns toward the sitter's own left from the line to the camera. What lights
+Yaw is the turn of the face toward the sitter's own left, from the line to the camera. The light on
 the skin does not depend on the camera: all views of a head are transports over the same functions
-of texels, in light at the turn of the *nose*. Views of a symmetric head are baked to one side;
-those to the other are their mirror images.
+of texels, in light at the turn of the *nose*. Views of a symmetric head are baked to one side; the
+others are their mirror images.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ _AGAIN: Final = tr("Reinstall Turnlight, or bake the head again with 'turnlight 
 _MOST_BYTES: Final = 1 << 27
 _STEP: Final = 0.009  # of the typical size of a pixel's coefficients
 _BLOCK: Final = 5  # pixels, side of the squares that are stored as cosines
-_ROUNDED_UP: Final = 0.42  # added before rounding down: less than a half, since zeros cost no room
+_ROUNDED_UP: Final = 0.42  # added before rounding down: less than a half, since zeros take no space
 _TEXEL_STEPS: Final = 500
 _TARGET_STEPS: Final = 127
-_PLACE_M: Final = 2e-4  # step in which positions are stored
+_PLACE_M: Final = 2e-4  # step of stored positions, m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +57,7 @@ class HeadView:
 
     Attributes:
         transport: In light at the turn of the nose.
-        shape: Where its pixels look.
+        shape: Positions behind its pixels.
         targets: (S, P) float32. Luminance of the styles under their own lamps, largest value 1.
     """
 
@@ -90,9 +90,9 @@ class HeadViews:
     """All views of a head, packed; each is unpacked on demand.
 
     Attributes:
-        shape: Of the head seen from the front.
-        texel_basis: (R, H * W) float32. As that of a transport.
-        parts: By yaw, deg: arrays as `pack_view` makes them.
+        shape: Shape of the head seen from the front.
+        texel_basis: (R, H * W) float32. As in a transport.
+        parts: By yaw, deg: arrays as returned by `pack_view`.
     """
 
     header: TransportHeader
@@ -116,7 +116,7 @@ class HeadViews:
         """Return the view at one of `yaws` except 0.
 
         Args:
-            styles: Those of the head's pack, in its order.
+            styles: Styles of the head's pack, in its order.
         """
         if yaw_deg in self.parts:
             return self._view(yaw_deg, **self.parts[yaw_deg])
@@ -157,15 +157,17 @@ def pack_view(
 ) -> dict[str, NDArray[Any]]:
     """Quantise a view for storage.
 
-    Coefficients are smooth over the picture, but for noise: squares of it are rounded as cosines,
-    which takes half the room of pixels for the same error.
+    Coefficients are smooth over the picture except for noise: squares of it are rounded as cosines,
+    which takes half the space of pixels for the same error.
 
     Args:
-        size: Side of the picture, pixels.
         grey: (P, R) float32. Luminance of each pixel by the functions of texels.
-        tints: (2, P, K) float32. What red and blue are more than that, by the first of them.
+        tints: (2, P, K) float32. Red and blue minus that, by the first of them.
+        pixels: (P,) int32. Flat pixel numbers.
+        coverage: Share of each pixel covered by the head.
         positions: (P, 3) float32. As in `HeadShape`.
         targets: (S, P) float32. Luminance, any scale.
+        size: Side of the picture, pixels.
     """
     step = np.float32(_STEP * np.sqrt(np.square(grey).sum(axis=1).mean()))
     targets = np.maximum(targets, 0) / targets.max(axis=1, keepdims=True)
@@ -181,9 +183,9 @@ def pack_view(
 
 
 def _to_cosines(values: Float32, pixels: NDArray[np.int32], size: int) -> NDArray[np.int16]:
-    """(..., 25, B, n) whole coefficients of squares of a picture's values, (..., P, n)."""
+    """Return integer coefficients, (..., 25, B, n), of squares of values, (..., P, n)."""
     square, _ = _squares_of(pixels, size)
-    # Beyond the outline the nearest pixel goes on, so that there is no edge.
+    # Beyond the outline the nearest pixel is repeated, so that there is no edge.
     side = -(-size // _BLOCK) * _BLOCK
     beyond = np.ones((side, side), np.uint8)
     beyond[pixels // size, pixels % size] = 0
@@ -201,21 +203,24 @@ def _to_cosines(values: Float32, pixels: NDArray[np.int32], size: int) -> NDArra
 
 
 def _from_cosines(values: NDArray[np.int16], pixels: NDArray[np.int32], size: int) -> Float32:
-    """Undo `_to_cosines`."""
+    """Invert `_to_cosines`."""
     square, place = _squares_of(pixels, size)
     whole = np.tensordot(_COSINES, values.astype(np.float32), (0, -3))
     return np.ascontiguousarray(np.moveaxis(whole, 0, -3)[..., place, square, :])
 
 
 def _squares_of(pixels: NDArray[np.int32], size: int) -> tuple[Indices, Indices]:
-    """Number of the square that each pixel is in, row by row, and its place in it."""
+    """Return the number of each pixel's square, row by row, and the position in it."""
     (rows, down), (columns, right) = (np.divmod(each, _BLOCK) for each in np.divmod(pixels, size))
     square = np.unique(rows * (size // _BLOCK + 1) + columns, return_inverse=True)[1]
     return square, down * _BLOCK + right
 
 
 def _cosines() -> Float32:
-    """(25, 25) the discrete cosine transform of a square, orthonormal: waves by places."""
+    """Return the discrete cosine transform of a square, (25, 25), orthonormal.
+
+    Rows are waves, columns are positions.
+    """
     order, place = np.mgrid[:_BLOCK, :_BLOCK]
     waves = np.cos(np.pi * (place + 0.5) * order / _BLOCK) * np.sqrt(2 / _BLOCK)
     waves[0] *= np.sqrt(0.5)
@@ -242,7 +247,7 @@ def save_views(
     Args:
         front: The head's own transport.
         texel_basis: (R, H * W) float32. Each function even or odd.
-        parts: By yaw, deg, of `pack_view`.
+        parts: By yaw, deg, as returned by `pack_view`.
     """
     largest = np.abs(texel_basis).max(axis=1)
     rows = np.round(texel_basis * (_TEXEL_STEPS / largest)[:, None]).astype(np.int16)
@@ -269,11 +274,11 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
     """Load the views of a head.
 
     Args:
-        digest, shape: Of the same head's own transport.
+        digest, shape: Those of the same head's transport.
 
     Raises:
-        TransportError: If the file is missing, damaged, made by a newer version, or of another
-            head.
+        TransportError: If the file is missing, damaged, made by a newer version, or belongs to
+            another head.
     """
     facts, arrays = read_sealed(
         path, tr("file of views"), _AGAIN, VIEWS_VERSION, most=_MOST_BYTES, restore=_restore
@@ -339,13 +344,13 @@ _IN_TWO_BYTES: Final = ("grey", "tints", "positions", "functions")
 
 
 def _store(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Differences from neighbour to neighbour, bytes of a kind side by side."""
+    """Store differences between neighbours, with bytes of equal significance side by side."""
     contents = dict(arrays)
     for name, values in arrays.items():
         if name.startswith(_STEP_KEYS):
             axis = 0 if name.startswith("positions") else -1
             values = np.diff(values, axis=axis, prepend=values.dtype.type(0))
-        if values.dtype == np.int16:  # small numbers of either sign, in two bytes
+        if values.dtype == np.int16:  # small signed numbers, in two bytes
             folded = ((values << 1) ^ (values >> 15)).view(np.uint16)
             values = np.stack([folded & 255, folded >> 8]).astype(np.uint8)
         contents[name] = values
@@ -353,7 +358,7 @@ def _store(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 
 
 def _restore(_facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Undo `_store`."""
+    """Invert `_store`."""
     arrays = dict(contents)
     for name, values in contents.items():
         if name.startswith(_IN_TWO_BYTES):

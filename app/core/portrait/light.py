@@ -1,6 +1,6 @@
 """Light of a place for a portrait: soft light, lamps with sharp shadows, sheen.
 
-Everything here is worked out once for a place. A turn only shifts columns.
+Everything here is computed once for a place. A turn only shifts columns.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ from app.core.measure.finish.lights import components
 from app.core.styles.styles import StyleLamp
 
 ROWS: Final = 24
-"""Of the soft light's grid; its columns become fewer toward the poles."""
+"""Rows of the soft light's grid; its columns become fewer toward the poles."""
 COLUMNS: Final = 48
 _LEAST_COLUMNS: Final = 6
 _FINE: Final = (128, 256)
 _BRIGHT: Final = 6.0
-"""A lamp is so many times brighter than the sky is on average,"""
+"""Least brightness of a lamp, relative to the mean of the sky,"""
 _SHARE: Final = 0.01
-"""sends this share of all light,"""
+"""least share of all light,"""
 _LARGEST: Final = np.pi * math.radians(6.0) ** 2
-"""and is no larger than 6 deg in radius; larger ones have soft edges on a face in any case."""
+"""and largest size, 6 deg in radius; larger ones have soft edges on a face anyway."""
 _WIDEST: Final = math.radians(11.0)
-"""Radius of a studio's lamp up to which nodes know how much of it they see."""
+"""Radius of a studio's lamp up to which nodes know its visible share."""
 _LEAST_RADIUS: Final = 0.0046
 SHARP: Final = 8
-"""Lamps that cast sharp shadows; what more there are is part of the soft light."""
+"""Number of lamps with sharp shadows; further ones are part of the soft light."""
 GLINTS: Final = 4
-"""Lamps that skin mirrors one by one."""
+"""Number of lamps that skin reflects individually."""
 ROUGHNESS: Final = 0.3
 _BLURS: Final = (ROUGHNESS / 2, ROUGHNESS)
-"""Of sheen: seen aslant a lobe is narrower than from straight above."""
+"""Roughness of the sheen: at grazing angles a lobe is narrower than from straight above."""
 _CORNEA: Final = 0.04
-"""Roughness of the tear film, and as much as a pixel of the small, strongly bent cornea sees."""
+"""Roughness of the tear film, including the angle covered by a pixel of the curved cornea."""
 SHEEN: Final = (64, 128)
-"""Rows and columns of the light as skin's sheen blurs it."""
+"""Rows and columns of the light blurred by the skin's sheen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +69,13 @@ class PortraitLight:
 
     Attributes:
         rows: (ROWS, w + 1, 3) float32. Light of the grid's rows without the first `SHARP` lamps,
-            summed up along the azimuth, per steradian.
+            cumulative along the azimuth, per steradian.
         lamps: The brightest first.
-        sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps as skin blurs it,
-            aslant and from straight above; with a column of the other end at each side.
-        panorama: (h, w + 2, 3) float32. The light as eyes mirror it, lamps and all; so wrapped.
+        sheen: (h, w + 2, 6) float32. The light without the first `GLINTS` lamps, blurred by skin,
+            at grazing angles and from straight above; padded with a column of the opposite end on
+            each side.
+        panorama: (h, w + 2, 3) float32. The light for reflections in the eyes, including lamps;
+            padded in the same way.
     """
 
     rows: Float32 = field(repr=False)
@@ -113,7 +115,7 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
     kept_lamps, rest = [], np.zeros((*_FINE, 3), np.float32)
     for lamp in lamps:
         radius = max(math.radians(lamp.diameter_deg / 2), _LEAST_RADIUS)
-        # A style's azimuth runs toward the sitter's left, a panorama's the other way.
+        # A style's azimuth increases toward the sitter's left, a panorama's toward the right.
         at = math.radians(-lamp.azimuth_deg), math.radians(lamp.elevation_deg)
         one = Lamp(*at, radius, np.full(3, lamp.power, np.float32))
         if radius <= _WIDEST:
@@ -127,7 +129,7 @@ def lamps_light(lamps: Iterable[StyleLamp]) -> PortraitLight:
 
 
 def _lay(panorama: Float32, lamp: Lamp) -> None:
-    """Lay a lamp's disc into a panorama, for eyes to mirror; one texel at least."""
+    """Draw a lamp's disc into a panorama, for reflections in the eyes; one texel at least."""
     rows, columns = panorama.shape[:2]
     up = (np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi)[:, None]
     round_ = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi - lamp.azimuth
@@ -139,7 +141,7 @@ def _lay(panorama: Float32, lamp: Lamp) -> None:
 
 @lru_cache(maxsize=1)
 def grid() -> tuple[Float64, Float64, Float64, Float64]:
-    """The soft light's directions: row, azimuth and width of azimuth (radians), and solid angle."""
+    """Return the soft light's directions: row, azimuth and its width (radians), and solid angle."""
     edges = np.pi / 2 - np.arange(ROWS + 1) * np.pi / ROWS
     counts = [
         max(_LEAST_COLUMNS, 2 * round(COLUMNS / 2 * math.cos((a + b) / 2)))
@@ -154,7 +156,7 @@ def grid() -> tuple[Float64, Float64, Float64, Float64]:
 
 @lru_cache(maxsize=1)
 def mirrored_cells() -> Indices:
-    """Position of each cell's mirror image."""
+    """Return the index of each cell's mirror image."""
     row, azimuth, _, _ = grid()
     return np.lexsort((-azimuth, row))
 
@@ -191,9 +193,9 @@ def _solid_angles(rows: int, columns: int) -> Float64:
 
 
 def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
-    """Find the lamps of a panorama and where they are in it, the brightest first.
+    """Find the lamps of a panorama and their positions, the brightest first.
 
-    From the brightest down, so that the sun is found in its own glow.
+    From the brightest down, so that the sun is found inside its own glow.
     """
     solid = _solid_angles(*fine.shape[:2])
     lamps: list[tuple[Lamp, Bools]] = []
@@ -206,7 +208,7 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
         wider, _ = components(grey > level / 4)
         shares = np.bincount(label.ravel(), (grey * solid).ravel(), count + 1) / total
         sizes = np.bincount(wider.ravel(), solid.ravel())
-        # A spot with too little light is no lamp with its soft edge either.
+        # A spot with too little light is not a lamp even with its soft edge.
         for number in np.flatnonzero(shares[1:] >= _SHARE / 2) + 1:
             spot = label == number
             around = int(wider[spot].max())
@@ -221,7 +223,7 @@ def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
 
 
 def _lamp(whole: Float32, where: Bools) -> Lamp:
-    # In the panorama itself: half a degree is much in grazing light.
+    # In the panorama itself: half a degree matters in grazing light.
     fine = whole if whole.shape[0] > where.shape[0] else _resized(whole, _FINE)
     rows, columns = fine.shape[:2]
     grown = cv2.resize(where.view(np.uint8), (columns, rows), interpolation=cv2.INTER_NEAREST)
@@ -266,20 +268,20 @@ def _summed_rows(rest: Float32) -> Float32:
 
 
 def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
-    """Blur a panorama by the lobe in which a rough surface mirrors it.
+    """Blur a panorama by the lobe of a rough surface's reflection.
 
     The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
     Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets or, with long tails, GGX.
     """
     spectrum = np.fft.rfft(_resized(rest, SHEEN), axis=1)
     mixed = np.einsum("mij,jmc->imc", _lobe(roughness, tails), spectrum)
-    # Rounding alone would leave a little less than nothing.
+    # Rounding alone would make some values slightly negative.
     return np.maximum(np.fft.irfft(mixed, SHEEN[1], axis=1), 0).astype(np.float32)
 
 
 @lru_cache(maxsize=4)
 def _lobe(roughness: float, tails: bool) -> Float64:
-    """(M, rows, rows): how rows of a panorama mix into each other, by azimuth frequency."""
+    """Return the mixing of a panorama's rows by azimuth frequency, (M, rows, rows)."""
     rows, columns = SHEEN
     up = np.pi / 2 - (np.arange(rows) + 0.5) * np.pi / rows
     apart = np.arange(columns) * 2 * np.pi / columns

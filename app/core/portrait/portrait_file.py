@@ -1,4 +1,4 @@
-"""Heads, skins and hair for portraits, as `scenes/portraits/files.py` packs them; checked."""
+"""Load and check heads, skins and hair for portraits, packed by `scenes/portraits/files.py`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _MOST_BYTES: Final = 1 << 27
 _MOST_NODES: Final = 1 << 15
 _MOST_SIDE: Final = 2048
 UNIT_ARRAYS: Final = ("normals", "view", "way", "glass_way")
-"""Unit vectors, stored as 16 bits of each part."""
+"""Unit vectors, stored with 16 bits per component."""
 HALF_ARRAYS: Final = ("gain", "glass_gain")
 COARSE_ARRAYS: Final = ("albedo", "detail")
 """Stored in steps of 1/128."""
@@ -43,7 +43,7 @@ HEAD_ARRAYS: Final = (
 )
 HAIRS: Final = ("short", "long")
 PLAIN: Final = "plain"
-ROOT_STEPS: Final = 63  # steps of the root of a basis function, either way
+ROOT_STEPS: Final = 63  # steps of the square root of a basis function, for either sign
 HAIR_ARRAYS: Final = ("pixel", "cover", "colour", "basis", "cells", "gain", "glass_gain", "shade")
 
 
@@ -58,8 +58,8 @@ def load_portrait(
 
     Args:
         hair: One of `HAIRS`, or `PLAIN`.
-        yaw_deg: How far the face is turned toward the sitter's left, one of the yaws that views
-            are baked at, either way.
+        yaw_deg: Turn of the face toward the sitter's left; one of the yaws of the baked views, with
+            either sign.
 
     Returns:
         None if no portrait of this head and skin ships.
@@ -101,7 +101,7 @@ def _seen_aside(
 
 @lru_cache(maxsize=1)
 def _aside(head: str, skin: str, hair: str) -> tuple[Any, Any, dict[str, NDArray[Any]]]:
-    """What all views of a head have in common: nodes and skin, cameras, and what the files hold."""
+    """Return the shared data of all views of a head: nodes and skin, cameras, and file contents."""
     front = _straight(head, skin, hair)
     assert front is not None
     facts, arrays = _read(_file(head, "aside"))
@@ -142,7 +142,7 @@ def _load_head(path: Path) -> PortraitHead:
 
 
 def _visible_nodes(nodes: SkinNodes, values: dict[str, Any]) -> SeenNodes:
-    """The first of all nodes; takes what it needs out of `values`."""
+    """Return the first of all nodes, removing their data from `values`."""
     view, gain, way = (values.pop(name) for name in SEEN_ARRAYS)
     count, even = len(view), np.ones((len(view), 3), np.float32)
     normals, eye = nodes.normals[:count], nodes.eye[:count]
@@ -204,7 +204,7 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
 
 
 def _hair(arrays: dict[str, NDArray[Any]], head: PortraitHead) -> Hair:
-    """Hair as it is stored, over a head's picture; ValueError if it does not fit."""
+    """Return the stored hair for a head's picture; raise `ValueError` if it does not fit."""
     names = [name for name in HAIR_ARRAYS if name in arrays]
     values: dict[str, Any] = {name: arrays[name].astype(np.float32) for name in names}
     values["shade"] = arrays["shade"]

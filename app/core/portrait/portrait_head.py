@@ -1,8 +1,8 @@
 """Data of a head's large portrait, in a file beside its transport.
 
-Heads are symmetric, so everything is of the left half of the picture. *Nodes* are places on skin
-and eyes where light is worked out; *samples* are places in the picture that are shaded from the
-three nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
+Heads are symmetric, so all data are for the left half of the picture. *Nodes* are points on skin
+and eyes where light is computed; *samples* are points in the picture that are shaded from the three
+nodes around them. Frame: +Y up, +Z out of the face, +X the sitter's left.
 
 From aside the head is the same and the picture is whole: its nodes are those of both halves.
 """
@@ -21,27 +21,27 @@ from app.core.portrait.light import ROWS, Lamp, grid
 
 SKY: Final = (32, 64)
 ROOM: Final = 1.06
-"""Height of the portrait by that of the transport's picture: hair stands above the crown."""
+"""Height of the portrait over that of the transport's picture: hair rises above the crown."""
 CLOSE_ROWS, CLOSE_COLUMNS = 0.85, 0.72
-"""How much of a picture, from above and from its middle, holds the head alone."""
+"""Part of a picture, from the top and around its middle, that contains the head alone."""
 SPREAD: Final = 12.0
-"""What a texel's width (5.6 deg) counts in `SkinNodes.horizon`."""
+"""Value of a texel's width (5.6 deg) in `SkinNodes.horizon`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hair:
-    """Hair, brows, lashes and collar: what they send to the camera, pixel by pixel.
+    """Hair, brows, lashes and collar: their light toward the camera, pixel by pixel.
 
     Attributes:
-        pixel: (Q,) intp. Flat places in the left half.
+        pixel: (Q,) intp. Flat positions in the left half.
         cover: (Q,) float32. Share of each pixel that they cover.
         colour: (Q, 3) float32. Linear Rec. 709 of luminance 1.
         basis: (Q, R) float32. Light of each pixel by basis function, in units of its colour.
-        cells: (R, G, 3) float32. What each cell of `grid`, of radiance 1, counts in each function:
-            hair is yellow through and white on top.
-        shade: (32, 64, N) int8. How much less of the sky nodes see, as `SkinNodes.horizon`.
-        gain, glass_gain: (M,), (G,) float32. As those of the head, with hair in the way; from aside
-            they are not needed.
+        cells: (R, G, 3) float32. Weight of each cell of `grid`, with radiance 1, in each function:
+            hair is yellow in transmission and white on top.
+        shade: (32, 64, N) int8. Reduction of the nodes' sky, as in `SkinNodes.horizon`.
+        gain, glass_gain: (M,), (G,) float32. Those of the head, with hair in the way; not needed
+            from aside.
     """
 
     pixel: Indices = field(repr=False)
@@ -54,7 +54,7 @@ class Hair:
     glass_gain: Float32 = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
 
     def halved(self, half: int) -> Hair:
-        """Average two by two pixels; `half`: columns of the left half."""
+        """Average two by two pixels; `half` is the number of columns of the left half."""
         row, column = np.divmod(self.pixel, half)
         pixel, place = np.unique(row // 2 * (half // 2) + column // 2, return_inverse=True)
 
@@ -68,7 +68,7 @@ class Hair:
         return replace(self, pixel=pixel, cover=cover, colour=colour, basis=mean(self.basis))
 
     def within(self, mask: Bools) -> Hair:
-        """Give what is in some pixels of the left half."""
+        """Return the part in some pixels of the left half."""
         some = mask.flat[self.pixel]
         parts = {name: getattr(self, name)[some] for name in ("pixel", "cover", "colour", "basis")}
         return replace(self, **parts)
@@ -76,15 +76,15 @@ class Hair:
 
 @dataclass(frozen=True, eq=False)
 class SkinNodes:
-    """Places on skin and eyes where light is worked out.
+    """Points on skin and eyes where light is computed.
 
     Attributes:
         normals: (N, 3) float32.
-        horizon: (32, 64, N) int8. How far a direction (texel of a panorama at turn 0) is inside of
-            the sky that a node sees; negative behind the head. `SPREAD` for a texel's width.
+        horizon: (32, 64, N) int8. Distance of a direction (texel of a panorama at turn 0) inside
+            the sky that a node sees; negative if hidden by the head. `SPREAD` for a texel's width.
         eye: (N,) bool. Nodes on the eyes.
         profile: (3,) float32. Light enters skin by profile . (mu, mu^2, mu^3), per steradian.
-        patches: (N, 2) intp. Patch of each node, small and large.
+        patches: (N, 2) intp. Small and large patch of each node.
     """
 
     normals: Float32 = field(repr=False)
@@ -95,7 +95,7 @@ class SkinNodes:
 
     @cached_property
     def soft(self) -> Float32:
-        """(N, G) float32: light that enters each node from each cell of `grid`, of radiance 1."""
+        """Light that enters each node from each cell of `grid` with radiance 1, (N, G) float32."""
         row, azimuth, _, solid = grid()
         elevation = np.arcsin(cell_ways()[:, 1])
         out = np.empty((len(self.normals), len(row)), np.float32)
@@ -108,7 +108,7 @@ class SkinNodes:
         return out
 
     def visibility(self, azimuth: float, elevation: float) -> Float32:
-        """(N,) float32: `horizon` in any direction, radians."""
+        """Interpolate `horizon` in any direction, radians; (N,) float32."""
         column = (azimuth / (2 * np.pi) + 0.5) % 1.0 * SKY[1] - 0.5
         row = min(max((0.5 - elevation / np.pi) * SKY[0] - 0.5, 0.0), SKY[0] - 1.0)
         left, top = int(np.floor(column)), min(int(row), SKY[0] - 2)
@@ -121,15 +121,15 @@ class SkinNodes:
         return np.asarray(upper * (1 - down) + lower * down, np.float32)
 
     def entering(self, mu: NDArray[Any]) -> Float32:
-        """What enters nodes from a direction at cosines `mu`, for radiance 1 over 1 steradian."""
+        """Return the light entering nodes at cosines `mu`, for radiance 1 over 1 steradian."""
         a, b, c = self.profile
         return np.where(self.eye, mu / np.float32(np.pi), mu * (a + mu * (b + mu * c)))
 
     def open_to(self, lamp: Lamp, azimuth: float) -> Float32:
-        """(N,) float32: share of a lamp that each node of the left half sees.
+        """Return the share of a lamp that each node of the left half sees, (N,) float32.
 
         Args:
-            azimuth: Radians, from where the sitter faces.
+            azimuth: Radians, from the sitter's facing.
         """
         wide = np.float32(max(2 * lamp.radius / (np.pi / SKY[0]) * SPREAD, 1.0))
         return np.asarray(np.clip(0.5 + self.visibility(azimuth, lamp.elevation) / wide, 0, 1))
@@ -141,7 +141,7 @@ class SkinNodes:
 
     @cached_property
     def patch_shares(self) -> tuple[tuple[Indices, Indices, Float32], ...]:
-        """For small and large patches: nodes by patch, where each begins, and one over its size."""
+        """For small and large patches: nodes by patch, start of each, and one over its size."""
         out = []
         for label in self.patches.T:
             order = np.argsort(label, kind="stable")
@@ -156,14 +156,13 @@ class SeenNodes:
     """The nodes that samples need, as the camera sees them.
 
     Attributes:
-        index: (M,) intp. Which of all nodes they are; from aside, of all and all mirrored.
+        index: (M,) intp. Indices into all nodes; from aside, into all and all mirrored ones.
         normals: (M, 3) float32.
         view: (M, 3) float32. Unit vector to the camera.
-        gain, way: (M,), (M, 3) float32. How much of even light the surface mirrors into the camera,
-            and from where.
+        gain, way: (M,), (M, 3) float32. Share of even light that the surface reflects into the
+            camera, and its direction.
         eye: (M,) bool. Nodes on the eyes.
-        passes: (M, 3) float32. How much more of the skin's light comes out toward this camera than
-            toward that of the bake.
+        passes: (M, 3) float32. Skin's light toward this camera over that toward the bake's camera.
     """
 
     index: Indices = field(repr=False)
@@ -180,20 +179,21 @@ class SeenNodes:
         return np.asarray((self.normals * self.view).sum(axis=1))
 
     def only(self, some: Indices) -> SeenNodes:
-        """Give some of them."""
+        """Return some of them."""
         return SeenNodes(*(getattr(self, one.name)[some] for one in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wide:
-    """A head's samples as shading runs over them: six floats each, of both halves.
+    """A head's samples in the layout for shading: six floats each, for both halves.
 
-    From aside it is three floats, and one place for two.
+    From aside it is three floats, and a single position.
 
     Attributes:
-        corners, weights: (3, S), (3, S, 6). Nodes around each sample, and what they count.
-        albedo, detail: (S, 6) float32. As those of the head.
-        single, four: (2, n) intp. Flat places in the picture, of pixels of one and four samples.
+        corners, weights: (3, S), (3, S, 6). Nodes around each sample, and their weights.
+        albedo, detail: (S, 6) float32. Those of the head.
+        single, four: (2, n) intp. Flat positions in the picture of pixels with one and four
+            samples.
     """
 
     corners: Indices = field(repr=False)
@@ -210,14 +210,14 @@ class PortraitHead:
 
     Attributes:
         inside, edge: (rows, half) bool. Pixels of one and of four samples, in this order.
-        three, weights: (S, 3). Seen nodes around each sample, and what they count.
-        albedo: (S, 3) float32. Colour of each sample by that of the skin.
-        detail: (S,) float32. How much more than its nodes a sample mirrors: pores and lips.
+        three, weights: (S, 3). Visible nodes around each sample, and their weights.
+        albedo: (S, 3) float32. Colour of each sample relative to that of the skin.
+        detail: (S,) float32. Reflection of a sample relative to its nodes': pores and lips.
         glass: (G,) intp. Samples on the eyes.
-        glass_gain, glass_way: (G,), (G, 3) float32. What they mirror, as `SkinNodes.gain`.
+        glass_gain, glass_way: (G,), (G, 3) float32. Their reflection, as in `SeenNodes.gain`.
         hair: None for a bald head without details.
-        yaw_deg: How far the face is turned toward the sitter's left. If it is not 0, "half" is the
-            whole picture, and below 0 everything is mirrored, light and picture.
+        yaw_deg: Turn of the face toward the sitter's left. If it is not 0, "half" is the whole
+            picture, and below 0 everything is mirrored, light and picture.
     """
 
     nodes: SkinNodes = field(repr=False)
@@ -236,28 +236,28 @@ class PortraitHead:
 
     @property
     def halves(self) -> tuple[int, ...]:
-        """Halves of the picture that the samples are of: 1 as the light is, -1 mirrored."""
+        """Halves of the picture that the samples represent: 1 as the light is, -1 mirrored."""
         return (1, -1) if not self.yaw_deg else (1,) if self.yaw_deg > 0 else (-1,)
 
     @cached_property
     def lit_nodes(self) -> tuple[Indices, Indices]:
-        """Nodes of one half whose skin is seen, (L,), and where in 2 L each seen node is, (M,)."""
+        """Nodes of one half with visible skin, (L,), and each visible node's index in 2 L, (M,)."""
         half, node = np.divmod(self.visible.index, len(self.nodes.normals))
         node_ids, row = np.unique(node, return_inverse=True)
         return node_ids, row + half * len(node_ids)
 
     def dressed(self, hair: Hair) -> PortraitHead:
-        """Give the head with hair."""
+        """Return the head with hair."""
         nodes = replace(self.nodes, horizon=self.nodes.horizon + hair.shade)
         visible = replace(self.visible, gain=np.where(self.visible.eye, np.float32(0), hair.gain))
-        # What is in the nodes now is not kept twice; a part of an array would keep all of it.
+        # The shade is already in the nodes and not kept twice; a view would keep the whole array.
         dressed_hair = replace(hair, shade=hair.shade[:0].copy())
         return replace(
             self, hair=dressed_hair, nodes=nodes, visible=visible, glass_gain=hair.glass_gain
         )
 
     def plain(self) -> PortraitHead:
-        """Give the head bald, of one colour, without pores."""
+        """Return the head bald, in one colour, without pores."""
         return replace(self, albedo=np.ones_like(self.albedo), detail=np.ones_like(self.detail))
 
     @property
@@ -267,7 +267,7 @@ class PortraitHead:
 
     @cached_property
     def halved(self) -> PortraitHead:
-        """The head for pictures of half the size: every second pixel; so it is from aside."""
+        """Return the head for pictures of half the size: every second pixel, as from aside."""
         if self.yaw_deg:
             return self
         hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])
@@ -286,7 +286,7 @@ class PortraitHead:
 
     @cached_property
     def _first(self) -> Indices:
-        """(rows, half) intp: number of the first sample of each pixel."""
+        """Number of the first sample of each pixel, (rows, half) intp."""
         single = int(self.inside.sum())
         first = np.zeros(self.inside.shape, np.intp)
         first[self.inside] = np.arange(single)
@@ -294,7 +294,7 @@ class PortraitHead:
         return first
 
     def _of(self, inside: Bools, edge: Bools, first: Indices) -> PortraitHead:
-        """Some of its pixels alone, and of the nodes those that they need; `first` as `_first`."""
+        """Return some of its pixels, with the nodes that they need; `first` as in `_first`."""
         four = first[edge][:, None] + np.arange(4)
         samples = np.concatenate([first[inside], four.ravel()])
         place = np.full(len(self.three), -1)
@@ -317,7 +317,7 @@ class PortraitHead:
 
     @cached_property
     def wide(self) -> Wide:
-        """The arrays that shading runs over."""
+        """The arrays in the layout for shading."""
         wide = 3 * len(self.halves)
         places = (self._both(np.flatnonzero(where)) for where in (self.inside, self.edge))
         return Wide(
@@ -330,17 +330,17 @@ class PortraitHead:
 
     @cached_property
     def combed(self) -> tuple[Indices, Float32, Float32]:
-        """Of hair: flat places in the picture, (2, Q), what it leaves, (Q, 3), colour, (Q, 6)."""
+        """Hair: flat positions in the picture, (2, Q), transmittance, (Q, 3), colour, (Q, 6)."""
         assert self.hair is not None
         keep = 1 - self.hair.cover
         if self.yaw_deg:
-            # What hair leaves of a pixel at the face's edge is the face, before the place behind.
+            # At the face's edge, the hair's remainder of a pixel is the face, then the background.
             keep = keep / np.maximum(self._bald.flat[self.hair.pixel], keep + np.float32(1e-6))
         keep = np.repeat(keep[:, None], 3, axis=1)
         return self._both(self.hair.pixel), keep, np.tile(self.hair.colour, len(self.halves))
 
     def _both(self, left: Indices) -> Indices:
-        """Flat places in the picture of some in the left half, and of their mirror images."""
+        """Return flat positions in the picture for the left half, and for their mirror images."""
         columns = self.shape[1]
         row, column = np.divmod(left, self.inside.shape[1])
         places = [column if side > 0 else columns - 1 - column for side in self.halves]
@@ -348,13 +348,13 @@ class PortraitHead:
 
     @cached_property
     def pixels(self) -> Indices:
-        """(S,) flat place of each sample in the left half."""
+        """Flat position of each sample in the left half, (S,)."""
         edge = np.repeat(np.flatnonzero(self.edge), 4)
         return np.concatenate([np.flatnonzero(self.inside), edge])
 
     @cached_property
     def _bald(self) -> Float32:
-        """(rows, half) float32: share of each pixel that shows the head or would without hair."""
+        """Share of each pixel that shows the head, or would without hair, (rows, half) float32."""
         coverage: Float32 = np.asarray(self.weights.any(axis=1), np.float32)
         left = np.zeros(self.inside.shape, np.float32)
         single = int(self.inside.sum())
@@ -364,7 +364,7 @@ class PortraitHead:
 
     @cached_property
     def coverage(self) -> Float32:
-        """(rows, columns) float32: share of each pixel that shows the head."""
+        """Share of each pixel that shows the head, (rows, columns) float32."""
         left = self._bald.copy()
         if self.hair is not None:
             bald, hair = left.flat[self.hair.pixel], self.hair.cover
@@ -374,7 +374,7 @@ class PortraitHead:
 
 
 def directions(azimuth: Float64, elevation: Float64) -> Float32:
-    """Unit vectors, (n, 3) float32, of directions in the frame of the sitter; radians."""
+    """Return unit vectors, (n, 3) float32, of directions in the sitter's frame; radians."""
     level = np.cos(elevation)
     parts = [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level]
     return np.stack(parts, axis=-1).astype(np.float32)
@@ -382,19 +382,19 @@ def directions(azimuth: Float64, elevation: Float64) -> Float32:
 
 @lru_cache(maxsize=1)
 def cell_ways() -> Float32:
-    """Unit vector to the middle of each cell of the soft light, (G, 3) float32."""
+    """Return the unit vector to the middle of each cell of the soft light, (G, 3) float32."""
     row, azimuth, _, _ = grid()
     return directions(azimuth, np.pi / 2 - (row + 0.5) * np.pi / ROWS)
 
 
 @dataclass(frozen=True, eq=False)
 class PortraitSkin:
-    """How a skin carries light from where it enters to where it is seen.
+    """Transport of light inside skin, from its entry to its exit.
 
     Attributes:
-        source: (K, M) intp. Of each shown node: nodes, then small patches, then large ones, all of
-            the left half, then all of the right.
-        share: (K, M, 3) float32. How much of the light that enters there comes out here.
+        source: (K, M) intp. Sources of each visible node: nodes, then small patches, then large
+            ones, all of the left half, then all of the right.
+        share: (K, M, 3) float32. Share of the light entering there that leaves here.
     """
 
     source: Indices = field(repr=False)
@@ -402,11 +402,11 @@ class PortraitSkin:
 
     @cached_property
     def shares(self) -> Float32:
-        """(K, M, 6) float32: `share` for both halves."""
+        """`share` for both halves, (K, M, 6) float32."""
         return np.concatenate([self.share, self.share], axis=2)
 
     def fits(self, nodes: SkinNodes, visible_count: int) -> bool:
-        """Whether it says what so many nodes send to the camera of the light that enters all."""
+        """Return whether it is valid for that number of visible nodes and all nodes."""
         return (
             self.share.shape == (*self.source.shape, 3)
             and self.source.shape[1] == visible_count
@@ -414,7 +414,7 @@ class PortraitSkin:
         )
 
     def only(self, head: PortraitHead) -> PortraitSkin:
-        """Give what the nodes need that a picture of a head shows."""
+        """Return the part for the nodes that a head's picture shows."""
         if len(head.lit_nodes[0]) == self.source.shape[1]:
             return self
         return _part(self, head)
@@ -422,6 +422,6 @@ class PortraitSkin:
 
 @lru_cache(maxsize=4)
 def _part(skin: PortraitSkin, head: PortraitHead) -> PortraitSkin:
-    # By `take`: an index would leave them in an order in memory that is slow to go through.
+    # With `take`: an index would leave them in a slow memory order.
     source = np.take(skin.source, head.lit_nodes[0], axis=1)
     return PortraitSkin(source, np.take(skin.share, head.lit_nodes[0], axis=1))

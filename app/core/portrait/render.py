@@ -25,7 +25,7 @@ from app.core.styles.style_pack import load_named_pack
 from app.core.text import tr
 
 HEIGHTS: Final = (64, 2048)
-"""Least and greatest height of a portrait, pixels."""
+"""Smallest and largest height of a portrait, pixels."""
 
 _ASPECT: Final = 0.8
 
@@ -37,7 +37,7 @@ class HeadPicture:
     Attributes:
         linear: (H, W, 3) float32. Linear Rec. 709, in the unit of the environment.
         gain: Factor that exposes the face as a photographer would.
-        yaw_deg: Yaw of the view that was rendered, positive toward the sitter's own left.
+        yaw_deg: Yaw of the rendered view, positive toward the sitter's own left.
         catchlights: Reflections in the eyes; empty for the small picture.
     """
 
@@ -48,7 +48,7 @@ class HeadPicture:
 
     @property
     def srgb(self) -> Bytes:
-        """(H, W, 3) uint8. The picture exposed and tone mapped for the screen, sRGB."""
+        """Return the picture exposed and tone mapped for the screen, (H, W, 3) uint8 sRGB."""
         return colour.to_bytes(colour.tone_map(self.linear, self.gain))
 
 
@@ -70,7 +70,7 @@ def render_head(
         yaw_deg: Turn of the face toward the sitter's own left; the nearest baked view is used.
         height: Height of a portrait in pixels, 64 to 2048; None for the small picture of the
             transport, on black.
-        plain: Of a portrait: bald, in one colour, on black.
+        plain: Draw a portrait bald, in one colour, on black.
 
     Raises:
         TransportError: If the head cannot be read.
@@ -97,7 +97,7 @@ def render_head(
 
 
 def check_height(height: int | None) -> None:
-    """Refuse a portrait that is too small or too large; raises `CoreError`."""
+    """Raise `CoreError` for a portrait that is too small or too large."""
     if height is not None and not HEIGHTS[0] <= height <= HEIGHTS[1]:
         raise CoreError(
             tr(

@@ -1,9 +1,8 @@
 """Portraits of heads turned aside.
 
-What lights the skin does not depend on the camera: nodes are those of the head, and some more that
-only views from aside show. Where they are in a picture, how they mirror and how much of the skin's
-light comes out toward the camera is worked out here; a file holds which of them each sample lies
-between, and its colour.
+The light on the skin does not depend on the camera: nodes are those of the head, and some more that
+only views from aside show. Their positions in a picture, their reflections and the skin's light
+toward the camera are computed here; a file stores the nodes around each sample, and its colour.
 """
 
 from __future__ import annotations
@@ -32,35 +31,36 @@ Arrays: TypeAlias = "Mapping[str, NDArray[Any]]"
 SIDE: Final = 320
 """Rows and columns of a picture from aside."""
 PLACE_STEP: Final = 1e-4
-"""In which positions are stored, scene units; their height is that above the camera."""
+"""Step of stored positions, scene units; their height is relative to the camera."""
 COLOUR_STEPS: Final = 128
 SOME: Final = ((0.125, 0.375), (0.375, 0.875), (0.625, 0.125), (0.875, 0.625))
-"""Rows and columns in a pixel at an edge that its four samples are at."""
+"""Rows and columns of the four samples inside a pixel at an edge."""
 _LEAVING: Final = {"dark": (0.05, -0.02, -0.08)}
 _LEAVING_USUAL: Final = (0.25, 0.12, 0.02)
-"""How much less of its red, green and blue light skin sends out along itself than straight up,"""
+"""Reduction of the skin's red, green and blue light at grazing angles, relative to straight up,"""
 _DIMMED: Final = 0.65
-"""and the cosine from which on it does so."""
-_FLAT: Final = 1e-9  # area of a triangle that is none, pixels
-_FACETS: Final = 7  # along each axis, in which a rough surface is looked at
+"""and the cosine below which it begins."""
+_FLAT: Final = 1e-9  # area of a degenerate triangle, pixels
+_FACETS: Final = 7  # along each axis, to integrate a rough surface
 _SMOOTH: Final = 0.04  # roughness of the tear film
-_TEARS: Final = 0.9  # of what skin mirrors, by their index of 1.376
+_TEARS: Final = 0.9  # relative to skin's reflection, from their index of 1.376
 _FREE: Final = 0.75  # of the sky at a horizon's edge: lobes reach up from there
-_LEAST: Final = 0.05  # cosine: beyond it a surface is seen by its edge
+_LEAST: Final = 0.05  # cosine: below it a surface is seen edge-on
 _MIRROR: Final = np.array([-1, 1, 1], np.float32)
 
 
 def with_aside(
     front: PortraitHead, tone: PortraitSkin, arrays: Arrays, more: PortraitSkin
 ) -> tuple[SkinNodes, PortraitSkin, Float32]:
-    """All nodes of a head: those of the front, those that only views show, hidden ones.
+    """Return all nodes of a head: those of the front, those that only views show, hidden ones.
 
     Args:
-        arrays: Of files; "shade": how much less of the sky nodes see than in front's own hair.
-        more: Of nodes of the front that are followed again, and of new ones.
+        arrays: Arrays of the files; "shade": sky hidden from nodes, relative to the front's own
+            hair.
+        more: Skin of the front's nodes that are traced again, and of new ones.
 
     Returns:
-        Nodes, what skin is between them, and the cosines at which it was followed, (M,) float32.
+        Nodes, the skin between them, and the cosines at which it was traced, (M,) float32.
     """
     old, again, visible_count = front.nodes, arrays["again"], len(front.visible.index)
     count, other_count = len(old.normals), len(arrays["straight"]) - len(again)
@@ -112,8 +112,11 @@ def seen_from(
     """Return one view of a head turned aside.
 
     Args:
-        frame: "origin", scene units, "top" and "step", slopes: where the camera is, and its pixels.
-        yaw_deg: Of the view, or as much to the other side.
+        straight: (M,). Cosines from `with_aside`.
+        frame: "origin", scene units, and "top" and "step", slopes: position of the camera and its
+            pixels.
+        yaw_deg: Yaw of the view; negative for its mirror image.
+        skin: Name of the skin tone.
     """
     inside, edge = np.unpackbits(arrays["pixels"], axis=-1, count=SIDE).astype(bool)
     triangles = np.cumsum(arrays["triangles"], axis=0, dtype=np.int16).view(np.uint16)
@@ -140,7 +143,7 @@ def seen_from(
     round_ /= np.linalg.norm(round_, axis=1, keepdims=True)
     shine, back = mirrored(nodes, index[three[glass, 0]], round_, view[three[glass, 0]], _SMOOTH)
     passes = np.where(eye[:, None], 1, _leaving(cosine, skin) / _leaving(straight[node], skin))
-    # Seen by its edge a surface would mirror a lamp without end: neither such skin nor eyes do.
+    # Edge-on, a surface would reflect a lamp without limit: such skin and eyes do not reflect.
     dull = eye | (cosine < _LEAST)
     visible_nodes = SeenNodes(index, normal, view, np.where(eye, 0, gain), way, dull, passes)
     samples = inside, edge, three, weights, albedo, pores, glass, shine * np.float32(_TEARS), back
@@ -148,7 +151,7 @@ def seen_from(
 
 
 def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[Any, Any]:
-    """Column and row at which places are seen, pixels; `yaw` in radians."""
+    """Project positions to columns and rows, pixels; `yaw` in radians."""
     x, y, z = (positions - np.asarray(frame["origin"])).T
     away = (x * math.sin(yaw) - z * math.cos(yaw)) * frame["step"]
     right = (x * math.cos(yaw) + z * math.sin(yaw)) / away + SIDE / 2
@@ -156,8 +159,8 @@ def _project(positions: Float32, frame: Mapping[str, Any], yaw: float) -> tuple[
 
 
 def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
-    """What three nodes count for a sample, by where they are from it, (3, S) each."""
-    # The same for nodes that are one: they have no area.
+    """Return the weights of three nodes for a sample, from their offsets, (3, S) each."""
+    # Equal weights for coinciding nodes, which have no area.
     after = np.roll(down, -1, axis=0), np.roll(right, -1, axis=0)
     parts = np.roll(down * after[1] - right * after[0], -1, axis=0).T + _FLAT
     shares = np.clip(parts / parts.sum(axis=1, keepdims=True), 0, 1)
@@ -165,7 +168,10 @@ def _weights(down: NDArray[Any], right: NDArray[Any]) -> Float32:
 
 
 def _leaving(cosine: Float32, skin: str) -> Float32:
-    """How much of its light skin sends out at some angles, (n, 3); little scatters in dark skin."""
+    """Return the share of its light that skin emits at some angles, (n, 3).
+
+    It varies less in dark skin, which scatters little.
+    """
     edge = np.clip(1 - cosine[:, None] / np.float32(_DIMMED), 0, 1)
     return np.asarray(1 - edge**3 * np.array(_LEAVING.get(skin, _LEAVING_USUAL), np.float32))
 
@@ -173,13 +179,17 @@ def _leaving(cosine: Float32, skin: str) -> Float32:
 def mirrored(
     nodes: SkinNodes, index: Indices, normals: Float32, view: Float32, roughness: float
 ) -> tuple[Float32, Float32]:
-    """Share of even light that rough surfaces mirror into the camera, (n,), and from where, (n, 3).
+    """Return the share of even light that rough surfaces reflect to the camera, and its direction.
 
-    Over Beckmann's facets, by their slopes (Gauss and Hermite), as far as nodes see the sky there.
+    Integrated over Beckmann's facets by their slopes (Gauss-Hermite), as far as nodes see the sky
+    there.
 
     Args:
-        index: (n,) intp. Of all nodes and all mirrored ones.
+        index: (n,) intp. Indices into all nodes and all mirrored ones.
         normals, view: (n, 3) float32.
+
+    Returns:
+        (n,) float32, and (n, 3) float32.
     """
     beside = np.cross(normals, np.array([0, 1, 0.01], np.float32))
     beside /= np.linalg.norm(beside, axis=1, keepdims=True)
@@ -206,7 +216,7 @@ def mirrored(
 
 
 def _open(nodes: SkinNodes, index: Indices, ways: Float32) -> Float32:
-    """Share of the sky around a direction each, (n, 3), that nodes of both halves see."""
+    """Return the share of sky around each direction, (n, 3), visible from nodes of both halves."""
     half, node = np.divmod(index, len(nodes.normals))
     azimuth = np.arctan2((2 * half - 1) * ways[:, 0], ways[:, 2])
     column = ((azimuth / (2 * np.pi) + 0.5) * SKY[1]).astype(np.intp) % SKY[1]

@@ -105,7 +105,7 @@ class Ball:
         return replace(self, axis=axis / np.linalg.norm(axis), angle=angle)
 
     def project(self, rays: Float64) -> tuple[Float32, Float32]:
-        """Columns and rows, whole at middles of pixels, of rays (..., 3) in the camera's axes."""
+        """Project rays, (..., 3) in camera axes, to columns and rows; centres are integers."""
         scale = self.focal / np.maximum(rays[..., 2], 1e-6)
         x = rays[..., 0] * scale + (self.shape[1] - 1) / 2.0
         y = (self.shape[0] - 1) / 2.0 - rays[..., 1] * scale

@@ -50,7 +50,11 @@ class PhotoPair:
     points: tuple[Float64, Float64] = field(repr=False)
 
     def rays(self, focals: Float64 | Mapping[int, float]) -> list[Float64]:
-        """Unit vectors in the two cameras' axes, (M, 3) each; (K, M, 3) for focals (N, K, 1)."""
+        """Return unit vectors in both cameras' axes, (M, 3) each.
+
+        Args:
+            focals: Focal lengths by photo, pixels; with (N, K, 1), the results are (K, M, 3).
+        """
         pairs = zip(self.points, self.numbers, strict=True)
         return [unit_rays(points, 1.0 / focals[k]) for points, k in pairs]
 

@@ -29,11 +29,11 @@ def frame_pictures(
     """Return thumbnails of a place's frames.
 
     Args:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 of the merge: where a file is
-            elsewhere, what it must have looked like is made of it.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 of the merge; the picture of a missing file
+            is simulated from it.
 
     Returns:
-        tuple of ((128, w, 3) uint8 or None). SRGB, in the order of `facts.frames`.
+        tuple of ((128, w, 3) uint8 or None). sRGB, in the order of `facts.frames`.
     """
     homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
     level = clip_level([frame.ev for frame in facts.frames])
@@ -53,10 +53,10 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
     """Expose a panorama without tone mapping, like a camera.
 
     Args:
-        radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709.
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709.
 
     Returns:
-        (128, 256, 3) uint8. SRGB.
+        (128, 256, 3) uint8. sRGB.
     """
     small = cv2.resize(radiance, _SIZE, interpolation=cv2.INTER_AREA)
     return np.asarray(to_bytes(srgb_encode(np.clip(small * gain, 0.0, 1.0))), np.uint8)
@@ -65,7 +65,8 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
 def small_picture(path: Path) -> Bytes | None:
     """Read a small copy of a picture.
 
-    Returns (128, w, 3) uint8 or None. SRGB; None where it cannot be read.
+    Returns:
+        (128, w, 3) uint8 sRGB; None if it cannot be read.
     """
     data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
     if data is None:

@@ -1,9 +1,9 @@
 """Save and read the light of a place, exact to the last bit.
 
-A new place's light is rounded to half floats before anything is worked out from it (`storable`), so
-that a third of the room holds it to the last bit. Other light, as of places from before, is kept as
-32-bit OpenEXR. What was written is read back and compared before it gets its name. The name holds
-the first digits of the checksum, so another light never replaces one that is there.
+A new place's light is rounded to half floats before anything is computed from it (`storable`), so
+that a third of the space stores it to the last bit. Other light, such as that of earlier places, is
+saved as 32-bit OpenEXR. A file is read back and compared before it gets its name. The name contains
+the first digits of the checksum, so a new light never replaces an existing one.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from app.core.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 
 _THUMBNAIL_WIDTH: Final = 512
-# Half floats end at 65504, which readers may take for the end of a sensor.
+# Half floats end at 65504, which readers may interpret as sensor clipping.
 _LARGEST: Final = 2.0**15
 _COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
 
@@ -46,7 +46,7 @@ class StoredLight:
 
     environment: str
     fingerprint: str
-    # the small picture; None when it could not be written, which costs nothing but its looks
+    # the small picture; None if it could not be written, which only affects lists
     thumbnail: Path | None
 
 
@@ -61,18 +61,20 @@ def store_environment(
 ) -> StoredLight:
     """Save the light of a place; `read_light` returns it exactly.
 
-    ``place.json`` has to name it afterwards (`write_place`): until then the place has the light
-    it had.
+    ``place.json`` must name it afterwards (`write_place`); until then the place keeps its old
+    light.
 
-    `radiance`: (H, 2 H, 3) float32, linear Rec. 709 relative radiance as
-    `environment.environment.Environment` holds it: finite, not negative, not all 0. It is not
-    changed.
-    `display`: (h, w, 3) uint8, the panorama as sRGB, for the thumbnail; made of the radiance when
-    left out.
-    `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file, as whether it is `rough`.
-    `shares`: what is clipped and not seen, see `app.core.environment.environment.kept_shares`.
-    Raises PlaceError when the radiance is not such an environment, or the disk refuses or gives
-    back something else than was written. Nothing has changed then.
+    Args:
+        radiance: (H, 2 H, 3) float32. Linear Rec. 709 relative radiance as in
+            `environment.environment.Environment`: finite, not negative, not all 0; not changed.
+        display: (h, w, 3) uint8. The panorama as sRGB, for the thumbnail; by default made from the
+            radiance.
+        white_cd_m2: Luminance of radiance 1, cd/m2, stated in the file.
+        rough: Whether much of the light is estimated, stated in the file.
+        shares: Clipped light and gaps, see `app.core.environment.environment.kept_shares`.
+
+    Raises `PlaceError` if the radiance is not such an environment, or the disk fails or returns
+    other data than was written. Nothing has changed then.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -101,15 +103,17 @@ def store_environment(
 def storable(radiance: FloatImage) -> FloatImage:
     """Round radiance to half floats, within 0.05 % of each value.
 
-    `radiance`: (H, W, 3) float32, linear Rec. 709 radiance, finite and not negative. What is
-    darker than 2**-14, 12 stops below a grey wall, is rounded more coarsely.
+    Values below 2**-14, 12 stops below a grey wall, are rounded more coarsely.
+
+    Args:
+        radiance: (H, W, 3) float32. Linear Rec. 709 radiance, finite and not negative.
     """
     scale = 1.0 if 1.0 <= float(radiance.max()) <= _LARGEST else _scale(radiance)
     return _rounded(radiance, scale)
 
 
 def _scale(radiance: FloatImage) -> float:
-    """Find the power of two that leaves the largest value just under `_LARGEST`."""
+    """Return the power of two that brings the largest value just below `_LARGEST`."""
     largest = float(radiance.max())
     exponent = math.ceil(math.log2(largest)) if largest > 0.0 else 0
     return 2.0 ** (exponent - round(math.log2(_LARGEST)))
@@ -117,16 +121,16 @@ def _scale(radiance: FloatImage) -> float:
 
 def _rounded(radiance: FloatImage, scale: float) -> FloatImage:
     factor = np.float32(scale)
-    # Exact but for the rounding to half floats: the factor is a power of two.
+    # Exact except for the rounding to half floats, since the factor is a power of two.
     halves = (radiance / factor).astype(np.float16).astype(np.float32)
     with np.errstate(over="ignore"):
         rounded: FloatImage = halves * factor
-    # The largest float rounded up is none any more.
+    # The largest float, rounded up, would be infinite.
     return np.minimum(rounded, np.finfo(np.float32).max, out=rounded)
 
 
 def _holds(radiance: FloatImage, scale: float) -> bool:
-    """Whether half floats hold every bit of a radiance."""
+    """Return whether half floats store every bit of a radiance."""
     if not np.finfo(np.float32).tiny <= scale or float(radiance.max()) > _LARGEST * scale:
         return False
     wide = np.ascontiguousarray(radiance)
@@ -136,7 +140,8 @@ def _holds(radiance: FloatImage, scale: float) -> bool:
 def fingerprint_of(radiance: FloatImage) -> str:
     """Return the SHA-256 of an environment's size and radiance.
 
-    `radiance`: (H, W, 3) float32, linear Rec. 709 radiance.
+    Args:
+        radiance: (H, W, 3) float32. Linear Rec. 709 radiance.
     """
     little = np.ascontiguousarray(radiance, dtype="<f4")
     total = hashlib.sha256(f"{little.shape}".encode())
@@ -147,10 +152,12 @@ def fingerprint_of(radiance: FloatImage) -> str:
 def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, ...]]:
     """Read the light of a place.
 
-    Returns `remarks`: one when the file is not the one that the results were worked out
-    from: then they have to be worked out again.
-    Raises PlaceError when the place has no light, or its file is missing or damaged; the hint says
-    what can be done about it.
+    Returns:
+        The environment, and remarks. There is one if the file is not the one that the results were
+        computed from; they must then be computed again.
+
+    Raises `PlaceError` if the place has no light, or its file is missing or damaged; the hint says
+    what to do.
     """
     if not place.environment:
         raise PlaceError(
@@ -222,7 +229,7 @@ def _check(radiance: FloatImage) -> None:
                 height=shape[0],
             )
         )
-    # By the extremes: they are NaN where anything is.
+    # From the extremes: they are NaN if any value is.
     least, largest = float(radiance.min()), float(radiance.max())
     if not (least >= 0.0 and 0.0 < largest < np.inf):
         raise PlaceError(tr("The light was not kept: it has negative, infinite or no light in it."))

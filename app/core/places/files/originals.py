@@ -1,6 +1,6 @@
 """Copy the user's files into a place, under portable names.
 
-The files themselves are only ever read. What killed writes left is swept after an hour.
+The files themselves are only read. Remains of interrupted copies are deleted after an hour.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ _OnBytes = Callable[[int], None]
 
 
 LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
-"""What systems leave in folders by themselves."""
+"""Files that operating systems leave in folders."""
 
 STAGING: Final = ".new-"
-"""How the name of a folder begins that is not a place yet."""
+"""Prefix of a folder that is not a place yet."""
 
-# Half-written files: of `atomic_write` (".NAME-xxxxxxxx.END") and of `adopt_files`.
+# Half-written files of `atomic_write` (".NAME-xxxxxxxx.END") and of `adopt_files`.
 _HALF: Final = re.compile(
     r"\.(place|environment|thumbnail|background)-.+\.(json|exr|png|bak|points)"
     r"|\.adopt-[0-9a-z_]+\.part"
 )
 _STEM: Final = re.compile(r"(\d{4})-(\d\d)-(\d\d)-(\d\d)(\d\d)-([a-z0-9-]+)")
-_OLD_S: Final = 3600.0  # no one file is written for an hour
+_OLD_S: Final = 3600.0  # no file takes an hour to write
 _MOST_TRIES: Final = 10_000
 _UNSAFE: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
 _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)
@@ -93,7 +93,7 @@ def safe_file_name(name: str) -> str:
     stem, dot, ending = clean.strip(". ").rpartition(".")
     if not dot:
         stem, ending = ending, ""
-    # 255 bytes are the limit nearly everywhere; a number may still be added.
+    # 255 bytes are the limit almost everywhere, and a number may still be added.
     short = stem.encode()[: 200 - len(ending[:20].encode())].decode("utf-8", "ignore").strip(". ")
     full = f"{short}{dot}{ending[:20]}" if short else ending[:20]
     if _RESERVED.fullmatch(full):
@@ -104,17 +104,18 @@ def safe_file_name(name: str) -> str:
 def publish(half: Path, target: Path) -> bool:
     """Rename a complete file, unless the name is taken.
 
-    False when the name is taken; then nothing has changed.
+    Returns:
+        False if the name is taken; then nothing has changed.
     """
     if os.path.lexists(target):
         return False
     try:
-        # Fails where the name has been taken in between, which renaming would not.
+        # Fails if the name has been taken in the meantime; renaming would not.
         os.link(half, target)
     except FileExistsError:
         return False
     except OSError:
-        # Sticks and cards (exFAT) know no links.
+        # USB sticks and cards (exFAT) have no links.
         os.rename(half, target)
         return True
     half.unlink()
@@ -142,7 +143,7 @@ def _remove(entry: os.DirEntry[str], is_staging: bool) -> None:
 
 
 def _only_named(folder: str) -> bool:
-    """Whether there is nothing but the file that was to say what the place is called."""
+    """Return whether the folder contains only the file with the place's name."""
     return all(name.startswith(("place.json", ".place-")) for name in os.listdir(folder))
 
 
@@ -153,7 +154,7 @@ _MOST_FILES: Final = 200
 _MOST_BYTES: Final = 1 << 31
 _MOST_TOGETHER: Final = 1 << 34
 _CHUNK: Final = 1 << 20
-_SPARE: Final = 64 << 20  # for the environment that is made of them
+_SPARE: Final = 64 << 20  # for the environment made from them
 
 
 def adopt_files(
@@ -161,10 +162,10 @@ def adopt_files(
 ) -> tuple[Path, ...]:
     """Copy files into a place's ``originals``.
 
-    A copy gets its name once it is whole, and never that of another file; a file that is there
-    already with the same content is not copied again.
+    A copy gets its name once it is complete, and never that of another file; a file that already
+    exists with the same content is not copied again.
 
-    Raises PlaceError when a file cannot be read, is too large, changes while it is copied, or the
+    Raises `PlaceError` if a file cannot be read, is too large, changes while it is copied, or the
     disk is full.
     """
     token = token or Token()
@@ -252,7 +253,7 @@ def _adopt(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> Path:
 
 
 def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path, str]:
-    """Copy to a passing name, flushed to the disk; return it with the SHA-256."""
+    """Copy to a temporary name, flushed to disk; return it with the SHA-256."""
     half: Path | None = None
     try:
         handle, name = tempfile.mkstemp(prefix=".adopt-", suffix=".part", dir=target)
@@ -281,7 +282,7 @@ def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path
 
 
 def _pour(source: BinaryIO, out: BinaryIO, size: int, on_bytes: _OnBytes) -> tuple[str, int]:
-    """Copy at most one piece more than `size`; return the SHA-256 and the bytes."""
+    """Copy up to one block more than `size`; return the SHA-256 and the number of bytes."""
     total = hashlib.sha256()
     done = 0
     while done <= size and (chunk := source.read(_CHUNK)):

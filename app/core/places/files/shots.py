@@ -1,11 +1,11 @@
 """The photos taken at a place, and how far each missed the light.
 
-    PLACE/shots.json         one entry for each photograph; only ever replaced as a whole
-    PLACE/shots/originals/   copies of the photographs; the user's own files are only read
+    PLACE/shots.json         one entry for each photo; only ever replaced as a whole
+    PLACE/shots/originals/   copies of the photos; the user's own files are only read
     PLACE/shots/shot-N.jpg   small pictures for the list
 
-A photograph that is removed stays on the disk, marked, so that it can be brought back; when the
-place is next opened it can no longer be undone, and the copy goes.
+A removed photo stays on disk, marked, so that it can be restored; when the place is opened again
+this can no longer be undone, and the copy is deleted.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ _QUALITY: Final = 88
 class Shot:
     """A photo with its verdict.
 
-    Azimuths are in the panorama, so that they stay true when the marker of where the photographer
-    stands is moved.
+    Azimuths are in the panorama, so that they stay true when the marker of the photographer's
+    position is moved.
     """
 
     name: str
@@ -83,22 +83,22 @@ class Shot:
     found: bool
     style: str
     title: str
-    goal_facing_deg: float  # azimuth that the sitter was to face, deg
+    goal_facing_deg: float  # azimuth that the sitter should face, deg
     taken_at: str | None = None
-    # heading_deg, facing_deg: azimuths of the camera's axis, and that the sitter faced; deg
+    # heading_deg, facing_deg: azimuth of the camera's axis, and the sitter's facing; deg
     heading_deg: float | None = None
     facing_deg: float | None = None
-    # the sitter from the axis, deg, positive to the right; None where none was seen
+    # the sitter from the axis, deg, positive to the right; None if no sitter was detected
     sitter_deg: float | None = None
     # fov_deg, focal_mm: horizontal field of view, deg; focal length for a frame of 36 x 24 mm
     fov_deg: float | None = None
     focal_mm: float | None = None
     confidence: float = 0.0  # 0 to 1
     outside_deg: int = 0  # whole degrees from the light; 0 in it
-    # match, best: of 100: at that turn, and of the style there; None where the turn is not known
+    # match, best: 0 to 100: at that turn, and the style's best there; None if the turn is unknown
     match: int | None = None
     best: int | None = None
-    # by_face: whether the light on the face says where it looks, and not the background
+    # by_face: whether the facing comes from the light on the face, not from the background
     by_face: bool = False
     mirrored: bool = False  # whether it was read as a mirror image
     grade: str | None = None  # of the style on the face
@@ -151,7 +151,8 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[Remark, ...]]:
     """Read the photos of a place; damaged entries are skipped.
 
-    Returns `shots`: in the order in which they were added, without those that were removed.
+    Returns:
+        The photos in the order in which they were added, without removed ones; and remarks.
     """
     shots, remarks, _, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), remarks
@@ -189,7 +190,7 @@ def _facts(shot: Shot) -> Facts:
 
 
 def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> None:
-    """Write all of them; what a newer version wrote, and what cannot be read, stays."""
+    """Write all photos; entries of newer versions and unreadable ones are kept."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
             tr("There are more than {most} photos of this place.", most=_MOST_SHOTS),
@@ -217,11 +218,12 @@ def add_shot(
 ) -> Shot:
     """Add a photo to a place.
 
-    The same photograph opened again for the same style takes the place of the one that is there.
+    The same photo opened again for the same style replaces the existing entry.
 
-    `picture`: (H, W, 3) uint8, sRGB, upright, for the list.
-    Raises PlaceError when the photograph cannot be copied or the disk refuses; nothing is listed
-    then.
+    Args:
+        picture: (H, W, 3) uint8. sRGB, upright, for the list.
+
+    Raises `PlaceError` if the photo cannot be copied or the disk fails; nothing is listed then.
     """
     (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
     with writing(folder.parent):
@@ -246,7 +248,7 @@ def _next_key(file_facts: Facts) -> str:
 
 
 def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
-    """Write the small picture; without one the list is less pretty, and that is all."""
+    """Write the small picture; a failure only affects the list's look."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
@@ -269,7 +271,8 @@ def photo_of(folder: Path, shot: Shot) -> Path:
 def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
     """Read the thumbnail of a photo.
 
-    Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.
+    Returns:
+        (h, w, 3) uint8 sRGB; None if there is no readable one.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
     read = read_picture(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
@@ -279,7 +282,7 @@ def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Remove a photo from the list, or restore it.
 
-    Raises PlaceError when it is not there any more, or the disk refuses.
+    Raises `PlaceError` if it no longer exists, or the disk fails.
     """
     with writing(folder.parent):
         shots, _, file_facts, version = _read(folder)
@@ -292,7 +295,8 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 def purge_shots(folder: Path) -> int:
     """Delete removed photos and their copies for good.
 
-    How many. What the disk does not let go of stays.
+    Returns:
+        Number of deleted photos; those that the disk does not delete stay.
     """
     shots, remarks, file_facts, version = _read(folder)
     purge = [shot for shot in shots if shot.removed]
@@ -319,7 +323,7 @@ def keep_film_frames(
 ) -> None:
     """Save the frame of each style that a film offers as a photo of the place.
 
-    What cannot be kept is left out.
+    Frames that cannot be saved are left out.
     """
     with TemporaryDirectory() as work, suppress(CoreError, OSError):
         for result in results:

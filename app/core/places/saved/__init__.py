@@ -1,1 +1,1 @@
-"""How a place keeps remarks and reasons, and how earlier versions did."""
+"""Format of saved remarks and reasons, now and in earlier versions."""

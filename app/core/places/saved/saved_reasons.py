@@ -27,7 +27,7 @@ _NUMBER: Final = number(-1e300, 1e300)
 
 
 def _member_of(kind: type[_Member]) -> Callable[[Any], _Member]:
-    """Check for the value of an enum's member."""
+    """Return the validator for the members of an enum."""
     values: dict[Any, _Member] = {member.value: member for member in kind}
 
     def check(value: Any) -> _Member:

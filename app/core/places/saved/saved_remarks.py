@@ -1,6 +1,6 @@
-"""Remarks as a file keeps them: by the name of their class, with their fields.
+"""Format of saved remarks: the name of their class, with their fields.
 
-Earlier files keep sentences. A remark that a newer Turnlight wrote is passed over.
+Earlier files contain sentences. Remarks of a newer Turnlight are skipped.
 """
 
 from __future__ import annotations
@@ -62,11 +62,11 @@ def _kinds() -> dict[str, type[Remark]]:
 
 
 KINDS: Final = _kinds()
-"""The remarks that a file may hold, by the names of their classes."""
+"""The remarks that a file may contain, by the names of their classes."""
 
 
 def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
-    """Turn remarks into what JSON holds; a plain one into its sentence, cut to fit."""
+    """Convert remarks to JSON data; a plain one to its sentence, cut to fit."""
     return [
         each.sentence[:_LONGEST]
         if isinstance(each, PlainRemark)
@@ -76,7 +76,7 @@ def facts_of(remarks: Sequence[Remark], most: int = _MOST) -> list[Facts | str]:
 
 
 def remarks_of(value: Any) -> tuple[Remark, ...]:
-    """Check for a list of remarks, some of which may be sentences."""
+    """Validate a list of remarks, some of which may be sentences."""
     remarks = listed(_remark, _MOST)(value)
     return tuple(each for each in remarks if each is not None)
 
@@ -104,7 +104,7 @@ def _remark(value: Any) -> Remark | None:
 
 
 def _check_of(hint: Any) -> Check:
-    """Make the check of a field by its type."""
+    """Return the validator of a field for its type."""
     arguments = get_args(hint)
     if get_origin(hint) is Literal:
         return _one_of(dict.fromkeys(arguments))
