@@ -1,4 +1,4 @@
-"""From shapes and surfaces to a Mitsuba scene."""
+"""Build a Mitsuba scene from shapes and surfaces."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def build_place() -> Place:
 
 
 def build_portals() -> Portals:
-    """Find where the hall gets its daylight from, in the world."""
+    """Return the sources of the hall's daylight, in world coordinates."""
     matrix = world_matrix()
     rectangles, strength = [], []
     for corners, bright in hall.openings():
@@ -71,7 +71,7 @@ def build_portals() -> Portals:
 
 
 def _painted(material: str) -> NDArray[np.float32]:
-    """Paint a surface, or read what an earlier run with the same brushes painted."""
+    """Paint a surface, or read the result of an earlier run with the same brushes."""
     folder = Path(__file__).parent
     brushes = b"".join((folder / f"{n}.py").read_bytes() for n in ("noise", "textures", "pictures"))
     key = hashlib.sha256(brushes + material.encode()).hexdigest()[:20]
@@ -93,7 +93,7 @@ def _painted(material: str) -> NDArray[np.float32]:
 
 
 def _tiles(material: str) -> tuple[NDArray[np.float32], tuple[float, float]]:
-    """Picture of a material and the metres that it covers."""
+    """Return the picture of a material, and its size in metres."""
     if material in SURFACES:
         return _painted(material), SURFACES[material].size
     if material in ("art", "spines", "menu"):
@@ -121,7 +121,7 @@ def _glow(material: str) -> NDArray[np.float64]:
 
 
 class World:
-    """The place, ready to be rendered: a Mitsuba scene of one mesh, tables, lights, openings.
+    """The place, ready for rendering: a Mitsuba scene of one mesh, tables, lights, openings.
 
     Args:
         sitter: A sitter in the place, from `sitter_parts`.
@@ -185,7 +185,7 @@ class World:
         return Lights(sky(SEED), sun, lamps)
 
     def turn(self, degrees: float, at: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Let the sitter stand over a place of the floor (world x and z) and face an azimuth."""
+        """Move the sitter to a position on the floor (world x and z), facing an azimuth."""
         if self.sitter is None:
             return
         moved = self.sitter.turned(-degrees).moved(at[0], 0.0, at[1])
@@ -200,7 +200,7 @@ class World:
 
 
 def sitter_parts(heads: Path, hair: bool = True) -> dict[str, Geo]:
-    """Surfaces of the sitter by material, facing azimuth 0 at the world's origin; head last."""
+    """Return surfaces of the sitter by material, facing azimuth 0 at the origin; head last."""
     skin, eyes = (_loaded(heads / name) for name in ("generic.ply", "generic-eyes.ply"))
     face, balls = dressed_head(skin, eyes, np.array([0.0, 7.34084, 1.1844]), hair)
     return {**body(), "skin": face, "eyes": balls}

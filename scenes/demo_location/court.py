@@ -58,7 +58,7 @@ def _ground(place: Place) -> None:
 
 
 def _window(place: Place, hole: _Hole, shutters: bool, thick: float, trim: str) -> Place:
-    """Glazed window in a wall whose outside is z = `thick`."""
+    """Return a glazed window in a wall whose outside is z = `thick`."""
     x0, x1, y0, y1, rise = hole
     made = place.fresh()
     z = thick - 0.16
@@ -106,7 +106,7 @@ def _house(
     trim: str,
     depth: float = 4.35,
 ) -> Place:
-    """House front, outside at z = 0.4, with windows, plinth, string course and cornice."""
+    """Return a house front, outside at z = 0.4, with windows, plinth, string course and cornice."""
     made = place.fresh()
     floors = sorted({hole[2] for hole in holes})
     levels = [0.0, *[y - 0.75 for y in floors[1:]], height]
@@ -264,7 +264,7 @@ def _garden_wall(place: Place) -> None:
 
 
 def _things(place: Place) -> None:
-    """Well, pots, parasol, tables and a bench."""
+    """Add the well, pots, parasol, tables and a bench."""
     well = [(0.95, 0), (1.0, 0.02), (0.92, 0.1), (0.9, 0.62), (0.98, 0.68), (1.0, 0.74),
         (0.96, 0.8), (0.74, 0.8),
             (0.7, 0.76), (0.7, 0.5), (0.01, 0.5)]  # fmt: skip

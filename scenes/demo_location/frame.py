@@ -1,9 +1,9 @@
-"""Where things are: the world's frame, the spots, the photographer's places, the sun.
+"""The world's frame, and the positions of spots, photographer and sun.
 
-World: metres, +Y up, origin on the floor under the first spot. Azimuth 0 is +Z, azimuth 90 deg
-is -X, so that azimuth grows clockwise seen from above, as everywhere in Turnlight, and a Mitsuba
-``envmap`` without ``to_world`` agrees with it. The place itself is modelled in building
-coordinates (x along the court's wall, z from the hall into the court) and turned into the world.
+World: metres, +Y up, origin on the floor under the first spot. Azimuth 0 is +Z, azimuth 90 deg is
+-X, so that azimuth grows clockwise seen from above, as everywhere in Turnlight, and a Mitsuba
+``envmap`` without ``to_world`` agrees with it. The place itself is modelled in building coordinates
+(x along the court's wall, z from the hall into the court) and rotated into the world.
 """
 
 from __future__ import annotations
@@ -38,20 +38,20 @@ EYE_HEIGHT: Final = 1.60
 TURNS: Final = tuple(range(0, 360, 5))
 VIEW_FOV: Final = 60.0  # degrees, horizontal
 VIEW_SIZE: Final = (512, 384)
-YAW: Final = 155.0  # building direction +z lies at this azimuth
+YAW: Final = 155.0  # azimuth of the building's direction +z
 SUN_AZIMUTH: Final = 155.0 - 42.0
 SUN_ELEVATION: Final = 47.0
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place where a probe was put up.
+    """A position of the probe.
 
     Attributes:
-        name: File name without its ending.
-        words: For people.
-        building: (float, float). x and z in building coordinates, metres.
-        shape: (int, int). Rows and columns of its panorama.
+        name: File name without its suffix.
+        words: Description for people.
+        building: x and z in building coordinates, metres.
+        shape: Rows and columns of its panorama.
     """
 
     name: str
@@ -69,10 +69,10 @@ SPOTS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Stand:
-    """Where the sitter of a set of views stands.
+    """Position of the sitter for a set of views.
 
     Attributes:
-        folder: Where its views lie, in ``resources/demo/``.
+        folder: Folder of its views, in ``resources/demo/``.
         distances: (n,). From the sitter to the photographer's camera, metres.
     """
 
@@ -88,7 +88,7 @@ class Stand:
 
 
 CAFE: Final = Spot("cafe", "By the back wall of the hall", (3.4, -7.4), (1024, 2048))
-"""Where the demo takes place; the other spots are for tests and benchmarks."""
+"""Spot of the demo; the others are for tests and benchmarks."""
 
 STANDS: Final = (
     Stand("location/views", SPOTS[0], (1.2, 1.8, 2.5)),
@@ -103,7 +103,7 @@ def direction(azimuth_deg: float, elevation_deg: float = 0.0) -> Floats:
 
 
 def world_matrix() -> Floats:
-    """4 x 4 matrix that takes building coordinates to the world."""
+    """Return the 4 x 4 matrix from building coordinates to the world."""
     z, y = direction(YAW), np.array([0.0, 1.0, 0.0])
     turn = np.stack([np.cross(y, z), y, z], axis=1)
     x0, z0 = SPOTS[0].building
@@ -114,12 +114,12 @@ def world_matrix() -> Floats:
 
 
 def to_world(x: float, y: float, z: float) -> Floats:
-    """Take a point from building coordinates to the world, (3,)."""
+    """Convert a point from building coordinates to the world, (3,)."""
     return np.asarray(world_matrix() @ np.array([x, y, z, 1.0]))[:3]
 
 
 def view_pose(stand: Stand, turn_deg: float, distance: float) -> tuple[Floats, Floats]:
-    """Where the photographer's camera is and how it looks at the sitter.
+    """Return the pose of the photographer's camera, which looks at the sitter.
 
     Returns:
         position: (3,). World position, metres.

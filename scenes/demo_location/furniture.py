@@ -1,4 +1,4 @@
-"""What stands and hangs in the hall: bar, books, tables, pictures, lamps, plants."""
+"""The contents of the hall: bar, books, tables, pictures, lamps, plants."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["BALLS", "add_furniture", "chair", "table"]
 
-BALLS: Final = (  # material, centre and radius of every lamp that is a ball
+BALLS: Final = (  # material, centre and radius of every spherical lamp
     *(("globe", at, 0.16) for at in (
         (-4.6, 2.75, -3.0), (4.7, 2.75, -3.3), (-2.9, 2.6, -6.1), (3.1, 2.7, -5.9),
         (5.5, 2.6, -7.5),
@@ -30,7 +30,7 @@ _BOTTLES = ("#20301f", "#33401c", "#4a2a16", "#6d3b18", "#1d2a33", "#7a6a3a", "#
 
 
 def add_furniture(place: Place) -> None:
-    """Furnish the hall; 2.9 m around the first spot stay free."""
+    """Furnish the hall, keeping 2.9 m around the first spot free."""
     _bar(place)
     _shelves(place)
     _seats(place)
@@ -46,7 +46,7 @@ def add_furniture(place: Place) -> None:
 
 
 def table(place: Place, x: float, z: float, y: float = 0.0) -> None:
-    """Round café table with cups and a vase."""
+    """Add a round café table with cups and a vase."""
     made = place.fresh()
     top = [
         (0.01, 0.715),
@@ -107,7 +107,7 @@ def _cup(place: Place) -> Place:
 
 
 def chair(place: Place, x: float, z: float, turn: float, y: float = 0.0) -> None:
-    """Bentwood chair, its back to -z before turning."""
+    """Add a bentwood chair, its back toward -z before turning."""
     made = place.fresh()
     seat = [(0.01, 0.43), (0.19, 0.43), (0.21, 0.44), (0.21, 0.458), (0.195, 0.468), (0.01, 0.46)]
     made.add("beam", lathe(seat, 32), shuffle=True)
@@ -230,7 +230,7 @@ def _machine(place: Place, x: float, z: float) -> None:
 
 
 def _shelves(place: Place) -> None:
-    """Wall of books on the left."""
+    """Add a wall of books on the left."""
     z0, z1, depth, top = -8.75, -4.7, 0.34, 3.5
     back = -SIDE
     place.block("oak", (back, back + 0.03), (0, top), (z0, z1), 0.004, "y")
@@ -282,7 +282,7 @@ def _books(place: Place, x: float, y: float, limit: float, z: float, end: float)
 
 
 def _pictures(place: Place) -> None:
-    """Framed pictures; each wall has its own frame turn."""
+    """Add framed pictures; each wall has its own frame turn."""
     rng = place.rng
     left = [
         (-3.9, 1.75, 0.9, 1.2),
@@ -326,7 +326,7 @@ def _pictures(place: Place) -> None:
 
 
 def _lamps(place: Place) -> None:
-    """Opal globes on rods, bar pendants with iron shades."""
+    """Add opal globes on rods, and bar pendants with iron shades."""
     for material, (x, y, z), r in BALLS:
         a = np.linspace(-np.pi / 2, np.pi / 2, 22)
         ball = np.stack([np.maximum(r * np.cos(a), 0.001), y + r * np.sin(a)], axis=1)
@@ -343,7 +343,7 @@ def _lamps(place: Place) -> None:
 
 
 def _corner(place: Place) -> None:
-    """Armchair, rug and standing lamp on the left, an easel on the right."""
+    """Add an armchair, rug and standing lamp on the left, an easel on the right."""
     made = place.fresh()
     made.block("linen", (-0.42, 0.42), (0.16, 0.42), (-0.4, 0.4), 0.06)
     made.block("linen", (-0.36, 0.36), (0.4, 0.52), (-0.3, 0.42), 0.07)

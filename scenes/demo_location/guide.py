@@ -1,4 +1,4 @@
-"""Where the light of a room comes from, so that paths can be sent there."""
+"""Guide paths toward the sources of a room's light."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def vec(x: Floats) -> Any:
 
 
 class Portals:
-    """Where a room's light comes from: openings, and patches that the sun lights.
+    """Sources of a room's light: openings, and patches lit by the sun.
 
     A plain class, since Dr.Jit would take a dataclass apart.
 
@@ -28,7 +28,7 @@ class Portals:
         inverse: (4, 4). World to building.
         room: (2, 3). Corners of the room in building coordinates.
         targets: list of (3, 3). Corner and both edges of each rectangle, world.
-        strength: How bright each is, roughly.
+        strength: Approximate brightness of each.
     """
 
     def __init__(self, inverse: Floats, room: Floats, targets: list[Floats], strength: list[float]):
@@ -38,7 +38,7 @@ class Portals:
         self.strength = strength
 
     def inside(self, p: Any) -> Any:
-        """Tell which points lie in the room."""
+        """Return which points are inside the room."""
         m = self.inverse
         found = mi.Bool(True)
         for k in range(3):
@@ -47,7 +47,7 @@ class Portals:
         return found
 
     def shares(self, p: Any, n: Any) -> list[Any]:
-        """How often each rectangle is chosen at a point: by rough size, place and brightness."""
+        """Return the probability of each rectangle at a point, from rough size and brightness."""
         found, total = [], mi.Float(0)
         for (corner, a, b), strength in zip(self.targets, self.strength, strict=True):
             normal = np.cross(a, b)
@@ -62,7 +62,7 @@ class Portals:
         return [share / total for share in found]
 
     def sample(self, p: Any, shares: list[Any], pick: Any, u: Any) -> Any:
-        """Direction from `p` to a random point of one rectangle."""
+        """Return the direction from `p` to a random point of one rectangle."""
         target, low = mi.Point3f(0), mi.Float(0)
         for (corner, a, b), share in zip(self.targets, shares, strict=True):
             chosen = (pick >= low) & (pick < low + share)
@@ -72,7 +72,7 @@ class Portals:
         return dr.normalize(mi.Vector3f(target - p))
 
     def pdf(self, p: Any, shares: list[Any], d: Any) -> Any:
-        """Density per solid angle of `sample`."""
+        """Return the density of `sample` per solid angle."""
         total = mi.Float(0)
         for (corner, a, b), share in zip(self.targets, shares, strict=True):
             normal = np.cross(a, b)

@@ -25,9 +25,9 @@ _SIDE_WINDOWS: Final = ((2.0, 3.7, 0.85, 3.2, 0.4), (5.5, 7.2, 0.85, 3.2, 0.4))
 
 
 def openings() -> list[tuple[np.ndarray, float]]:
-    """Rectangles that light comes from (corner and two edges, building), and how bright they are.
+    """Return rectangles that emit light (corner and two edges, building), and their brightness.
 
-    Openings, and the two patches where the sun falls on floor and back wall.
+    They are the openings, and the two sunlit patches on floor and back wall.
     """
     found = []
     for x0, x1, y0, y1, rise in (DOOR, *_FRONT_WINDOWS):
@@ -97,7 +97,7 @@ def _walls(place: Place) -> None:
 
 
 def _casement(place: Place, where: str, x: Span, y0: float, y1: float, rise: float) -> None:
-    """Window without glass: frame, glazing bars, board inside and sill outside."""
+    """Add a window without glass: frame, glazing bars, board inside and sill outside."""
     made = place.fresh()
     width = x[1] - x[0]
     for a in (0.0, width - 0.07):
@@ -146,7 +146,7 @@ def _beams(place: Place) -> None:
 
 
 def _run(place: Place, length: float, height: float, gaps: list[Span]) -> Place:
-    """Panelling along x on a wall whose inside is z = 0, looking to -z; `gaps` stay open."""
+    """Return panelling along x on a wall with its inside at z = 0, facing -z; `gaps` stay open."""
     made = place.fresh()
     edges = sorted({0.0, length, *(g for gap in gaps for g in gap)})
     for a, b in itertools.pairwise(edges):
@@ -181,7 +181,7 @@ def _panelling(place: Place) -> None:
 
 
 def _leaf(place: Place, width: float, height: float) -> Place:
-    """Glazed door leaf, standing along x."""
+    """Return a glazed door leaf along x."""
     made = place.fresh()
     for a in (0.0, width - 0.09):
         made.block("green-wood", (a, a + 0.09), (0.02, height), (-0.025, 0.025), 0.008, "y")

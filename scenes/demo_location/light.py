@@ -16,12 +16,12 @@ Floats = NDArray[np.float32]
 SUN_RADIUS_DEG: Final = 0.2665
 _LUMINANCE: Final = np.array([0.2126, 0.7152, 0.0722])
 _SUN_LUX: Final = 78_000.0  # on a surface that faces the sun
-_ZENITH: Final = 3_300.0  # cd/m2 before the clouds
+_ZENITH: Final = 3_300.0  # cd/m2, without clouds
 _CIE_CLEAR: Final = (-1.0, -0.32, 10.0, -3.0, 0.45)  # CIE S 011, type 12, as published
 
 
 def sun_radiance() -> tuple[float, float, float]:
-    """Radiance of the sun's disc, linear Rec. 709."""
+    """Return the radiance of the sun's disc, linear Rec. 709."""
     solid = 2 * np.pi * (1 - np.cos(np.radians(SUN_RADIUS_DEG)))
     tint = np.array([1.10, 0.99, 0.80])
     r, g, b = _SUN_LUX / solid * tint / (tint @ _LUMINANCE)
@@ -29,7 +29,7 @@ def sun_radiance() -> tuple[float, float, float]:
 
 
 def sky(seed: int, shape: tuple[int, int] = (512, 1024)) -> Floats:
-    """Clear summer sky with a few clouds and dull ground below the horizon, (H, W, 3)."""
+    """Return a clear summer sky with a few clouds above dull ground, (H, W, 3)."""
     rows, columns = shape
     v, u = np.meshgrid(
         (np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij"

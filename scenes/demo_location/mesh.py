@@ -1,4 +1,4 @@
-"""Triangles with normals, texture coordinates and colours, and the shapes made of them."""
+"""Triangle meshes with normals, texture coordinates and colours, and shapes made of them."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class Geo:
     c: Floats
 
     def moved(self, x: float, y: float, z: float) -> Geo:
-        """Shift by metres."""
+        """Return the mesh shifted by metres."""
         return replace(self, v=self.v + np.array([x, y, z]))
 
     def turned(self, degrees: float, axis: str = "y") -> Geo:
-        """Rotate about an axis through the origin."""
+        """Return the mesh rotated about an axis through the origin."""
         a = np.radians(degrees)
         i, j = {"y": (2, 0), "x": (1, 2), "z": (0, 1)}[axis]
         matrix = np.eye(3)
@@ -56,17 +56,17 @@ class Geo:
         return replace(self, v=self.v @ matrix.T, n=self.n @ matrix.T)
 
     def scaled(self, x: float, y: float, z: float) -> Geo:
-        """Stretch along the axes."""
+        """Return the mesh stretched along the axes."""
         size = np.array([x, y, z])
         n = self.n / size
         return replace(self, v=self.v * size, n=n / np.linalg.norm(n, axis=1, keepdims=True))
 
     def coloured(self, colour: ArrayLike) -> Geo:
-        """Give one colour."""
+        """Return the mesh in one colour."""
         return replace(self, c=np.broadcast_to(np.asarray(colour, float), self.v.shape).copy())
 
     def mapped(self, shift: ArrayLike, scale: float = 1.0) -> Geo:
-        """Shift and scale the texture coordinates."""
+        """Return the mesh with shifted and scaled texture coordinates."""
         return replace(self, uv=self.uv * scale + np.asarray(shift, float))
 
 
@@ -83,7 +83,7 @@ def joined(parts: list[Geo]) -> Geo:
 
 
 def _projected(v: Floats, n: Floats, grain: str | None) -> Floats:
-    """Texture coordinates along the wall that a point lies on, u along the grain."""
+    """Return texture coordinates on the wall that contains each point, u along the grain."""
     main = np.abs(n + np.array([1e-6, 2e-6, 0.0])).argmax(axis=1)
     u = np.choose(main, [v[:, 2], v[:, 0], v[:, 0]])
     w = np.choose(main, [v[:, 1], v[:, 2], v[:, 1]])
@@ -96,7 +96,7 @@ def _projected(v: Floats, n: Floats, grain: str | None) -> Floats:
 
 
 def quads(corners: ArrayLike, grain: str | None = None) -> Geo:
-    """Flat quads (M, 4, 3), counter-clockwise from outside, texture in metres by projection."""
+    """Return flat quads, (M, 4, 3), counter-clockwise from outside, textured in metres."""
     p = np.asarray(corners, float).reshape(-1, 4, 3)
     normal = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
     length = np.linalg.norm(normal, axis=1)
@@ -109,7 +109,7 @@ def quads(corners: ArrayLike, grain: str | None = None) -> Geo:
 
 
 def panel(corners: ArrayLike, low: ArrayLike = (0, 0), high: ArrayLike = (1, 1)) -> Geo:
-    """One quad (bottom left, bottom right, top right, top left) that carries a picture."""
+    """Return one quad (bottom left, bottom right, top right, top left) with a picture."""
     made = quads(corners)
     (u0, v0), (u1, v1) = np.asarray(low, float), np.asarray(high, float)
     return replace(made, uv=np.array([[u0, v0], [u1, v0], [u1, v1], [u0, v1]]))
@@ -122,7 +122,7 @@ def box(
     bevel: float = 0.006,
     grain: str | None = None,
 ) -> Geo:
-    """Block with bevelled edges between two corners."""
+    """Return a block with bevelled edges between two corners."""
     low, high = np.array([x[0], y[0], z[0]]), np.array([x[1], y[1], z[1]])
     centre, half = (low + high) / 2, (high - low) / 2
     b = min(bevel, 0.45 * float(half.min()))
@@ -144,7 +144,7 @@ def box(
 
 
 def _bevels(half: Floats, b: float) -> list[Floats]:
-    """Edge strips and corner triangles (as quads with a doubled corner) of a box."""
+    """Return edge strips and corner triangles (as quads with a doubled corner) of a box."""
     faces = []
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
@@ -168,7 +168,7 @@ def _bevels(half: Floats, b: float) -> list[Floats]:
 
 
 def _outward(geo: Geo, centre: Floats) -> Geo:
-    """Turn over the faces of a convex mesh that look inward."""
+    """Flip the faces of a convex mesh that point inward."""
     flip = np.einsum("ij,ij->i", geo.n, geo.v - centre) < 0
     f = geo.f.copy()
     inward = flip[f[:, 0]]
@@ -177,7 +177,7 @@ def _outward(geo: Geo, centre: Floats) -> Geo:
 
 
 def grid(points: Floats, uv: Floats | None = None, closed: bool = False) -> Geo:
-    """Smooth surface through a (R, C, 3) grid; normal by right column x down row order."""
+    """Return a smooth surface through an (R, C, 3) grid; its normal is right by down."""
     p = np.asarray(points, float)
     rows, columns = p.shape[:2]
     down = np.gradient(p, axis=0)
@@ -201,7 +201,7 @@ def grid(points: Floats, uv: Floats | None = None, closed: bool = False) -> Geo:
 
 
 def lathe(profile: ArrayLike, segments: int = 40, crease: float = 35.0) -> Geo:
-    """Turn a profile of (radius, height), bottom to top, about the y axis."""
+    """Return the surface of revolution of (radius, height), bottom to top, about the y axis."""
     points = np.asarray(profile, float)
     runs, start = [], 0
     steps = np.diff(points, axis=0)
@@ -233,14 +233,14 @@ def _flipped(geo: Geo) -> Geo:
 
 
 def tube(path: ArrayLike, radius: ArrayLike, segments: int = 10) -> Geo:
-    """Round bar along a path (K, 3), one radius or K radii."""
+    """Return a round bar along a path, (K, 3), with one radius or K radii."""
     around = np.linspace(0, 2 * np.pi, segments + 1)
     ring = np.stack([np.cos(around), np.sin(around)], axis=1)
     return swept(path, ring, radius)
 
 
 def swept(path: ArrayLike, section: Floats, scale: ArrayLike = 1.0) -> Geo:
-    """Smooth sweep of a closed section (S, 2) along a path (K, 3)."""
+    """Return a smooth sweep of a closed section, (S, 2), along a path, (K, 3)."""
     p = np.asarray(path, float)
     size = np.broadcast_to(np.asarray(scale, float), (len(p),))
     tangent = np.gradient(p, axis=0)
@@ -266,7 +266,7 @@ def wall(
     thick: float,
     openings: list[tuple[float, float, float, float, float]],
 ) -> tuple[Geo, Geo, Geo]:
-    """Wall from (0, 0, 0) along x with openings, outside at z = `thick`, inside at z = 0.
+    """Return a wall from (0, 0, 0) along x with openings, outside at z = `thick`, inside at z = 0.
 
     Args:
         length, height, thick: Metres.

@@ -1,4 +1,4 @@
-"""Repeatable, tileable random fields and small colour helpers for the textures."""
+"""Reproducible, tileable random fields and small colour helpers for the textures."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ Floats = NDArray[np.float32]
 
 
 def linear(colour: str) -> Floats:
-    """Linear Rec. 709 of ``#rrggbb``."""
+    """Convert ``#rrggbb`` to linear Rec. 709."""
     code = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], np.float64) / 255
     straight = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
     return np.asarray(straight, np.float32)
 
 
 def mix(a: Floats, b: Floats, t: Floats) -> Floats:
-    """Blend colours (3,) or (H, W, 3) by a mask (H, W)."""
+    """Blend colours, (3,) or (H, W, 3), by a mask, (H, W)."""
     return np.asarray(a + (b - a) * t[..., None], np.float32)
 
 
 def smooth(low: float, high: float, x: Floats) -> Floats:
-    """Smooth step from 0 at `low` to 1 at `high`."""
+    """Return the smooth step from 0 at `low` to 1 at `high`."""
     t = np.clip((x - low) / (high - low), 0, 1)
     return np.asarray(t * t * (3 - 2 * t), np.float32)
 
@@ -40,14 +40,13 @@ def fractal(
     coarsest: tuple[float, float] = (4, 4),
     fall: float = 0.55,
 ) -> Floats:
-    """Tileable sum of octaves of smooth noise, mean 0 and deviation 1.
+    """Return a tileable sum of octaves of smooth noise, mean 0 and deviation 1.
 
     Args:
         rng: Source of randomness.
-        shape: (int, int). Rows and columns.
-        coarsest: (float, float). Cells of the coarsest octave, down and across; unequal numbers
-            give streaks.
-        fall: Amplitude of an octave over that of the one before.
+        shape: Rows and columns.
+        coarsest: Cells of the coarsest octave, down and across; unequal numbers give streaks.
+        fall: Amplitude of an octave over that of the previous one.
     """
     total = np.zeros(shape, np.float32)
     weight, down, across = 1.0, float(coarsest[0]), float(coarsest[1])
@@ -70,10 +69,10 @@ def fractal(
 def cells(
     rng: np.random.Generator, shape: tuple[int, int], counts: tuple[int, int], jitter: float
 ) -> tuple[NDArray[np.int32], Floats]:
-    """Tileable irregular cells: stones, mosaic, cracks.
+    """Return tileable irregular cells: stones, mosaic, cracks.
 
     Returns:
-        identity: (H, W) int32. Number of the cell that a pixel belongs to.
+        identity: (H, W) int32. Number of each pixel's cell.
         edge: (H, W). Distance to the next cell in widths of a cell, 0 at the joint.
     """
     rows, columns = counts

@@ -1,4 +1,4 @@
-"""Things to look at: an atlas of pictures for the walls, an atlas of book spines, a menu board."""
+"""Decoration: an atlas of pictures for the walls, an atlas of book spines, a menu board."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _INKS: Final = (
 
 
 def cell(index: int) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Lower left and upper right texture coordinates of a picture."""
+    """Return the lower left and upper right texture coordinates of a picture."""
     row, column = divmod(index % (ART_GRID[0] * ART_GRID[1]), ART_GRID[1])
     low = (column / ART_GRID[1], 1 - (row + 1) / ART_GRID[0])
     return low, (low[0] + 1 / ART_GRID[1], low[1] + 1 / ART_GRID[0])
@@ -45,7 +45,7 @@ def _ink(rng: Rng) -> tuple[float, float, float]:
 def _write(
     picture: Floats, words: str, at: tuple[int, int], font: int, size: float, ink: Floats
 ) -> None:
-    """Write on a picture; OpenCV writes on bytes only."""
+    """Write text on a picture; OpenCV writes on bytes only."""
     mask = np.zeros(picture.shape[:2], np.uint8)
     cv2.putText(mask, words, at, font, size, 255, 4, cv2.LINE_AA)
     picture[:] = mix(picture, ink, np.asarray(mask / 255, np.float32))
@@ -144,7 +144,7 @@ def _poster(rng: Rng, words: tuple[str, ...]) -> Floats:
 
 
 def art(rng: Rng) -> Floats:
-    """Fifteen invented pictures in one map."""
+    """Return fifteen invented pictures in one map."""
     made = [
         _landscape(rng), _blocks(rng), _poster(rng, ("GALLERY", "IN THE", "COURT")), _circles(rng),
         _still_life(rng), _landscape(rng), _poster(rng, ("LIGHT", "STUDIES")), _blocks(rng),
@@ -156,7 +156,7 @@ def art(rng: Rng) -> Floats:
 
 
 def spines(rng: Rng) -> Floats:
-    """Backs of books, side by side, 16 pixels wide each x 256 high."""
+    """Return backs of books, side by side, each 16 pixels wide and 256 high."""
     width, height = 24, 256
     picture = np.zeros((height, width * SPINES, 3), np.float32)
     for index in range(SPINES):
@@ -175,7 +175,7 @@ def spines(rng: Rng) -> Floats:
 
 
 def menu(rng: Rng) -> Floats:
-    """Slate with the day's chalk."""
+    """Return a slate with the day's menu in chalk."""
     height, width = 768, 1024
     slate = linear("#23282a") * np.exp(0.25 * fractal(rng, (height, width), (4, 4), 0.6))[..., None]
     picture = np.ascontiguousarray(slate, np.float32)

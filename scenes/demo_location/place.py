@@ -1,4 +1,4 @@
-"""A heap of shapes sorted by material, filled by the modules that furnish the place."""
+"""Shapes sorted by material, collected by the modules that furnish the place."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Place:
     parts: dict[str, list[Geo]] = field(default_factory=lambda: defaultdict(list))
 
     def add(self, material: str, *shapes: Geo, shuffle: bool = False) -> None:
-        """Add shapes; `shuffle` gives each its own piece of the texture."""
+        """Add shapes; with `shuffle`, each has a different part of the texture."""
         for shape in shapes:
             made = shape.mapped(self.rng.uniform(0, 7, 2)) if shuffle else shape
             self.parts[material].append(made)
@@ -48,12 +48,12 @@ class Place:
         self.add(material, box(x, y, z, bevel, grain), shuffle=True)
 
     def placed(self, other: Place, turn: float, at: ArrayLike) -> None:
-        """Add everything of another place, turned about y and moved."""
+        """Add the contents of another place, rotated about y and shifted."""
         x, y, z = (float(v) for v in np.asarray(at, float))
         for material, shapes in other.parts.items():
             for shape in shapes:
                 self.parts[material].append(shape.turned(turn).moved(x, y, z))
 
     def fresh(self) -> Place:
-        """Make an empty place with the same randomness, for a piece that is placed as a whole."""
+        """Return an empty place with the same randomness, for a group that is placed as a whole."""
         return Place(self.rng)

@@ -29,7 +29,7 @@ def leaves(
     lean: ArrayLike = (0.0, 0.3, 0.0),
     colours: tuple[str, ...] = _GREENS,
 ) -> Geo:
-    """One folded leaf of four triangles at each centre (N, 3), seen from both sides."""
+    """Return one folded leaf of four triangles at each centre, (N, 3), visible from both sides."""
     count = len(centres)
     along = rng.standard_normal((count, 3)) + np.asarray(lean, float)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -70,7 +70,7 @@ def _blob(rng: np.random.Generator, count: int, centre: ArrayLike, size: ArrayLi
 
 
 def pot(radius: float, height: float) -> Geo:
-    """Terracotta pot with a rim and earth in it."""
+    """Return a terracotta pot with a rim and soil."""
     r, h = radius, height
     profile = [
         (0.01, 0), (0.66 * r, 0), (0.7 * r, 0.02), (0.93 * r, 0.8 * h), (0.94 * r, 0.81 * h),
@@ -81,7 +81,7 @@ def pot(radius: float, height: float) -> Geo:
 
 
 def potted(place: Place, at: ArrayLike, radius: float, height: float, kind: str) -> None:
-    """Put up a plant in a pot: ``bush``, ``olive``, ``broad``, ``grass`` or ``flowers``."""
+    """Add a potted plant: ``bush``, ``olive``, ``broad``, ``grass`` or ``flowers``."""
     x, y, z = (float(v) for v in np.asarray(at, float))
     rng = place.rng
     made = place.fresh()
@@ -134,7 +134,7 @@ def _stem(place: Place, low: float, height: float, radius: float) -> None:
 
 
 def tree(place: Place, at: ArrayLike, height: float, spread: float, count: int) -> None:
-    """Grow a broad tree: trunk, limbs and clouds of leaves."""
+    """Add a broad tree: trunk, limbs and clouds of leaves."""
     x, y, z = (float(v) for v in np.asarray(at, float))
     rng = place.rng
     made = place.fresh()
@@ -157,7 +157,7 @@ def tree(place: Place, at: ArrayLike, height: float, spread: float, count: int) 
 
 
 def climber(place: Place, width: float, height: float, count: int) -> Place:
-    """Ivy on a wall that looks to +z, growing from the lower left over `width` x `height`."""
+    """Return ivy on a wall facing +z, growing from the lower left over `width` x `height`."""
     rng = place.rng
     made = place.fresh()
     points: list[Floats] = []

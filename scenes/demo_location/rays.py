@@ -17,10 +17,10 @@ __all__ = ["panorama_rays", "rows_of_pass", "view_rays"]
 
 
 def rows_of_pass(height: int, number: int) -> NDArray[np.int64]:
-    """Rows that a pass samples: all near the horizon, every third at the poles."""
+    """Return the rows that a pass samples: all near the horizon, every third at the poles."""
     elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
     share = np.maximum(np.cos(elevation), 0.34)
-    # Every row has its own phase, so that a pass is not striped.
+    # Every row has a different phase, so that a pass is not striped.
     phase = (np.arange(height) * 0.618034) % 1.0
     return np.flatnonzero(np.floor((number + 1) * share + phase) > np.floor(number * share + phase))
 
@@ -28,7 +28,7 @@ def rows_of_pass(height: int, number: int) -> NDArray[np.int64]:
 def panorama_rays(
     position: NDArray[np.float64], shape: tuple[int, int], rows: NDArray[np.int64], sampler: Any
 ) -> Any:
-    """One ray through a random place of every texel of `rows`."""
+    """Return one ray through a random point of every texel of `rows`."""
     height, width = shape
     index = dr.arange(mi.UInt32, len(rows) * width)
     row = dr.gather(mi.UInt32, mi.UInt32(rows.astype(np.uint32)), index // width)
@@ -43,7 +43,7 @@ def panorama_rays(
 def view_rays(
     stand: Stand, turn: float, distance: float, size: tuple[int, int], jitter: Any
 ) -> tuple[Any, Any]:
-    """One ray for every pixel of a view, and depth along the axis per metre of the ray."""
+    """Return one ray for every pixel of a view, and depth along the axis per metre of the ray."""
     position, rotation = view_pose(stand, turn, distance)
     width, height = size
     focal = width / 2 / np.tan(np.radians(VIEW_FOV / 2))

@@ -1,4 +1,4 @@
-"""Rendering in short passes that are kept on disk, so that work can stop and go on at any time."""
+"""Render in short passes that are saved on disk, so that the work can be interrupted."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class Panorama:
     """Sum of the passes of one panorama.
 
     Attributes:
-        total: (H, W, 3) sum of radiance, cd/m2.
-        counts: (H,) samples in every texel of a row.
+        total: (H, W, 3). Sum of radiance, cd/m2.
+        counts: (H,). Samples in every texel of a row.
     """
 
     total: Floats
@@ -79,7 +79,7 @@ def _save(path: Path, **arrays: Any) -> None:
 
 
 def load_panorama(work: Path, spot: Spot) -> Panorama | None:
-    """Read what has been rendered of a panorama, None for nothing."""
+    """Read the saved passes of a panorama; None if there are none."""
     path = work / f"{spot.name}.npz"
     if not path.is_file():
         return None
@@ -93,7 +93,7 @@ def _view_path(work: Path, stand: Stand, turn: int, distance: float) -> Path:
 
 
 def load_view(work: Path, stand: Stand, turn: int, distance: float) -> View | None:
-    """Read what has been rendered of a view, None for nothing."""
+    """Read the saved passes of a view; None if there are none."""
     path = _view_path(work, stand, turn, distance)
     if not path.is_file():
         return None
@@ -106,7 +106,7 @@ def load_view(work: Path, stand: Stand, turn: int, distance: float) -> View | No
 
 
 class Studio:
-    """The built place, with passes that add to what lies in the work folder."""
+    """The built place; its passes add to the files in the work folder."""
 
     def __init__(self, work: Path, heads: Path):
         self.work = work
@@ -149,12 +149,12 @@ class Studio:
         return kept
 
     def view_spp(self, stand: Stand, turn: int) -> int:
-        """Count the samples that every view of a turn has."""
+        """Return the samples that every view of a turn has."""
         kept = [load_view(self.work, stand, turn, distance) for distance in stand.distances]
         return min(0 if view is None else view.spp for view in kept)
 
     def turn_pass(self, stand: Stand, turn: int, spp: int) -> None:
-        """Bring the views of a turn to `spp` samples."""
+        """Add samples to the views of a turn until they have `spp`."""
         world = self._world(True)
         world.turn(float(turn), stand.at)
         for distance in stand.distances:
@@ -189,7 +189,7 @@ class Studio:
         self.sampler.seed(first + number * 4096 + view.spp, width * height)
         ray, _ = view_rays(stand, turn, distance, VIEW_SIZE, self.sampler.next_2d())
         light = _array(radiance(world.tables, self.sampler, ray)).reshape(height, width, 3)
-        # Views are denoised anyway; a lid on single samples keeps sparks out of the denoiser.
+        # Views are denoised anyway; a limit on single samples keeps fireflies out of the denoiser.
         view.total += np.minimum(light, 60_000.0)
         if view.guides < _GUIDES:
             _, albedo, normal = first_hit(world.surfaces, ray)

@@ -14,16 +14,16 @@ from scenes.demo_location.noise import linear
 __all__ = ["body", "dressed_head"]
 
 Floats = NDArray[np.float64]
-_UNIT: Final = 0.1  # metres in one unit of the head's files
+_UNIT: Final = 0.1  # metres per unit of the head's files
 _STEP: Final = 0.011
 _LOW, _HIGH = np.array([-0.42, 0.0, -0.26]), np.array([0.42, 1.52, 0.26])
 
 
 def dressed_head(skin: Geo, eyes: Geo, between_eyes: Floats, hair: bool = True) -> tuple[Geo, Geo]:
-    """Put the head so that the middle between the ears is at the probe's height.
+    """Return the head, moved so that the middle between the ears is at the probe's height.
 
     Returns:
-        skin, eyes: In metres, the face to +z, with vertex colours.
+        skin, eyes: In metres, the face toward +z, with vertex colours.
     """
     beside = skin.v[np.abs(skin.v[:, 1] - between_eyes[1]) < 0.5]
     ears = beside[np.abs(beside[:, 0]) > 0.97 * np.abs(beside[:, 0]).max()].mean(axis=0)
@@ -37,7 +37,7 @@ def dressed_head(skin: Geo, eyes: Geo, between_eyes: Floats, hair: bool = True) 
 
 
 def _painted(skin: Geo, ears: Floats, eyes: Floats) -> tuple[Floats, Floats]:
-    """Albedo of skin, lips, brows and hair, and the hair's thickness in head units."""
+    """Return the albedo of skin, lips, brows and hair, and the hair's thickness in head units."""
     rng = np.random.default_rng(5)
     p = skin.v - ears - [0, 0.25, 0]
     across = np.abs(skin.v[:, 0])
@@ -80,7 +80,7 @@ def _joined(distances: list[Any], blend: float) -> Any:
 
 
 def _upper(p: Any) -> Any:
-    """Signed distance to the jumper."""
+    """Return the signed distance to the jumper."""
     folds = 0.0035 * np.sin(70 * p[..., 1] + 9 * np.sin(14 * p[..., 0]) + 30 * p[..., 2])
     loose = np.exp(-(((p[..., 1] - 1.02) / 0.14) ** 2))
     parts = [
@@ -115,14 +115,14 @@ def _hands(p: Any) -> Any:
 
 
 def body() -> dict[str, Geo]:
-    """Surfaces by material, standing at the origin and facing +z."""
+    """Return surfaces by material, standing at the origin and facing +z."""
     made = {"knit": _surface(_upper), "trousers": _surface(_lower)}
     made["hands"] = _surface(_hands).coloured(linear("#c58c6c"))
     return {name: geo.scaled(0.93, 1.0, 0.98) for name, geo in made.items()}
 
 
 def _surface(distance: Any) -> Geo:
-    """Zero level of a distance function by surface nets on a regular grid."""
+    """Return the zero level of a distance function, by surface nets on a regular grid."""
     axes = [np.arange(a, b, _STEP) for a, b in zip(_LOW - 0.03, _HIGH + 0.03, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     field = distance(points)

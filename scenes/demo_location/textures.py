@@ -1,4 +1,4 @@
-"""Surfaces as pictures: albedo maps that NumPy paints, each for a patch of known size."""
+"""Surfaces as pictures: albedo maps painted by NumPy, each for an area of known size."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Surface:
 
     Attributes:
         paint: Makes (H, W, 3) linear albedo from a random generator.
-        size: (float, float). Metres that the picture covers, across and up.
+        size: Metres that the picture covers, across and up.
         gloss: Roughness of a clear coat, 0 for none.
     """
 
@@ -47,7 +47,7 @@ def _palette(rng: Rng, count: int, colours: tuple[str, ...], spread: float) -> F
 def _rows(
     shape: tuple[int, int], counts: tuple[int, int], shift: Floats, warp: Floats
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
-    """Courses of equal blocks: number of the block, and distance to its joints in block units."""
+    """Return courses of equal blocks: block number, and distance to the joints in block units."""
     y, x = np.meshgrid(
         np.arange(shape[0], dtype=np.float32) / shape[0] * counts[0],
         np.arange(shape[1], dtype=np.float32) / shape[1] * counts[1],
@@ -115,7 +115,7 @@ def _plaster(colour: str, worn: str, strength: float) -> Callable[[Rng], Floats]
 def _planks(
     colours: tuple[str, ...], counts: tuple[int, int], contrast: float
 ) -> Callable[[Rng], Floats]:
-    """Boards along u: `counts` boards up and lengths across."""
+    """Return a painter of boards along u, with `counts` boards up and lengths across."""
 
     def paint(rng: Rng) -> Floats:
         shape = (_SIDE, _SIDE)
@@ -136,7 +136,7 @@ def _planks(
 
 
 def _floor(rng: Rng) -> Floats:
-    """Cement tiles, 24 cm, star and border pattern in four muted colours, worn."""
+    """Paint worn cement tiles, 24 cm, with a star and border pattern in four muted colours."""
     shape, count = (_SIDE, _SIDE), 16
     y, x = np.meshgrid(np.arange(_SIDE), np.arange(_SIDE), indexing="ij")
     scale = count / _SIDE
@@ -182,7 +182,7 @@ def _cobbles(rng: Rng) -> Floats:
 
 
 def _flags(rng: Rng) -> Floats:
-    """Limestone slabs of the terrace."""
+    """Paint the limestone slabs of the terrace."""
     shape, counts = (_SIDE, _SIDE), (6, 4)
     warp = 0.008 * fractal(rng, shape, (24, 24))
     number, across, down = _rows(shape, counts, rng.uniform(0, 1, 6).astype(np.float32), warp)

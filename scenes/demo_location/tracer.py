@@ -1,10 +1,9 @@
-"""A path tracer for one mesh that knows where the doors and windows are.
+"""A path tracer for one mesh that knows the positions of doors and windows.
 
-Mitsuba's own path tracer finds a bright court through a door only by chance, and a call per
-surface and shape makes it slow on processors. Here the whole place is one mesh, its surfaces are
-looked up in tables, and a vertex indoors sends every second ray through one of the openings. All
-ways to find a light are combined by the balance heuristic, so pictures are unbiased up to the
-limit of depth.
+Mitsuba's own path tracer finds a bright court through a door only by chance, and its calls per
+surface and shape make it slow on CPUs. Here the whole place is one mesh, surfaces are looked up in
+tables, and a vertex indoors sends every second ray through one of the openings. All sampling
+techniques are combined by the balance heuristic, so pictures are unbiased up to the depth limit.
 """
 
 from __future__ import annotations
@@ -24,15 +23,15 @@ Floats = NDArray[np.float64]
 Lamp = tuple[Floats, float, Floats]
 LUMINANCE: Final = np.array([0.2126, 0.7152, 0.0722])
 _DEPTH: Final = 9
-_GUIDED: Final = 0.6  # of the rays that leave a vertex indoors
+_GUIDED: Final = 0.6  # of the rays from a vertex indoors
 _ROULETTE: Final = 3
 
 
 class Surfaces:
-    """Tables for everything that a ray can meet.
+    """Tables of all surfaces.
 
     Args:
-        scene: Holds one mesh.
+        scene: Contains one mesh.
         normals, colours: (V, 3). By vertex.
         uv: (V, 2). In metres, or 0 to 1 over a fitted picture.
         faces: (M, 3).
@@ -59,11 +58,11 @@ class Surfaces:
         self.glow = mi.Float(glow.astype(np.float32).ravel())
 
     def set_normals(self, normals: Floats) -> None:
-        """Replace the vertex normals, after something was turned."""
+        """Replace the vertex normals, after an object was rotated."""
         self.normals = mi.Float(normals.astype(np.float32).ravel())
 
     def meet(self, ray: Any, jitter: Any, coherent: Any, active: Any) -> dict[str, Any]:
-        """Find what rays meet, and its albedo, normals and finish."""
+        """Intersect rays, and return albedo, normals and finish at the hits."""
         pi = self.scene.ray_intersect_preliminary(ray, coherent, active)
         valid = active & pi.is_valid()
         face = dr.select(valid, pi.prim_index, 0)
@@ -86,7 +85,7 @@ class Surfaces:
         facing = dr.dot(geometric, ray.d) < 0
         geometric = dr.select(facing, geometric, -geometric)
         shading = dr.select(dr.dot(shading, geometric) < 0, -shading, shading)
-        # A shading normal that looks away from the eye would reflect into the surface.
+        # A shading normal that faces away from the camera would reflect into the surface.
         shading = dr.select(dr.dot(shading, ray.d) < -0.01, shading, geometric)
         return {
             "valid": valid,
@@ -108,7 +107,7 @@ class Surfaces:
         high = dr.gather(mi.Int32, self.high, material, valid)
         u, v = uv.x / row[0], uv.y / row[1]
         u, v = u - dr.floor(u), v - dr.floor(v)
-        # A random shift by up to half a texel filters as bilinear look-up does, on average.
+        # A random shift by up to half a texel equals bilinear filtering on average.
         x = mi.Int32(dr.floor(u * mi.Float(wide) + jitter.x - 0.5))
         y = mi.Int32(dr.floor((1 - v) * mi.Float(high) + jitter.y - 0.5))
         x = dr.select(x < 0, x + wide, dr.select(x >= wide, x - wide, x))
@@ -120,12 +119,12 @@ class Surfaces:
 
 
 class Lights:
-    """Sun, sky and lamps, and how they are sampled.
+    """Sun, sky and lamps, and their sampling.
 
     Args:
         picture: (H, W, 3). Sky, in the world's panorama frame.
         sun: (direction (3,), radius in degrees, radiance (3,)).
-        lamps: list of (centre (3,), radius, radiance (3,)). Balls that glow.
+        lamps: list of (centre (3,), radius, radiance (3,)). Glowing balls.
     """
 
     def __init__(self, picture: NDArray[np.float32], sun: Any, lamps: list[Lamp]):
@@ -155,7 +154,7 @@ class Lights:
         self.sky_density = mi.Float((value / weight.sum()).astype(np.float32).ravel())
 
     def escaped(self, d: Any) -> tuple[Any, Any]:
-        """Radiance of the sky, and of the sun's disc, in a direction."""
+        """Return the radiance of the sky, and of the sun's disc, in a direction."""
         azimuth = dr.atan2(-d.x, d.z)
         u = azimuth / (2 * np.pi) + 0.5
         v = 0.5 - dr.asin(dr.clip(d.y, -1, 1)) / np.pi
@@ -165,7 +164,7 @@ class Lights:
         return mi.Color3f(*colour), dr.select(disc, self.sun_radiance, 0)
 
     def sky_pdf(self, d: Any) -> Any:
-        """Density per solid angle of `sample_sky`."""
+        """Return the density of `sample_sky` per solid angle."""
         u = dr.atan2(-d.x, d.z) / (2 * np.pi) + 0.5
         v = 0.5 - dr.asin(dr.clip(d.y, -1, 1)) / np.pi
         column = dr.clip(mi.Int32(u * self.columns), 0, self.columns - 1)
@@ -173,7 +172,7 @@ class Lights:
         return dr.gather(mi.Float, self.sky_density, mi.UInt32(row * self.columns + column))
 
     def sample_sky(self, pick: Any, u: Any) -> Any:
-        """Direction toward the sky, bright parts oftener."""
+        """Return a direction toward the sky, bright parts more often."""
         index = self.sky.sample(pick)
         row, column = mi.Float(index // self.columns), mi.Float(index % self.columns)
         azimuth = 2 * np.pi * ((column + u.x) / self.columns - 0.5)
@@ -184,11 +183,11 @@ class Lights:
         return mi.Vector3f(-dr.sin(azimuth) * r, y, dr.cos(azimuth) * r)
 
     def sample_sun(self, u: Any) -> Any:
-        """Direction to a point of the sun's disc."""
+        """Return a direction to a point of the sun's disc."""
         return self.sun_frame.to_world(mi.warp.square_to_uniform_cone(u, self.sun_cosine))
 
     def sample_lamp(self, p: Any, n: Any, pick: Any, u: Any) -> tuple[Any, Any, Any, Any]:
-        """Direction to a lamp (a ball), way free of it, density and radiance."""
+        """Return the direction to a lamp (a ball), its distance, density and radiance."""
         weights, total = [], mi.Float(0)
         for centre, radius, glow in self.lamps:
             way = mi.Vector3f(vec(centre) - p)
@@ -214,7 +213,7 @@ class Lights:
 
 
 def _finish(m: dict[str, Any], wi: Any, wo: Any) -> tuple[Any, Any]:
-    """Reflectance times cosine, and density of `_bounce`, for directions in world space."""
+    """Return reflectance times cosine, and `_bounce`'s density, for world directions."""
     ci, co = dr.dot(m["n"], wi), dr.dot(m["n"], wo)
     same = (co > 0) & (dr.dot(m["g"], wo) > 0)
     other = (co < 0) & (dr.dot(m["g"], wo) < 0)
@@ -246,7 +245,7 @@ def _finish(m: dict[str, Any], wi: Any, wo: Any) -> tuple[Any, Any]:
 
 
 def _bounce(m: dict[str, Any], wi: Any, pick: Any, u: Any) -> Any:
-    """Direction by the surface's own finish."""
+    """Sample a direction from the surface's finish."""
     frame = mi.Frame3f(m["n"])
     flat = mi.warp.square_to_cosine_hemisphere(u)
     flat.z = dr.select((pick < m["thin"]) & (m["rough"] <= 0), -flat.z, flat.z)
@@ -266,11 +265,11 @@ def _direct(
     sampler: Any,
     active: Any,
 ) -> Any:
-    """Light of the sun, and of the lamps indoors or of the sky outdoors."""
+    """Return the light of the sun, and of the lamps indoors or of the sky outdoors."""
     _, lights, _ = world
     indoors = guide[0]
     pick, u, again = sampler.next_1d(), sampler.next_2d(), sampler.next_2d()
-    # Indoors the sky is found through the openings; outdoors the lamps are too weak to matter.
+    # Indoors the sky is sampled through the openings; outdoors the lamps are too weak to matter.
     lamp_way, far, lamp_density, glow = lights.sample_lamp(m["p"], m["n"], pick, u)
     sky_way = lights.sample_sky(pick, u)
     sky_light, _ = lights.escaped(sky_way)
@@ -278,7 +277,7 @@ def _direct(
     light = dr.select(indoors, glow, sky_light)
     density = dr.select(indoors, lamp_density, lights.sky_pdf(sky_way))
     limit = dr.select(indoors, far, 1e6)
-    # The balls are found this way only (indoors), so nothing is shared with chance.
+    # Indoors the lamps are only sampled in this way, so no weight is shared with other rays.
     share = mi.Bool(~indoors)
     total = _lit(m, wi, (way, light, density, limit, share), guide, world, active)
     sun = (
@@ -292,7 +291,7 @@ def _direct(
 
 
 def _lit(m: dict[str, Any], wi: Any, light: Any, guide: Any, world: Any, active: Any) -> Any:
-    """Return what one sampled direction brings, if nothing stands in its way."""
+    """Return the light from one sampled direction, if it is not blocked."""
     surfaces, _, portals = world
     way, colour, density, limit, share = light
     value, own = _finish(m, wi, way)
@@ -314,7 +313,7 @@ def _gap(p: Any) -> Any:
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def radiance(world: Any, sampler: Any, ray: Any) -> Any:
-    """Radiance along rays, (N,) colours."""
+    """Return the radiance along rays, (N,) colours."""
     surfaces, lights, portals = world
     ray = mi.Ray3f(ray)
     total, beta = mi.Color3f(0), mi.Color3f(1)
@@ -327,7 +326,7 @@ def radiance(world: Any, sampler: Any, ray: Any) -> Any:
         sky_share = _share(density, dr.select(room, 0, lights.sky_pdf(ray.d)))
         sun_share = _share(density, mi.Float(lights.sun_density))
         total += dr.select(gone, beta * (heaven * sky_share + disc * sun_share), 0)
-        # From indoors the ball lamps are sampled, so they count only where a camera sees them.
+        # From indoors the lamps are sampled, so they count only where a camera sees them.
         seen = m["valid"] & ((density < 0) | ~room | ~m["ball"])
         total += dr.select(seen, beta * m["glow"], 0)
 
@@ -354,11 +353,11 @@ def radiance(world: Any, sampler: Any, ray: Any) -> Any:
 
 
 def _share(density: Any, rival: Any) -> Any:
-    """Balance heuristic; a ray of the camera (density below 0) counts in full."""
+    """Return the weight by the balance heuristic; a camera ray (density below 0) counts in full."""
     return dr.select(density < 0, 1.0, density / dr.maximum(density + rival, 1e-20))
 
 
 def first_hit(surfaces: Surfaces, ray: Any) -> tuple[Any, Any, Any]:
-    """Distance (0 for the sky), albedo and normal of what rays meet first."""
+    """Return distance (0 for the sky), albedo and normal at the rays' first hits."""
     m = surfaces.meet(mi.Ray3f(ray), mi.Point2f(0.5), mi.Bool(True), mi.Bool(True))
     return m["t"], dr.select(m["valid"], m["albedo"], 0), dr.select(m["valid"], m["n"], 0)

@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float32]
-NEAR: Final = 0.4  # metres that the code 65535 of a depth map means
+NEAR: Final = 0.4  # metres for the code 65535 of a depth map
 _LUMINANCE: Final = np.array([0.2126, 0.7152, 0.0722], np.float32)
 _UNITS: Final = (200.0, 1_000.0, 5_000.0, 25_000.0)  # cd/m2 for 1.0 in a panorama's file
 _HALF_LIMIT: Final = 60_000.0
@@ -68,7 +68,7 @@ _VIEWS_FRAME: Final = (
 
 
 def source_digest() -> str:
-    """SHA-256 over the scene's source files."""
+    """Return the SHA-256 of the scene's source files."""
     folder = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(folder.glob("*.py")):
@@ -77,7 +77,10 @@ def source_digest() -> str:
 
 
 def unit_of(picture: Floats) -> float:
-    """cd/m2 of 1.0 in the file: the smallest unit that keeps the brightest texel in half floats."""
+    """Return cd/m2 for 1.0 in the file: the smallest unit that fits the brightest texel.
+
+    The file stores half floats.
+    """
     return next(unit for unit in _UNITS if float(picture.max()) / unit < _HALF_LIMIT)
 
 
@@ -85,7 +88,7 @@ def write_panorama(file: Path, spot: Spot, kept: Panorama, smooth: bool = False)
     """Write a panorama as half-float EXR and return its description; `smooth` denoises it."""
     picture = kept.picture
     if smooth:
-        # Across the seam as well; what sits at the zenith is averaged over its whole row anyway.
+        # Wrap around the seam as well; the zenith is averaged over its whole row anyway.
         wide = np.ascontiguousarray(np.pad(picture, ((0, 0), (64, 64), (0, 0)), mode="wrap"))
         denoise = importlib.import_module("mitsuba_oidn").denoise
         picture = np.maximum(np.asarray(denoise(wide, hdr=True), np.float32)[:, 64:-64], 0)
@@ -111,7 +114,7 @@ def write_panorama(file: Path, spot: Spot, kept: Panorama, smooth: bool = False)
 
 
 def _write_exr(path: Path, picture: Floats, unit: float, limit: float) -> None:
-    """Write with the least loss that fits the size this panorama may have."""
+    """Write with the least loss that fits the size limit of this panorama."""
     level = _LOSSES[-1]
     for candidate in _LOSSES:
         _write_half(path, picture, unit, candidate)
@@ -122,7 +125,7 @@ def _write_exr(path: Path, picture: Floats, unit: float, limit: float) -> None:
 
 
 def _lift_negatives(path: Path, picture: Floats, unit: float, level: int) -> None:
-    """Lossy packing rings below 0 beside bright texels; lift the few dark ones until it stops."""
+    """Lift the few dark texels that lossy packing pushes below 0 beside bright ones."""
     draft = picture.copy()
     around = cv2.blur(picture, (5, 5))
     for lift in (0.1, 0.3, 0.6, 1.0, 1.0):
@@ -162,12 +165,12 @@ def _read(path: Path) -> Floats:
 
 
 def view_name(turn: int, distance: float) -> str:
-    """Name of a view's files without their ending."""
+    """Return the name of a view's files without their suffix."""
     return f"view-{turn:03d}-{round(distance * 100):03d}"
 
 
 def tone_mapped(picture: Floats, exposure: float) -> NDArray[np.uint8]:
-    """Develop radiance as a webcam would, (H, W, 3) RGB bytes."""
+    """Develop radiance like a webcam, (H, W, 3) RGB bytes."""
     x = np.maximum(picture * np.float32(exposure), 0)
     x = x * (1 + x / _WHITE**2) / (1 + x)
     x = np.clip(x, 0, 1)
@@ -176,7 +179,7 @@ def tone_mapped(picture: Floats, exposure: float) -> NDArray[np.uint8]:
 
 
 def exposure_of(picture: Floats) -> float:
-    """Multiplier from cd/m2 that a webcam would choose, weighted to the middle of the picture."""
+    """Return the exposure from cd/m2 that a webcam would choose, centre-weighted."""
     height, width = picture.shape[:2]
     y, x = np.meshgrid(np.linspace(-1, 1, height), np.linspace(-1, 1, width), indexing="ij")
     weight = 0.25 + np.exp(-((x / 0.35) ** 2) - ((y / 0.6) ** 2))

@@ -1,4 +1,4 @@
-"""The details that make the bald heads faces: colours, pores, brows, lashes, hair, a collar.
+"""The details that turn the bald heads into faces: colours, pores, brows, lashes, hair, a collar.
 
-Everything here is made by rules from the CC0 heads themselves; no photograph is used.
+Everything here is made by rules from the CC0 heads themselves; no photo is used.
 """

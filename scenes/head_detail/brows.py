@@ -1,4 +1,4 @@
-"""Eyebrows: where they lie, how dense they are and which way their hairs grow."""
+"""Eyebrows: their position, density and direction of growth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _HALF = np.array([3.6, 4.2, 4.0, 3.5, 2.9, 2.1, 1.2]) * MM
 
 
 def _place(head: Head, positions: Floats) -> tuple[Floats, Floats]:
-    """Where points lie: along the brow (0 inner end, 1 tail) and across it (-1 lower, 1 upper)."""
+    """Return positions along the brow (0 inner end, 1 tail) and across it (-1 lower, 1 upper)."""
     local = head.local(positions)
     x = local[:, 0] - head.eye[0] / head.scale
     middle = np.interp(x, _MIDDLE_X, _MIDDLE_Y)
@@ -29,7 +29,7 @@ def _place(head: Head, positions: Floats) -> tuple[Floats, Floats]:
 
 
 def brow_weight(head: Head, positions: Floats) -> Floats:
-    """Density (N,) of the brow's hairs, 0 to 1, fading at its edge and its inner end."""
+    """Return the density of the brow's hairs, (N,), 0 to 1, fading at edge and inner end."""
     along, across = _place(head, positions)
     inside = 1.0 - step(np.abs(across), 0.3, 1.25)
     # The lower edge is the sharper one.
@@ -38,10 +38,10 @@ def brow_weight(head: Head, positions: Floats) -> Floats:
 
 
 def brows(name: str, count: int = 460) -> Strands:
-    """Both eyebrows, `count` hairs each."""
+    """Return both eyebrows, `count` hairs each."""
     head, skin = load(name), surface(name)
     rng = np.random.default_rng(401)
-    # The skin's vertices are too coarse for the edge: scatter wide, then keep by density.
+    # The skin's vertices are too coarse for the edge: scatter widely, then keep by density.
     wide = (brow_weight(head, head.vertices) > 0.0).astype(np.float64)
     wide = np.maximum(wide, _margin(head))
     spots = scatter(head, wide, 12 * count, rng)
@@ -68,10 +68,10 @@ def _margin(head: Head) -> Floats:
 
 
 def _angle(along: Floats, across: Floats) -> Floats:
-    """Direction in degrees, seen from the front: 0 outward, 90 up.
+    """Return directions in degrees, seen from the front: 0 outward, 90 up.
 
-    Upright at the inner end, then outward; above the middle line hairs lean down, below up, so
-    that both meet there; the tail runs outward and down.
+    Hairs are upright at the inner end, then outward; above the middle line they lean down, below it
+    up, so that both meet there; the tail runs outward and down.
     """
     middle = np.interp(
         along, [0.0, 0.1, 0.25, 0.5, 0.75, 1.0], [86.0, 68.0, 38.0, 16.0, -8.0, -28.0]

@@ -1,6 +1,6 @@
-"""Pores and fine lines: the skin's normals at the scale of a tenth of a millimetre to one.
+"""Pores and fine lines: the skin's normals at a scale of 0.1 to 1 mm.
 
-Sheen on a smooth mesh looks like wax; on skin it breaks up in cells between furrows.
+Sheen on a smooth mesh looks like wax; on skin it breaks up into cells between furrows.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from scenes.head_detail.outline import step
 _STEEPEST = 0.4
 _WET = 2.0
 _REACH = 0.05 * MM
-"""Half the step of the differences that give the slope."""
+"""Half the step of the differences for the slope."""
 
 
 def skin_bump(
     positions: Floats, normals: Floats, name: str = "generic", strength: float = 1.0
 ) -> NDArray[np.float32]:
-    """Normals (N, 3) of the skin with its pores and lines, of unit length.
+    """Return the normals of the skin with pores and lines, (N, 3), of unit length.
 
     Args:
         positions, normals: (N, 3). Points of the smooth skin, head units.
         name: The head; on its lips the lines run up and down.
-        strength: 0 gives the normals back unchanged.
+        strength: 0 returns the normals unchanged.
     """
     positions = np.asarray(positions, np.float64)
     normals = np.asarray(normals, np.float64)
@@ -38,7 +38,7 @@ def skin_bump(
     slope = (1.0 - lips) * _slope(_skin_height, positions) * _region(head.local(positions))
     slope += lips * _slope(_lip_height, positions)
     slope -= np.einsum("ij,ij->i", slope, normals)[:, None] * normals
-    # No steeper than 22 degrees, or grazing looks would meet normals that point away.
+    # No steeper than 22 degrees, or grazing views would meet normals that face away.
     slope *= strength
     slope /= np.sqrt(1.0 + (slope**2).sum(axis=1, keepdims=True) / _STEEPEST**2)
     bent = normals - slope
@@ -47,14 +47,14 @@ def skin_bump(
 
 
 def _region(local: Floats) -> Floats:
-    """Strength (N, 1): pores are coarse on nose and cheeks, fine round the eyes and on the neck."""
+    """Return strengths, (N, 1): pores are coarse on nose and cheeks, fine around eyes and neck."""
     eyes = np.exp(-0.5 * (((local[:, 0] - 0.3) / 0.16) ** 2 + (local[:, 1] / 0.11) ** 2))
     nose = np.exp(-0.5 * ((local[:, 0] / 0.25) ** 2 + ((local[:, 1] + 0.35) / 0.3) ** 2))
     return (0.85 + 0.35 * nose - 0.35 * eyes)[:, None]
 
 
 def oiliness(name: str, positions: Floats) -> Floats:
-    """How many times the skin's usual sheen it has (N,): wet on lips, oily on nose and forehead."""
+    """Return the sheen relative to usual skin, (N,): wet on lips, oily on nose and forehead."""
     head = load(name)
     local = head.local(positions)
     lips = step(lip_distance(head, positions), 0.0, 1.2 * MM)
@@ -64,7 +64,7 @@ def oiliness(name: str, positions: Floats) -> Floats:
 
 
 def _slope(height: Callable[[Floats], Floats], positions: Floats) -> Floats:
-    """Gradient (N, 3) of a height field, by central differences."""
+    """Return the gradient of a height field, (N, 3), by central differences."""
     slope = np.empty_like(positions)
     for axis in range(3):
         shift = np.zeros(3)
@@ -74,7 +74,7 @@ def _slope(height: Callable[[Floats], Floats], positions: Floats) -> Floats:
 
 
 def _skin_height(points: Floats) -> Floats:
-    """Height in head units: cells of 0.5 mm between furrows, pits of pores, gentle waves."""
+    """Return heights in head units: cells of 0.5 mm between furrows, pores, gentle waves."""
     cells = np.abs(noise(points, 1.1 * MM, 101)).clip(0.0, 0.8)
     fine = np.abs(noise(points, 0.55 * MM, 102)).clip(0.0, 0.8)
     pores = (noise(points, 0.9 * MM, 103) - 0.9).clip(0.0, None)

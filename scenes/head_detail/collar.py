@@ -1,8 +1,8 @@
-"""A crew-neck collar and the start of the shoulders, which hide where the neck is cut.
+"""A crew-neck collar and the start of the shoulders, which hide the neck's cut.
 
 It is a shell of cloth around the neck: a ribbed band that leans on the skin, and below it the shirt
-that runs out over the shoulders and down past the cut. The mesh is closed and does not touch the
-skin, so that the medium inside the skin stays undisturbed.
+that extends over the shoulders and down past the cut. The mesh is closed and does not touch the
+skin, so that the medium inside the skin is not affected.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _THICK = 2.6 * MM
 
 
 def collar(name: str) -> tuple[Floats, Floats, Ints]:
-    """Vertices (V, 3), normals (V, 3) and faces (F, 3) of one head's collar, head units."""
+    """Return vertices (V, 3), normals (V, 3) and faces (F, 3) of a head's collar, head units."""
     head, skin = load(name), surface(name)
     outer = _outer_rows(head, skin)
     inner = _inner_rows(outer, skin)
@@ -40,13 +40,13 @@ def collar(name: str) -> tuple[Floats, Floats, Ints]:
 
 
 def _around() -> Floats:
-    """Directions (columns, 3) from the front over the left to the back."""
+    """Return directions (columns, 3) from the front via the left to the back."""
     angle = np.linspace(0.0, np.pi, _HALF_TURN)
     return np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=1)
 
 
 def _neckline(head: Head) -> Floats:
-    """Height (columns,) of the band's upper edge: low in front, high at the nape."""
+    """Return the height of the band's upper edge, (columns,): low in front, high at the nape."""
     angle = np.linspace(0.0, np.pi, _HALF_TURN)
     height = np.interp(angle, np.radians([0, 45, 90, 135, 180]), [0.285, 0.315, 0.40, 0.50, 0.535])
     smooth = np.convolve(np.pad(height, 30, mode="reflect"), np.ones(61) / 61.0, mode="valid")
@@ -55,7 +55,7 @@ def _neckline(head: Head) -> Floats:
 
 
 def _neck_at(head: Head, skin: Surface, height: Floats) -> Floats:
-    """Points (columns, 3) of the neck's skin at given heights, found from outside."""
+    """Return points of the neck's skin at given heights, (columns, 3), found from outside."""
     around = _around()
     axis = np.stack([np.zeros_like(height), height, np.full_like(height, 0.30)], axis=1)
     reach = np.full(_HALF_TURN, 1.1 * head.scale)
@@ -68,13 +68,13 @@ def _neck_at(head: Head, skin: Surface, height: Floats) -> Floats:
 
 
 def _outer_rows(head: Head, skin: Surface) -> Floats:
-    """The cloth's outside (rows, columns, 3): the band from its upper edge, then the shirt."""
+    """Return the cloth's outside, (rows, columns, 3): the band from its edge, then the shirt."""
     around, line = _around(), _neckline(head)
     ribs = 0.25 * MM * np.cos(np.arange(_HALF_TURN) * np.pi / 2.0)
     rows = []
     for depth, off in zip(_BAND, _BAND_OFF, strict=True):
         neck = _neck_at(head, skin, line - depth * 0.55 * head.scale)
-        # Cloth bridges hollows: it follows the neck's round, not its cords.
+        # Cloth bridges hollows: it follows the neck's round shape, not its cords.
         rows.append(_calm(neck) + (off + ribs * (0.03 < depth < 0.14))[:, None] * around)
     rim = rows[-1]
     rows += [_shirt(head, rim, part) for part in _BODY]
@@ -91,7 +91,7 @@ def _outer_rows(head: Head, skin: Surface) -> Floats:
 
 
 def _lift(skin: Surface, points: Floats) -> Floats:
-    """Raise points that are inside broad shoulders, just above the flat cut, towards their top."""
+    """Raise points inside broad shoulders, just above the flat cut, towards their top."""
     raised = points.copy()
     for _ in range(12):
         foot, normal = skin.nearest(raised)
@@ -100,7 +100,7 @@ def _lift(skin: Surface, points: Floats) -> Floats:
 
 
 def _calm(line: Floats, width: int = 9) -> Floats:
-    """A row blurred along itself; the front and the back stay symmetric."""
+    """Return a row blurred along itself; the front and the back stay symmetric."""
     padded = np.concatenate([line[width:0:-1], line, line[-2 : -width - 2 : -1]])
     padded[:width, 0] *= -1.0
     padded[-width:, 0] *= -1.0
@@ -109,13 +109,13 @@ def _calm(line: Floats, width: int = 9) -> Floats:
 
 
 def _shirt(head: Head, rim: Floats, part: float) -> Floats:
-    """A row (columns, 3) of the shirt, `part` of the way from the band to the hem."""
+    """Return a row of the shirt, (columns, 3), `part` of the way from the band to the hem."""
     around = _around()
     ahead = np.where(around[:, 2] > 0.0, 1.15, 0.95)
     outer = np.stack([1.95 * around[:, 0], np.zeros(_HALF_TURN), ahead * around[:, 2]], axis=1)
     outer[:, 2] += 0.15
     row = rim + part * (outer * head.scale - rim)
-    # On the sides the cloth runs out along the shoulder, in front and behind it falls.
+    # On the sides the cloth extends along the shoulder; in front and behind it falls.
     side = np.abs(around[:, 0]) ** 2
     shoulder = 0.50 * part + 0.5 * step(np.full(_HALF_TURN, part), 0.62, 1.1)
     chest = 1.15 * part**0.8
@@ -124,7 +124,7 @@ def _shirt(head: Head, rim: Floats, part: float) -> Floats:
 
 
 def _inner_rows(outer: Floats, skin: Surface) -> Floats:
-    """The cloth's inside: `_THICK` within its outside, clear of the skin."""
+    """Return the cloth's inside: `_THICK` within its outside, clear of the skin."""
     along = np.gradient(outer, axis=0)
     across = np.gradient(outer, axis=1)
     inward = unit(np.cross(along, across))
@@ -135,7 +135,7 @@ def _inner_rows(outer: Floats, skin: Surface) -> Floats:
 
 
 def _tube(rows: int, columns: int) -> Ints:
-    """Triangles of a surface closed both ways."""
+    """Return the triangles of a surface closed in both directions."""
     row, column = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     down, right = (row + 1) % rows, (column + 1) % columns
     a, b = row * columns + column, row * columns + right
@@ -146,7 +146,7 @@ def _tube(rows: int, columns: int) -> Ints:
 
 
 def _normals(vertices: Floats, faces: Ints) -> Floats:
-    """Smooth normals (V, 3), weighted by area."""
+    """Return smooth normals, (V, 3), weighted by area."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     total = np.zeros_like(vertices)

@@ -1,7 +1,7 @@
-"""The skin's colour from spot to spot, relative to its tone.
+"""The variation of the skin's colour, relative to its tone.
 
-Every rule is a function of position, so it can be asked at any point of the skin: a mesh with 3 mm
-between its vertices cannot carry the border of a lip. Rules stand in the frame of `Head.local`,
+Every rule is a function of position, so it can be evaluated at any point of the skin: a mesh with 3
+mm between its vertices is too coarse for the border of a lip. Rules use the frame of `Head.local`,
 where 0.01 is a millimetre on the generic head.
 """
 
@@ -20,7 +20,7 @@ from scenes.head_detail.outline import signed_distance, smooth, step
 
 _LEAST, _MOST = 0.3, 1.3
 _LEVEL = (1.055, 1.125, 1.125)
-"""Brings the mean over the face back to about 1, as most tints darken."""
+"""Restores the mean over the face to about 1, since most tints darken."""
 _LIP = (0.94, 0.64, 0.65)
 _SLIT = (0.50, 0.32, 0.33)
 _RED = (1.02, 0.92, 0.91)
@@ -34,12 +34,12 @@ _BEARD = (0.76, 0.80, 0.84)
 _SCALP = (0.42, 0.38, 0.35)
 _PORES = 0.18
 _WHITE = (0.76, 0.71, 0.70)
-"""Of the mesh's own white: L* of about 74 instead of 83, as vessels and tears leave it."""
+"""Relative to the mesh's own white: L* of about 74 instead of 83, for vessels and tears."""
 _LIMBUS = (5.8 * MM, 6.5 * MM)
 
 
 def head_colours(name: str, *, beard: bool = False, scalp: bool = True) -> NDArray[np.float32]:
-    """Relative albedo (V, 3) of each vertex of a head's skin."""
+    """Return the relative albedo of each vertex of a head's skin, (V, 3)."""
     head = load(name)
     return relative_albedo(name, head.vertices, head.normals, beard=beard, scalp=scalp)
 
@@ -47,12 +47,12 @@ def head_colours(name: str, *, beard: bool = False, scalp: bool = True) -> NDArr
 def relative_albedo(
     name: str, positions: Floats, normals: Floats, *, beard: bool = False, scalp: bool = True
 ) -> NDArray[np.float32]:
-    """Factor (N, 3) on the skin tone's linear RGB at points of the skin, in [0.3, 1.3].
+    """Return the factor on the skin tone's linear RGB at points of the skin, (N, 3), in [0.3, 1.3].
 
     Args:
         positions, normals: (N, 3). Head units; unit length.
         beard: Add the shadow of a shaved beard.
-        scalp: Darken the skin that hair grows on, so that gaps between strands do not shine.
+        scalp: Darken the skin under the hair, so that gaps between strands do not shine.
     """
     head = load(name)
     positions = np.asarray(positions, np.float64)
@@ -72,7 +72,7 @@ def relative_albedo(
 
 
 def eye_albedo(name: str, positions: Floats) -> NDArray[np.float32]:
-    """Factor (N, 3) on the colours of an eye's mesh at points of either eye, (N, 3)."""
+    """Return the factor on the eye mesh's colours at points of either eye, (N, 3)."""
     eye, colour = load(name).eye, np.ones((len(positions), 3))
     away = np.hypot(np.abs(positions[:, 0]) - eye[0], positions[:, 1] - eye[1])
     _tint(colour, step(away, *_LIMBUS), _WHITE)
@@ -80,7 +80,7 @@ def eye_albedo(name: str, positions: Floats) -> NDArray[np.float32]:
 
 
 def lip_distance(head: Head, positions: Floats) -> Floats:
-    """Distance (N,) to the border of the lips seen from the front, positive on the lips."""
+    """Return the distance to the lips' border, (N,), seen from the front, positive on the lips."""
     distance = np.full(len(positions), -1.0)
     near = np.abs(positions[:, :2] - head.mouth[:2]).max(axis=1) < 0.4
     near &= positions[:, 2] > head.mouth[2] - 0.25
@@ -93,7 +93,7 @@ def lip_distance(head: Head, positions: Floats) -> Floats:
 def _lip_outline(name: str) -> Floats:
     head = load(name)
     line = smooth(head.lips[:, :2], 160, 5.0)
-    # The mesh's loop runs round the corners of the mouth; the red of lips tapers to them.
+    # The mesh's loop runs around the corners of the mouth; the red of the lips tapers to them.
     out = step(line[:, 0] / line[:, 0].max(), 0.55, 1.0)
     above = line[:, 1] > head.mouth[1]
     line[:, 1] -= (line[:, 1] - head.mouth[1]) * out * np.where(above, 0.45, 0.75)
@@ -101,12 +101,12 @@ def _lip_outline(name: str) -> Floats:
 
 
 def _tint(colour: Floats, weight: Floats, tint: tuple[float, float, float]) -> None:
-    """Move colours towards themselves times `tint`, by `weight` (N,)."""
+    """Multiply colours by `tint`, weighted by `weight` (N,)."""
     colour *= 1.0 + weight[:, None] * (np.array(tint) - 1.0)
 
 
 def _blob(local: Floats, centre: Floats, size: tuple[float, float, float]) -> Floats:
-    """A soft ellipsoid: 1 in its centre, 0.6 at `size`."""
+    """Return a soft ellipsoid: 1 in its centre, 0.6 at `size`."""
     away = (local - centre) / np.array(size)
     weight: Floats = np.exp(-0.5 * np.einsum("ij,ij->i", away, away))
     return weight
@@ -115,7 +115,7 @@ def _blob(local: Floats, centre: Floats, size: tuple[float, float, float]) -> Fl
 def _regions(
     head: Head, positions: Floats, normals: Floats, local: Floats
 ) -> list[tuple[Floats, tuple[float, float, float]]]:
-    """Weights (N,) and tints of the face's parts, but for lips and hair."""
+    """Return weights (N,) and tints of the face's parts, except lips and hair."""
     eye_x = head.eye[0] / head.scale
     nose = head.local(head.nose[None])[0]
     chin = head.local(head.mouth[None])[0] + np.array([0.0, -0.32, 0.0])
@@ -141,7 +141,7 @@ def _regions(
 
 
 def _under_eye(head: Head, positions: Floats) -> Floats:
-    """The crescent under the lower lid, strongest at its inner end."""
+    """Return the crescent under the lower lid, strongest at its inner end."""
     local = head.local(positions)
     line = head.local(head.lower_lashes)
     order = np.argsort(line[:, 0])
@@ -156,7 +156,7 @@ def _under_eye(head: Head, positions: Floats) -> Floats:
 
 
 def _lids(head: Head, positions: Floats) -> Floats:
-    """The lids: skin within some millimetres of the eyeball, reddest at the rim."""
+    """Return the lids: skin within a few millimetres of the eyeball, reddest at the rim."""
     left = np.concatenate([np.abs(positions[:, :1]), positions[:, 1:]], axis=1)
     away = np.linalg.norm((left - head.eye) * np.array([0.75, 1.15, 1.0]), axis=1)
     lid = 1.0 - step(away, head.eye_radius + 1.5 * MM, head.eye_radius + 7.0 * MM)
@@ -167,7 +167,7 @@ def _lids(head: Head, positions: Floats) -> Floats:
 
 
 def _near_line(points: Floats, line: Floats) -> Floats:
-    """Distance (N,) from points to the points of a line, refined between them."""
+    """Return the distance of points to a line, (N,), refined between its points."""
     fine = smooth(line, 60, 2.0)
     best = np.full(len(points), np.inf)
     near = np.abs(points - fine.mean(axis=0)).max(axis=1) < 0.3
@@ -184,7 +184,7 @@ def _nostrils(head: Head, positions: Floats) -> Floats:
 
 
 def _beard(head: Head, positions: Floats, local: Floats) -> Floats:
-    """Jaw, chin and upper lip, with stubble's grain."""
+    """Return jaw, chin and upper lip, with the grain of stubble."""
     mouth = head.local(head.mouth[None])[0]
     ear = head.local(head.ear)
     x, y, z = local.T
@@ -198,11 +198,12 @@ def _beard(head: Head, positions: Floats, local: Floats) -> Floats:
 
 
 def _mottling(positions: Floats) -> Floats:
-    """Uneven blood and pigment (N, 3): clouds of 12 mm, blotches of 2 mm, fine grain, pores."""
+    """Return uneven blood and pigment, (N, 3): clouds of 12 mm, blotches of 2 mm, grain, pores."""
     blood = 0.4 * fractal(positions, 12.0 * MM, 11) + 0.5 * noise(positions, 2.0 * MM, 21)
     pigment = 0.3 * fractal(positions, 7.0 * MM, 31) + 0.6 * noise(positions, 1.1 * MM, 41)
     grain = noise(positions, 0.7 * MM, 42)
-    # Each pore is a dark point; between them the skin is as much lighter. Some areas have few.
+    # Each pore is a dark point; the skin in between is correspondingly lighter. Some areas have
+    # few.
     pores = (noise(positions, 0.6 * MM, 103) - 0.3).clip(0.0, None) - _PORES
     pores *= (1.0 + 0.35 * noise(positions, 14.0 * MM, 43)).clip(0.4, 1.6)
     red = np.array([0.006, 0.060, 0.056])
@@ -213,7 +214,7 @@ def _mottling(positions: Floats) -> Floats:
 
 
 def _lips(head: Head, positions: Floats) -> tuple[Floats, Floats]:
-    """Weights (N,) of the lips and of the dark slit between them."""
+    """Return the weights of the lips and of the dark slit between them, (N,) each."""
     distance = lip_distance(head, positions) / head.scale
     wavy = distance + 0.2 * MM * noise(positions, 1.5 * MM, 51)
     streaks = noise(positions, (0.9 * MM, 6.0 * MM, 6.0 * MM), 61)
@@ -221,7 +222,7 @@ def _lips(head: Head, positions: Floats) -> tuple[Floats, Floats]:
     soft = 1.0 + 0.8 * step(head.mouth[1] - positions[:, 1], 0.0, 3.0 * MM)
     lips = step(wavy, -0.35 * MM * soft, 0.9 * MM * soft) * (0.85 + 0.06 * streaks)
     slit = np.abs(positions[:, 1] - head.mouth[1]) / head.scale
-    # Lips recede towards the corners of the mouth; only what is near the slit lies inside of it.
+    # Lips recede towards the corners of the mouth; only points near the slit are inside it.
     inside = step(head.mouth[2] - positions[:, 2], -0.03, 0.02) * (distance > 0.0)
     inside *= 1.0 - step(slit, 0.8 * MM, 2.5 * MM)
     return lips, np.maximum(inside, 0.5 * step(distance, 1.5 * MM, 4 * MM) * np.exp(-slit / 0.02))

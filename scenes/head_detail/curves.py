@@ -1,4 +1,4 @@
-"""Every kind of hair under one name."""
+"""All kinds of hair in one function."""
 
 from __future__ import annotations
 

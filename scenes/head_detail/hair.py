@@ -1,4 +1,4 @@
-"""The hair of the head in two cuts, grown from guides that gather it in locks."""
+"""The hair of the head in two cuts, grown from guides that gather it into locks."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from scenes.head_detail.strands import Heading, Strands, along_skin, both_sides,
 from scenes.head_detail.surface import Surface, scatter, surface
 
 _WHORL = np.array([0.0, 0.90, -1.08])
-"""Where the hair turns about, at the back of the crown, in the frame of `Head.local`."""
+"""Centre of the hair's whorl, at the back of the crown, in the frame of `Head.local`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """How one haircut gathers its strands.
+    """Parameters of a haircut.
 
     Attributes:
-        guides, strands: Locks, and strands, on one half of the head.
+        guides, strands: Number of locks, and of strands, on one half of the head.
         points: Points on each strand.
-        gather: How far a lock's strands close up towards its tip, 0 to 1.
-        frizz: Wander of single strands at their tips, head units.
+        gather: How far a lock's strands converge towards its tip, 0 to 1.
+        frizz: Deviation of single strands at their tips, head units.
         radius: Mean radius of a strand, head units.
         stray: Share of strands that leave their lock.
         crosses: Whether locks cross the middle, where the cut has no parting.
@@ -45,7 +45,7 @@ SHORT = Cut(700, 27000, 12, 0.85, 0.8 * MM, 0.062 * MM, 0.06, True)
 
 
 def hair_short(name: str) -> Strands:
-    """A short natural cut: top of 4 cm swept up and back, sides and nape shorter."""
+    """Return a short natural cut: 4 cm on top, swept up and back, with shorter sides and nape."""
     head, skin = load(name), surface(name)
     rng = np.random.default_rng(403)
     roots = _roots(head, skin, SHORT.guides, rng)
@@ -64,7 +64,7 @@ def hair_short(name: str) -> Strands:
 
 
 def _short_length(head: Head, roots: Floats) -> Floats:
-    """Length (N,) by place: 4 cm on top, 1 cm round the ears, less at the very edge."""
+    """Return lengths by position, (N,): 4 cm on top, 1 cm around the ears, less at the edge."""
     height = unroll(head, roots)[:, 1]
     front = step(head.local(roots)[:, 2], -0.5, 0.0)
     length = 7.0 + 34.0 * step(height, 0.36, 0.98)
@@ -74,7 +74,7 @@ def _short_length(head: Head, roots: Floats) -> Floats:
 
 
 def _short_body(head: Head, roots: Floats) -> Floats:
-    """How far (N,) the outermost strands stand off the skin."""
+    """Return the distance of the outermost strands from the skin, (N,)."""
     height = unroll(head, roots)[:, 1]
     front = step(head.local(roots)[:, 2], -0.4, 0.0) * step(height, 0.45, 0.65)
     body = 1.8 + 15.0 * np.maximum(step(height, 0.5, 1.02), 0.9 * front)
@@ -90,7 +90,7 @@ def _short_heading(head: Head, roots: Floats, body: Floats, rng: np.random.Gener
     # At the front the hair is swept up and back, off the forehead.
     aside = 0.25 * front * step(local[:, 0], 0.1, 0.5)
     sweep = np.stack([aside, 0.35 * front - 0.7 * side, -1.3 * front - 0.2 * side], axis=1)
-    # Near the middle hair runs along it: what wandered would meet its own mirror image there.
+    # Near the middle hair runs along it: strays would meet their own mirror images there.
     turn = rng.normal(0.0, 0.25, (count, 3))
     turn[:, 0] *= 0.15 + 0.85 * step(local[:, 0], 0.05, 0.45)
     lift = (0.05 + 0.7 * step(height, 0.42, 0.92) + 0.4 * front) * rng.uniform(0.6, 1.3, count)
@@ -98,7 +98,7 @@ def _short_heading(head: Head, roots: Floats, body: Floats, rng: np.random.Gener
     def heading(points: Floats, normals: Floats, above: Floats, done: float) -> Floats:
         flow = unit(head.local(points) - _WHORL)
         flat = along_skin(flow + sweep + turn, normals)
-        # What stands further off than the cut's body bends back to the head.
+        # Strands outside the cut's body bend back to the head.
         high = 0.9 * step(above, 0.7 * body, 1.6 * body) * (done > 0.2)
         return flat + (lift * (1.0 - 1.5 * done) - high)[:, None] * normals
 
@@ -109,14 +109,14 @@ LONG = Cut(360, 24000, 24, 0.75, 3.0 * MM, 0.060 * MM, 0.06, False)
 
 
 def hair_long(name: str) -> Strands:
-    """A longer cut to the collar, parted in the middle, behind and beside the face."""
+    """Return a longer cut to the collar, parted in the middle, behind and beside the face."""
     head, skin = load(name), surface(name)
     rng = np.random.default_rng(404)
     roots = _roots(head, skin, LONG.guides, rng)
     # Grown longer than needed, then cut at the height of the collar.
     lengths = roots[:, 1] - head.cut + 0.5 * head.scale
     floor = head.cut + (0.30 + 0.05 * rng.normal(0.0, 1.0, len(roots))) * head.scale
-    # Hair from the top lies over hair from below.
+    # Hair from the top covers hair from below.
     layer = step(unroll(head, roots)[:, 1], -0.2, 1.0)
     body = (1.0 + 6.5 * layer + rng.uniform(0.0, 3.5, len(roots))) * MM * head.scale
     guides = grow(
@@ -131,7 +131,7 @@ def hair_long(name: str) -> Strands:
 
 
 def _trim(guides: Floats, floor: Floats) -> Floats:
-    """Strands (N, K, 3) cut where they fall below `floor` (N,), again with K points each."""
+    """Return strands (N, K, 3) cut where they fall below `floor` (N,), again with K points each."""
     count = guides.shape[1]
     low = guides[:, :, 1] < floor[:, None]
     end = np.where(low.any(axis=1), low.argmax(axis=1), count - 1)
@@ -144,10 +144,10 @@ def _trim(guides: Floats, floor: Floats) -> Floats:
 
 
 def _long_heading(head: Head, roots: Floats, rng: np.random.Generator) -> Heading:
-    """From the parting outward, then down; what would hang before the face goes behind it."""
+    """Return directions from the parting outward, then down and behind the face."""
     local = head.local(roots)
     ear = head.local(head.ear)
-    # Each lock has its own curtain line: the front ones hang just before the ears.
+    # Each lock has a different curtain line: the front ones hang just before the ears.
     curtain = ear[:, 2].max() + rng.uniform(-0.15, 0.16, len(roots))
     lift = rng.uniform(0.25, 0.55, len(roots))
     turn = rng.normal(0.0, 0.07, (len(roots), 3))
@@ -159,14 +159,14 @@ def _long_heading(head: Head, roots: Floats, rng: np.random.Generator) -> Headin
         across = np.maximum(0.0, 1.0 - at[:, 0] / 0.62) * (1.0 - back)
         behind = -step(at[:, 2] - curtain, -0.1, 0.5) * 1.3
         sway = 0.16 * np.sin(9.0 * done + wave) * done
-        # Below the ears it draws in to the neck, from behind forward.
+        # Below the ears it moves in to the neck, from the front backward.
         low = step(-at[:, 1], 0.0, 0.9)
         inward = -0.55 * low * step(at[:, 0], 0.35, 0.75)
         behind = behind + 0.35 * low * step(-at[:, 2], 1.0, 1.5)
         # At the parting strands rise before they turn aside, which keeps it narrow.
         across = across * (1.0 if done > 0.06 else 0.4)
         flow = np.stack([1.1 * across + inward + sway, -np.ones(len(at)), behind], axis=1)
-        # On the head hair follows the skin; further down it hangs.
+        # On the head, hair follows the skin; further down it hangs.
         cling = step(at[:, 1], -0.35, 0.25)[:, None]
         flat = along_skin(flow + turn, normals)
         way = cling * flat + (1.0 - cling) * unit(flow + turn)
@@ -176,7 +176,7 @@ def _long_heading(head: Head, roots: Floats, rng: np.random.Generator) -> Headin
 
 
 def _roots(head: Head, skin: Surface, count: int, rng: np.random.Generator) -> Floats:
-    """Roots (count, 3) on the left half, thinning out towards the hairline."""
+    """Return roots, (count, 3), on the left half, thinning out towards the hairline."""
     wide = (inside(head, head.vertices) > -0.05).astype(np.float64)
     spots = scatter(head, wide, 2 * count, rng)
     while True:
@@ -188,14 +188,14 @@ def _roots(head: Head, skin: Surface, count: int, rng: np.random.Generator) -> F
 
 
 def _fill(head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Generator) -> Strands:
-    """Strands between the guides: each follows its nearest one and closes up to it."""
+    """Return strands between the guides: each follows its nearest one and converges to it."""
     roots = _roots(head, skin, cut.strands, rng)
-    # Across the middle a strand may follow a lock of the other side.
+    # Across the middle, a strand may follow a lock of the other side.
     other = guides[guides[:, 0, 0] < 0.12] * np.array([-1.0, 1.0, 1.0])
     guides = np.concatenate([guides, other]) if cut.crosses else guides
     gap, near = cKDTree(guides[:, 0]).query(roots, k=3, workers=2)
     share = 1.0 / (gap + 1.0 * MM) ** 2
-    # Strays spread evenly over three guides; the others belong to one.
+    # Strays are spread evenly over three guides; the others belong to one.
     stray = rng.random(len(roots)) < cut.stray
     share = np.where(stray[:, None], share, share**2)
     share /= share.sum(axis=1, keepdims=True)
@@ -203,13 +203,13 @@ def _fill(head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Ge
     shape = np.einsum("ij,ijkl->ikl", share, shape[near])
     done = np.linspace(0.0, 1.0, cut.points)[None, :, None]
     together = np.einsum("ij,ijk->ik", share, guides[near, 0]) - roots
-    # Locks show least in the middle, where each would stand beside its twin.
+    # Locks are least distinct in the middle, where each would be beside its twin.
     gather = cut.gather * (0.3 + 0.7 * step(head.local(roots)[:, 0], 0.05, 0.45))
     shape = shape + gather[:, None, None] * done**1.3 * together[:, None]
     length = rng.uniform(0.80, 1.04, (len(roots), 1, 1)) * np.where(stray, 1.08, 1.0)[:, None, None]
     points = roots[:, None] + shape * length
     points = points + _frizz(len(roots), cut, rng) * np.where(stray, 2.6, 1.0)[:, None, None]
-    # Hair that reaches the collar lies on the cloth, and none creeps below it.
+    # Hair that reaches the collar lies on the cloth, and none goes below it.
     points[..., 1] = np.maximum(points[..., 1], head.cut + 0.2 * head.scale)
     low = step((head.cut - points[..., 1]) / head.scale, -0.50, -0.40)
     clearance = 0.3 * MM + 1.0 * MM * done[..., 0] + 7.5 * MM * low
@@ -220,7 +220,7 @@ def _fill(head: Head, skin: Surface, guides: Floats, cut: Cut, rng: np.random.Ge
 
 
 def _frizz(count: int, cut: Cut, rng: np.random.Generator) -> Floats:
-    """Smooth wander (count, K, 3) of single strands, growing from the root."""
+    """Return smooth deviations of single strands, (count, K, 3), increasing from the root."""
     done = np.linspace(0.0, 1.0, cut.points)[None, :, None]
     total = np.zeros((count, cut.points, 3))
     for waves in (0.5, 1.3):

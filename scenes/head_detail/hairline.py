@@ -1,4 +1,4 @@
-"""Where the hair of the head grows."""
+"""The area of the head where hair grows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ROUND = 0.75
 
 
 def unroll(head: Head, positions: Floats) -> Floats:
-    """Points as (way round the head from the middle of the forehead, height above the eyes)."""
+    """Return points as (distance around the head from mid-forehead, height above the eyes)."""
     local = head.local(positions)
     middle = head.local(head.ear)[:, 2].mean() + 0.12
     angle = np.arctan2(local[:, 0], local[:, 2] - middle)
@@ -25,7 +25,7 @@ def unroll(head: Head, positions: Floats) -> Floats:
 
 @cache
 def _outline(name: str) -> Floats:
-    """Border of the hair, unrolled, from the middle of the forehead to the nape."""
+    """Return the border of the hair, unrolled, from the middle of the forehead to the nape."""
     head = load(name)
     ear = unroll(head, head.ear)
     front, back = ear[:, 0].min(), ear[:, 0].max()
@@ -59,18 +59,18 @@ def _outline(name: str) -> Floats:
 
 
 def inside(head: Head, positions: Floats) -> Floats:
-    """Distance (N,) to the hairline in generic units, positive where hair grows."""
+    """Return the distance to the hairline in generic units, (N,), positive where hair grows."""
     line = _outline(head.name)
     beyond = [[9.0, line[-1, 1]], [9.0, 9.0], [0.0, 9.0]]
     closed = np.concatenate([[[0.0, line[0, 1]]], line, beyond])
     distance = signed_distance(unroll(head, positions), closed)
-    # No straight edge: it wanders by some millimetres.
+    # Not a straight edge: it varies by a few millimetres.
     wandering: Floats = distance + 0.018 * fractal(positions, 9.0 * MM, 501)
     return wandering
 
 
 def on_ear(head: Head, positions: Floats) -> Floats:
-    """1 for points on the ears, 0 elsewhere (N,)."""
+    """Return 1 for points on the ears, 0 elsewhere, (N,)."""
     local, ear = head.local(positions), head.local(head.ear)
     low, high = ear.min(axis=0), ear.max(axis=0)
     within = np.all((local[:, 1:] > low[1:] - 0.01) & (local[:, 1:] < high[1:] + 0.01), axis=1)
@@ -79,6 +79,6 @@ def on_ear(head: Head, positions: Floats) -> Floats:
 
 
 def hair_weight(head: Head, positions: Floats, soft: float = 0.07) -> Floats:
-    """Density (N,) of the hair, 0 outside the hairline to 1 at `soft` inside it."""
+    """Return the density of the hair, (N,), 0 outside the hairline to 1 at `soft` inside."""
     weight: Floats = step(inside(head, positions), -0.01, soft) * (1.0 - on_ear(head, positions))
     return weight

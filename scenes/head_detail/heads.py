@@ -1,4 +1,4 @@
-"""A head as the detail scripts see it: its mesh, its landmarks, and a frame that fits all heads."""
+"""A head for the detail scripts: its mesh, its landmarks, and a frame that fits all heads."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _GENERIC_CROWN = 1.066
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
-    """One head.
+    """A head with its landmarks.
 
     Attributes:
         vertices, normals: (V, 3) float64. Skin, head units; normals have unit length.
         faces: (F, 3) int64. Counter-clockwise from outside.
         eye: (3,) float64. Centre of the left eyeball.
-        scale: This head's size against the generic one, from the eyes up to the crown.
-        lips: (L, 3). Border of the lips, left half, from the upper middle over the corner to the
+        scale: This head's size relative to the generic one, from the eyes to the crown.
+        lips: (L, 3). Border of the lips, left half, from the upper middle via the corner to the
             lower middle.
-        mouth, nostril, nose: (3,). Middle of the slit between the lips; inside of the left
-            nostril; tip of the nose.
+        mouth, nostril, nose: (3,). Middle of the slit between the lips; inside of the left nostril;
+            tip of the nose.
         upper_lashes, lower_lashes: (N, 3). Lash lines of the left eye from the inner corner out.
         ear: (E, 3). Points on the left ear.
     """
@@ -54,9 +54,9 @@ class Head:
     ear: Floats
 
     def local(self, points: Floats) -> Floats:
-        """Points as (|x|, y, z) about the height and depth of the eyes, sized as the generic head.
+        """Return points as (|x|, y, z) relative to the eyes, scaled to the generic head.
 
-        Rules written in this frame fit every head and are the same on both sides.
+        Rules in this frame fit every head and are the same on both sides.
         """
         moved = points - np.array([0.0, self.eye[1], self.eye[2]])
         moved[:, 0] = np.abs(moved[:, 0])
@@ -64,7 +64,7 @@ class Head:
         return fitted
 
     def place(self, local: Floats) -> Floats:
-        """Undo `local` on the sitter's left."""
+        """Invert `local` on the sitter's left."""
         back: Floats = local * self.scale + np.array([0.0, self.eye[1], self.eye[2]])
         return back
 
@@ -95,7 +95,7 @@ def load(name: str) -> Head:
 
 
 def _read_ply(path: Path) -> tuple[Floats, Floats, Ints]:
-    """Vertices, normals and faces of a binary PLY written by `mesh_tools.write_ply`."""
+    """Return vertices, normals and faces of a binary PLY written by `mesh_tools.write_ply`."""
     header, _, body = path.read_bytes().partition(b"end_header\n")
     counts = {}
     names: list[str] = []

@@ -1,4 +1,4 @@
-"""Eyelashes: upper ones long and swept up, lower ones short and thin."""
+"""Eyelashes: long, curved upper ones, and short, thin lower ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _POINTS = 9
 
 
 def lashes(name: str, upper: int = 120, lower: int = 62) -> Strands:
-    """The lashes of both eyes: `upper` and `lower` on each lid."""
+    """Return the lashes of both eyes, with `upper` and `lower` lashes per lid."""
     head = load(name)
     rng = np.random.default_rng(402)
     skin = surface(name)
@@ -21,20 +21,20 @@ def lashes(name: str, upper: int = 120, lower: int = 62) -> Strands:
     under = _row(head, head.lower_lashes, lower, rng, up=False)
     thick = np.concatenate([rng.uniform(0.060, 0.080, upper), rng.uniform(0.030, 0.042, lower)])
     points = np.concatenate([over, under])
-    # The first point stands in the skin; the others may touch no fold of the lids.
+    # The first point is in the skin; the others must not touch a fold of the lids.
     free = points[:, 1:].reshape(-1, 3)
     points[:, 1:] = skin.push_out(free, np.full(len(free), 0.15 * MM)).reshape(points[:, 1:].shape)
     return both_sides(points, thick * MM)
 
 
 def _row(head: Head, line: Floats, count: int, rng: np.random.Generator, *, up: bool) -> Floats:
-    """One lid's lashes (count, K, 3), fanning out and bunched in small groups."""
+    """Return one lid's lashes, (count, K, 3), fanning out and bunched in small groups."""
     fine = smooth(line, 400, 12.0)
     along = np.sort(rng.uniform(0.05 if up else 0.12, 0.99, count))
     roots = fine[(along * 399).astype(int)]
     roots = roots + rng.normal(0.0, 0.12 * MM, roots.shape)
     outward = unit(roots - head.eye)
-    # Away from the eyeball, mostly forward, and fanned to the sides by where the root is.
+    # Away from the eyeball, mostly forward, and fanned to the sides by the root's position.
     fan = (along - 0.45)[:, None] * np.array([1.5, 0.0, 0.0]) + rng.normal(0.0, 0.10, (count, 1))
     bunch = 0.10 * np.sin(along * (31.0 if up else 17.0) * np.pi)
     fan[:, 0] += bunch

@@ -1,4 +1,4 @@
-"""Render the detailed head to a PNG to look at: ``python -m scenes.head_detail.look --help``."""
+"""Render the detailed head to a PNG: ``python -m scenes.head_detail.look --help``."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 
 
 def _hash(cell: NDArray[np.int64], seed: int) -> Floats:
-    """A number in [-1, 1] for every lattice point (..., 3): integer mixing, no table."""
+    """Return a number in [-1, 1] for every lattice point (..., 3), by integer hashing."""
     key = cell[..., 0] * 73856093 ^ cell[..., 1] * 19349663 ^ cell[..., 2] * 83492791
     mixed = (key ^ (seed * 2654435761)).astype(np.uint64) & np.uint64(0xFFFFFFFF)
     for shift, factor in ((16, 0x45D9F3B), (16, 0x45D9F3B), (16, 1)):
@@ -19,7 +19,7 @@ def _hash(cell: NDArray[np.int64], seed: int) -> Floats:
 
 
 def _value_noise(points: Floats, seed: int) -> Floats:
-    """Smoothly joined random values of the unit lattice at points (N, 3), about [-1, 1]."""
+    """Return interpolated random values of the unit lattice at points (N, 3), about [-1, 1]."""
     floor = np.floor(points)
     cell, part = floor.astype(np.int64), points - floor
     weight = part * part * part * (part * (part * 6.0 - 15.0) + 10.0)
@@ -32,7 +32,7 @@ def _value_noise(points: Floats, seed: int) -> Floats:
 
 
 def noise(points: Floats, size: float | tuple[float, float, float], seed: int) -> Floats:
-    """Noise (N,) of unit spread, mirrored smoothly: the mean of the point and its mirror image.
+    """Return noise of unit deviation, (N,): the smooth mean of a point and its mirror image.
 
     Args:
         points: (N, 3) float64. Any unit.
@@ -40,13 +40,13 @@ def noise(points: Floats, size: float | tuple[float, float, float], seed: int) -
     """
     scaled = points / np.asarray(size) + 0.37
     other = points * np.array([-1.0, 1.0, 1.0]) / np.asarray(size) + 0.37
-    # A lattice value spreads by 1/sqrt(3); between lattice points by less.
+    # Lattice values have a deviation of 1/sqrt(3); points in between have less.
     both: Floats = (_value_noise(scaled, seed) + _value_noise(other, seed)) * (1.9 / 2.0**0.5)
     return both
 
 
 def fractal(points: Floats, size: float, seed: int, octaves: int = 3) -> Floats:
-    """Sum of noises of halving size and weight, about unit spread."""
+    """Return the sum of noises of halving size and weight, of about unit deviation."""
     total = np.zeros(len(points))
     for k in range(octaves):
         total += noise(points, size / 2.0**k, seed + k) * 0.5**k

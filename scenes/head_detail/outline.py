@@ -11,28 +11,28 @@ from scenes.head_detail.heads import Floats
 
 
 def resample(line: Floats, count: int) -> Floats:
-    """The polyline (N, D) as `count` points evenly spaced along it."""
+    """Return a polyline (N, D) as `count` points evenly spaced along it."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     at = np.linspace(0.0, along[-1], count)
     return np.stack([np.interp(at, along, column) for column in line.T], axis=1)
 
 
 def smooth(line: Floats, count: int, width: float) -> Floats:
-    """`resample`, then blur along the line by `width` of its points, ends kept in place."""
+    """Resample a line, then blur it along `width` of its points, keeping the ends in place."""
     fine = resample(line, count)
     blurred: Floats = gaussian_filter1d(fine, width, axis=0, mode="nearest")
-    # The blur draws the ends inwards; give each end's shift back, fading along the line.
+    # The blur pulls the ends inwards: undo each end's shift, fading along the line.
     fade = np.exp(-np.arange(count) / (3.0 * width))[:, None]
     blurred += fade * (fine[0] - blurred[0]) + fade[::-1] * (fine[-1] - blurred[-1])
     return blurred
 
 
 def signed_distance(points: Floats, half: Floats) -> Floats:
-    """Distance (N,) of points (N, 2) to an outline, positive inside.
+    """Return the distance of points (N, 2) to an outline, (N,), positive inside.
 
     Args:
         points: x >= 0, as the outline is the same on both sides.
-        half: (M, 2). Right half of the outline, from where it meets x = 0 to where it does again.
+        half: (M, 2). Right half of the outline, between its points at x = 0.
     """
     squared, inside = np.full(len(points), np.inf), np.zeros(len(points), bool)
     for a, b in pairwise(half):
@@ -49,7 +49,7 @@ def signed_distance(points: Floats, half: Floats) -> Floats:
 
 
 def step(value: Floats, low: Floats | float, high: Floats | float) -> Floats:
-    """Smooth step from 0 at `low` to 1 at `high`."""
+    """Return the smooth step from 0 at `low` to 1 at `high`."""
     t = ((value - low) / (high - low)).clip(0.0, 1.0)
     smooth_t: Floats = t * t * (3.0 - 2.0 * t)
     return smooth_t

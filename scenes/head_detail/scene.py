@@ -1,4 +1,4 @@
-"""The detailed head as Mitsuba shapes, and test scenes to look at it in.
+"""The detailed head as Mitsuba shapes, and test scenes for viewing it.
 
 The skin here is a cheap stand-in (`principled`): it serves to judge hair, colours and pores, not
 the light under the skin.
@@ -30,7 +30,7 @@ _ROOM_ABOVE = 0.075
 
 
 def write_curves(strands: Strands, path: Path) -> None:
-    """Write strands as text for ``bsplinecurve``: lines ``x y z r``, a blank one after each.
+    """Write strands as text for ``bsplinecurve``: lines ``x y z r``, with a blank line after each.
 
     A B-spline does not reach its first and last points, so both are repeated by reflection.
     """
@@ -50,7 +50,7 @@ def write_curves(strands: Strands, path: Path) -> None:
 
 
 def hair_bsdf(colour: dict[str, float] | tuple[float, float, float]) -> dict[str, Any]:
-    """Mitsuba's `hair` material, by melanin or by absorption per hair radius (RGB)."""
+    """Return Mitsuba's `hair` material, by melanin or by absorption per hair radius (RGB)."""
     bsdf: dict[str, Any] = {
         "type": "hair",
         "longitudinal_roughness": 0.2,
@@ -68,12 +68,12 @@ def mitsuba_shapes(
     hair_colour: dict[str, float] | tuple[float, float, float] | None = None,
     folder: Path | None = None,
 ) -> dict[str, Any]:
-    """Shapes of a head's details, to add to a scene's description.
+    """Return shapes of a head's details, to add to a scene's description.
 
     Args:
         hair: ``hair-short``, ``hair-long`` or None for a bald head.
-        hair_colour: Melanin as for Mitsuba's `hair` material, or its `sigma_a`; brown without.
-        folder: Where to keep the files that Mitsuba reads; a temporary folder without.
+        hair_colour: Melanin as for Mitsuba's `hair` material, or its `sigma_a`; by default brown.
+        folder: Folder of the files for Mitsuba; by default a temporary one.
     """
     colour = BROWN if hair_colour is None else hair_colour
     darker = {"brows": {"eumelanin": 1.5, "pheomelanin": 0.2}, "lashes": {"eumelanin": 4.0}}
@@ -106,7 +106,7 @@ def _collar_shape(name: str) -> Any:
 
 
 def detailed_skin(name: str, levels: int = 2, *, beard: bool = False, scalp: bool = True) -> Mesh:
-    """The skin mesh split until a vertex is 0.8 mm from the next, with its colours."""
+    """Return the skin mesh with its colours, divided until vertices are 0.8 mm apart."""
     points, normals, faces = refine(load(name), levels)
     colours = relative_albedo(name, points, normals, beard=beard, scalp=scalp)
     bent = skin_bump(points, normals, name)
@@ -114,10 +114,10 @@ def detailed_skin(name: str, levels: int = 2, *, beard: bool = False, scalp: boo
 
 
 def portrait_sensor(head: HeadMesh, height: int, samples: int, turn: float = 0.0) -> dict[str, Any]:
-    """The program's camera, its picture made 4:5 upright with room for hair.
+    """Return the program's camera with an upright 4:5 picture and room for hair.
 
     Args:
-        turn: Degrees by which the camera goes round the head, to its left.
+        turn: Angle of the camera around the head, to its left, degrees.
     """
     import mitsuba as mi
 
@@ -151,7 +151,7 @@ def portrait_sensor(head: HeadMesh, height: int, samples: int, turn: float = 0.0
 
 
 def lights(kind: str, name: str) -> dict[str, Any]:
-    """A softbox 45 degrees to the sitter's right and above, or the café all round."""
+    """Return a softbox 45 degrees to the sitter's right and above, or the café all around."""
     import mitsuba as mi
 
     if kind == "cafe":
@@ -179,7 +179,7 @@ def portrait_scene(
     beard: bool = False,
     turn: float = 0.0,
 ) -> Any:
-    """A Mitsuba scene of the head with all its details, ready to render."""
+    """Return a Mitsuba scene of the head with all its details, ready to render."""
     import mitsuba as mi
 
     head = load_head(name, HEADS / f"{name}.ply", HEADS / f"{name}-eyes.ply")

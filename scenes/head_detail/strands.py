@@ -28,14 +28,14 @@ class Strands:
 
 
 def taper(count: int, tip: float = 0.35) -> Floats:
-    """Factor (count,) on a strand's radius from root to tip."""
+    """Return the factors on a strand's radius from root to tip, (count,)."""
     along = np.linspace(0.0, 1.0, count)
     shape: Floats = 1.0 - (1.0 - tip) * along**2
     return shape
 
 
 def both_sides(points: Floats, radii: Floats) -> Strands:
-    """Strands of the left half and their mirror images."""
+    """Return strands of the left half with their mirror images."""
     mirrored = points * np.array([-1.0, 1.0, 1.0])
     return Strands(
         np.concatenate([points, mirrored]).astype(np.float32),
@@ -44,14 +44,14 @@ def both_sides(points: Floats, radii: Floats) -> Strands:
 
 
 def unit(vectors: Floats) -> Floats:
-    """Vectors (..., 3) of length 1."""
+    """Return vectors (..., 3) of length 1."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     short: Floats = vectors / np.maximum(length, 1e-9)
     return short
 
 
 def along_skin(vectors: Floats, normals: Floats) -> Floats:
-    """The part of vectors (N, 3) that is tangent to the skin, of unit length."""
+    """Return the part of vectors (N, 3) that is tangent to the skin, of unit length."""
     return unit(vectors - np.einsum("ij,ij->i", vectors, normals)[:, None] * normals)
 
 
@@ -68,9 +68,9 @@ def grow(
     Args:
         roots: (N, 3). On the skin.
         lengths: (N,). Head units.
-        direction: Of points (N, 3), skin normals beneath (N, 3), heights above the skin (N,) and
-            the part of the way done in [0, 1]: where each strand heads.
-        clearance: Of the part of the way done: least distance to the skin.
+        direction: Returns each strand's direction for points (N, 3), skin normals below (N, 3),
+            heights above the skin (N,) and the progress in [0, 1].
+        clearance: Returns the least distance to the skin for the progress.
     """
     points = np.empty((len(roots), count, 3))
     points[:, 0] = roots

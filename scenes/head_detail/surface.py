@@ -19,32 +19,32 @@ class Surface:
         self._tree = cKDTree(points)
 
     def nearest(self, points: Floats) -> tuple[Floats, Floats]:
-        """Foot points (N, 3) on the skin and the normals there, of any points."""
+        """Return the nearest skin points (N, 3) to any points, and the normals there."""
         _, index = self._tree.query(points, workers=2)
         normal = self._normals[index]
         away = points - self._points[index]
         height = np.einsum("ij,ij->i", away, normal)
-        # Slide along the tangent plane, by no more than the cloud is coarse.
+        # Slide along the tangent plane, by no more than the spacing of the cloud.
         slide = away - height[:, None] * normal
         length = np.linalg.norm(slide, axis=1, keepdims=True)
         slide *= np.minimum(1.0, 0.012 / np.maximum(length, 1e-9))
         return self._points[index] + slide, normal
 
     def height(self, points: Floats) -> Floats:
-        """Signed distance to the skin (N,), positive outside, good near the skin."""
+        """Return the signed distance to the skin, (N,), positive outside; exact near the skin."""
         foot, normal = self.nearest(points)
         height: Floats = np.einsum("ij,ij->i", points - foot, normal)
         return height
 
     def push_out(self, points: Floats, clearance: Floats) -> Floats:
-        """Move points (N, 3) that are closer to the skin than `clearance` (N,) out along it."""
+        """Move points (N, 3) closer to the skin than `clearance` (N,) out along the normal."""
         pushed = points.copy()
         moving = np.arange(len(points))
-        for _ in range(4):  # Where the skin bends the first push may end at another fold of it.
+        for _ in range(4):  # where the skin bends, the first push may end at another fold of it
             foot, normal = self.nearest(pushed[moving])
             away = pushed[moving] - foot
             lack = clearance[moving] - np.einsum("ij,ij->i", away, normal)
-            # A point far from the skin may have a foot whose plane it is behind: leave those.
+            # A point far from the skin may be behind the plane of its nearest point: leave those.
             short = (lack > 0.05 * MM) & (np.linalg.norm(away, axis=1) < 0.6)
             moving = moving[short]
             pushed[moving] += lack[short, None] * normal[short]
@@ -52,7 +52,7 @@ class Surface:
 
 
 def refine(head: Head, levels: int) -> tuple[Floats, Floats, Ints]:
-    """The skin with every edge halved `levels` times: vertices, normals, faces."""
+    """Return the skin with every edge halved `levels` times: vertices, normals, faces."""
     points, normals, faces = head.vertices, head.normals, head.faces
     for _ in range(levels):
         points, normals, faces = _split(points, normals, faces)
@@ -60,7 +60,7 @@ def refine(head: Head, levels: int) -> tuple[Floats, Floats, Ints]:
 
 
 def _split(points: Floats, normals: Floats, faces: Ints) -> tuple[Floats, Floats, Ints]:
-    """Halve every edge; new points and normals lie midway."""
+    """Halve every edge; new points and normals are midway."""
     half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     edges, where = np.unique(np.sort(half, axis=1), axis=0, return_inverse=True)
     ab, bc, ca = (len(points) + where.reshape(3, -1)).astype(np.int64)
@@ -77,15 +77,15 @@ def _split(points: Floats, normals: Floats, faces: Ints) -> tuple[Floats, Floats
 
 @cache
 def surface(name: str) -> Surface:
-    """The surface of a shipped head."""
+    """Return the surface of a shipped head."""
     return Surface(load(name))
 
 
 def scatter(head: Head, weight: Floats, count: int, rng: np.random.Generator) -> Floats:
-    """Points (count, 3) on the left half of the skin, as dense as `weight` (V,) says.
+    """Return points (count, 3) on the left half of the skin, with density `weight` (V,).
 
     Args:
-        weight: Relative density at each vertex; 0 where no point may lie.
+        weight: Relative density at each vertex; 0 where no point is allowed.
     """
     corners = head.vertices[head.faces]
     area = np.linalg.norm(
@@ -93,7 +93,7 @@ def scatter(head: Head, weight: Floats, count: int, rng: np.random.Generator) ->
     )
     left = corners[:, :, 0].mean(axis=1) > 0.0
     share = area * weight[head.faces].mean(axis=1) * left
-    # One draw for each equal part of the total: evener than free draws.
+    # One draw for each equal part of the total: more even than independent draws.
     ladder = (np.arange(count) + rng.random(count)) / count
     pick = np.searchsorted(np.cumsum(share) / share.sum(), ladder).clip(0, len(share) - 1)
     u, v = np.sqrt(rng.random(count)), rng.random(count)

@@ -1,1 +1,1 @@
-"""Baking the data of the portraits that the app draws at full size."""
+"""Baking the data of full-size portraits."""

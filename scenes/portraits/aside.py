@@ -1,7 +1,7 @@
-"""Portraits from aside: nodes that the front does not show, and what each pixel of a view shows.
+"""Portraits from aside: nodes that the front does not show, and the contents of a view's pixels.
 
-Nodes keep their places: those of the head's own file that are shown from the front, then those
-that views show besides, then what is hidden, of the file and new.
+Nodes keep their order: those of the head's own file that are visible from the front, then those
+that only views show, then hidden ones, of the file and new.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Ints = NDArray[np.int64]
 SIZE = 320
 PATCHES = (100, 12)
 _MOST = (9, 8, 6)
-"""Sources that a node takes light from: fewer than one that is seen from the front."""
+"""Most sources of a node's light: fewer than for one that is visible from the front."""
 _SAME = 0.003
 _TURNED = 0.05
 _MIRROR = np.array([-1, 1, 1], np.float32)
@@ -46,10 +46,10 @@ _EDGE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What a camera sees.
+    """The contents of a camera's picture.
 
     Attributes:
-        three: (S, 3) int64. Shown node of both halves around each sample; all 0: background.
+        three: (S, 3) int64. Visible nodes of both halves around each sample; all 0: background.
     """
 
     frame: Frame
@@ -60,16 +60,16 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Aside:
-    """A head's nodes with those that are seen from aside.
+    """A head's nodes with those that are visible from aside.
 
     Attributes:
-        shown: Nodes with a colour of their own: of the front, then `extra`.
-        hidden: New ones of which light only comes through.
-        points: Of `extra`, then `hidden`: which points they are.
+        shown: Nodes with a colour: of the front, then `extra`.
+        hidden: New ones that only transmit light.
+        points: Indices of the points of `extra`, then `hidden`.
         front: Number of nodes of the front.
-        traced: Shown nodes of which skins are followed: those of the front that are seen there by
-            their edge, then new ones.
-        eye: (n,) bool. Of `extra` and `hidden`, those on the eyes.
+        traced: Visible nodes whose skin is traced: those of the front that are seen edge-on there,
+            then new ones.
+        eye: (n,) bool. Nodes of `extra` and `hidden` on the eyes.
     """
 
     mesh: HeadMesh
@@ -84,7 +84,7 @@ class Aside:
 
     @property
     def extra(self) -> Nodes:
-        """New nodes: shown, then hidden."""
+        """New nodes: visible, then hidden."""
         shown = self.shown
         return joined(
             Nodes(shown.positions[self.front :], shown.normals[self.front :]), self.hidden
@@ -92,7 +92,7 @@ class Aside:
 
     @property
     def count(self) -> int:
-        """How many of the new ones are shown."""
+        """Number of new visible nodes."""
         return self.shown.count - self.front
 
     @cached_property
@@ -102,7 +102,7 @@ class Aside:
 
 
 def joined(one: Nodes, other: Nodes) -> Nodes:
-    """Two lists of nodes as one."""
+    """Join two lists of nodes."""
     return Nodes(
         np.concatenate([one.positions, other.positions]),
         np.concatenate([one.normals, other.normals]),
@@ -118,12 +118,12 @@ def find_aside(
     scene: Any,
     kept: Nodes | None,
 ) -> Aside:
-    """Find what views show that the front does not.
+    """Find the nodes that views show and the front does not.
 
     Args:
-        nodes: Of the head's own file; the first are shown from the front.
-        straight: (M,) float32. Cosine that they are seen at there.
-        kept: Hidden nodes that were found before; they are found by chance.
+        nodes: Nodes of the head's own file; the first are visible from the front.
+        straight: (M,) float32. Cosine of their viewing angle there.
+        kept: Hidden nodes found before, which come from random paths.
     """
     seen = len(straight)
     side = points.positions[:, :1] > 0
@@ -171,7 +171,7 @@ def _used(samples: Samples) -> Ints:
 
 
 def _hidden(aside: Aside) -> Nodes:
-    """Points whose light comes out of new nodes, and that are far from all nodes."""
+    """Return points whose light leaves at new nodes, and that are far from all nodes."""
     points, nodes = aside.points, aside.nodes
     mass = np.zeros(points.count, np.float32)
     for view, _, _, film in _filmed(aside):
@@ -194,7 +194,7 @@ def _tables(aside: Aside, view: View, skin: Skin) -> Any:
 
 
 def _straight(aside: Aside) -> Float32:
-    """Cosine at which views show nodes of both halves, (views, 2, shown); -2: they do not."""
+    """Return viewing cosines of the nodes of both halves, (views, 2, shown); -2 if not visible."""
     cosine = np.full((len(aside.views), 2, aside.shown.count), -2.0, np.float32)
     position, normal = (part.reshape(2, -1, 3) for part in aside.shown.both())
     for number, view in enumerate(aside.views):
@@ -207,21 +207,21 @@ def _straight(aside: Aside) -> Float32:
 
 
 def best_views(aside: Aside) -> tuple[Ints, Float32]:
-    """View times 2 plus half that shows each of `traced` most straight on, and its cosine there."""
+    """Return the best view of each `traced` node (view times 2 plus half), and its cosine there."""
     flat = _straight(aside)[:, :, aside.traced].reshape(-1, len(aside.traced))
     best = flat.argmax(axis=0)
     return best, np.take_along_axis(flat, best[None], axis=0)[0]
 
 
 def _film(aside: Aside, view: View) -> NDArray[np.int32]:
-    """Places on a view's film of shown nodes of both halves, (2, shown)."""
+    """Return positions of visible nodes of both halves on a view's film, (2, shown)."""
     scene = build_scene(aside.mesh, find_skin("medium"), view.camera)
     both = Nodes(*aside.shown.both())
     return films(view.frame, scene, both, view.samples, view.three).reshape(2, -1)
 
 
 def _filmed(aside: Aside) -> list[tuple[View, int, Ints, NDArray[np.int32]]]:
-    """By view and half: which of `traced` are followed from there, and their places on its film."""
+    """Return, by view and half, which of `traced` start there, and their film positions."""
     best, _ = best_views(aside)
     out = []
     for number, view in enumerate(aside.views):
@@ -236,7 +236,7 @@ def _filmed(aside: Aside) -> list[tuple[View, int, Ints, NDArray[np.int32]]]:
 def aside_skin(
     aside: Aside, labels: Ints, counts: tuple[int, ...], skin: Skin, paths: int, colours: Float32
 ) -> PortraitSkin:
-    """Follow paths from every one of the nodes that are `traced`.
+    """Trace paths from every `traced` node.
 
     Args:
         labels, counts: Patches of all nodes.
@@ -263,7 +263,7 @@ def aside_skin(
 
 
 def all_patches(aside: Aside, head: PortraitHead) -> Ints:
-    """Patches of all nodes: those of the head's file, and others for the new ones."""
+    """Return the patches of all nodes: those of the head's file, and others for the new ones."""
     known = head.nodes.patches
     labels, _ = patches(aside.extra, PATCHES)
     labels = labels + known.max(axis=0) + 1
@@ -272,7 +272,7 @@ def all_patches(aside: Aside, head: PortraitHead) -> Ints:
 
 
 def colours_and_pores(name: str, view: View, scene: Any) -> tuple[Float32, Float32]:
-    """Mean colour, (h, w, 3), and strength of the sheen, (h, w), of each pixel of a view."""
+    """Return mean colour, (h, w, 3), and strength of the sheen, (h, w), of each pixel of a view."""
     rows, columns = view.frame.shape
     row, column = np.divmod(np.arange(rows * columns), columns)
     colour, detail, weight = (np.zeros((rows * columns, k)) for k in (3, 1, 1))
@@ -302,7 +302,7 @@ def _pores(name: str, place: Floats, normal: Floats, frame: Frame) -> Floats:
 
 
 def _filled(values: NDArray[Any], empty: NDArray[np.bool_]) -> Float32:
-    """Spread what is at the head's edge outward, so that it packs without a seam."""
+    """Spread values at the head's edge outward, so that they compress without a seam."""
     _, label = cv2.distanceTransformWithLabels(
         empty.astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )

@@ -1,7 +1,8 @@
-"""What hair, brows, lashes and a collar do with light: a small transport of their own, by pixel.
+"""Light on hair, brows, lashes and a collar: a small transport of their own, by pixel.
 
-Paths start at the pixels that show some of it and are followed until they escape; where to is
-noted by cell of the soft light's grid. Pictures by cell are so alike that a few hold them all.
+Paths start at the pixels that show some of it and are followed until they escape; their end is
+recorded by cell of the soft light's grid. Pictures by cell are so similar that a few represent them
+all.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _DULL = 1e-3
 _SKIN = (0.44, 0.22, 0.13)
 """Diffuse reflectance of medium skin: Jensen et al., SIGGRAPH 2001, skin 1."""
 _FIRST = 64
-"""Rays that find how much of a pixel is detail."""
+"""Rays that measure the share of details in a pixel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +41,10 @@ class Detail:
     """Pixels that show hair or cloth.
 
     Attributes:
-        shape: Rows and columns that were looked at; see `Frame.shape`.
-        pixel: (Q,) int64. Flat place in them.
+        shape: Rows and columns that were rendered; see `Frame.shape`.
+        pixel: (Q,) int64. Flat positions in them.
         cover: (Q,) float32. Share of the pixel that is detail.
-        light: (Q, G, 3) float32. What it sends to the camera for each cell of radiance 1.
+        light: (Q, G, 3) float32. Light toward the camera for each cell of radiance 1.
     """
 
     shape: tuple[int, int]
@@ -53,9 +54,9 @@ class Detail:
 
 
 def detailed_scene(name: str, hair: str, head: HeadMesh) -> tuple[Any, tuple[str, ...]]:
-    """Scene of a head with hair, and the names of the details; skin is a cheap stand-in.
+    """Return the scene of a head with hair, and the names of the details.
 
-    It reflects as much as the skin does: hair is lit by it.
+    Its skin is a cheap stand-in with the reflectance of skin, since it lights the hair.
     """
     white = {"type": "mesh_attribute", "name": "vertex_color"}
     skin = mi.load_dict({"type": "diffuse", "reflectance": white})
@@ -71,7 +72,7 @@ def detailed_scene(name: str, hair: str, head: HeadMesh) -> tuple[Any, tuple[str
 
 
 def cover(scene: Any, frame: Frame, names: tuple[str, ...]) -> tuple[Float32, Float32]:
-    """Share of each pixel that is looked at that details cover, and that anything covers."""
+    """Return the share of each rendered pixel that details cover, and that anything covers."""
     rows, half = frame.shape
     found = []
     for kind in (names, ("skin", "eyes", *names)):
@@ -103,7 +104,7 @@ def _of(scene: Any, si: Any, names: tuple[str, ...]) -> Any:
 def follow(
     scene: Any, frame: Frame, names: tuple[str, ...], pixel: NDArray[np.int64], paths: int
 ) -> Float32:
-    """Light that some pixels' details send to the camera, by cell: (n, G, 3)."""
+    """Return the light of some pixels' details toward the camera, by cell, (n, G, 3)."""
     row, azimuth, _, _ = grid()
     first = np.searchsorted(row, np.arange(int(row[-1]) + 2)).astype(np.uint32)
     rows, cells = int(row[-1]) + 1, len(azimuth)
@@ -168,10 +169,10 @@ def _trace(
 
 
 def compressed(detail: Detail, rank: int) -> tuple[Float32, Float32, Float32]:
-    """Bring details of the left half to the form that ships.
+    """Convert details of the left half to the form that ships.
 
-    The functions are even or odd, so that what is cut off looks the same on both sides of the
-    middle. All but the first few are smoothed over the picture: there they hold more noise than
+    The functions are even or odd, so that the truncation looks the same on both sides of the
+    middle. All but the first few are smoothed over the picture, as they contain more noise than
     hair.
 
     Returns:
@@ -188,10 +189,10 @@ def compressed(detail: Detail, rank: int) -> tuple[Float32, Float32, Float32]:
 def shortened(
     detail: Detail, rank: int, twin: NDArray[np.int64] | None = None
 ) -> tuple[Float32, Float32, Float32]:
-    """The same without smoothing; `twin`: which values of cells are those of mirrored ones."""
+    """Compress without smoothing; `twin` gives the indices of mirrored cells."""
     whole = detail.light.sum(axis=1)
     colour: Float32 = whole / np.maximum(whole @ np.asarray(LUMINANCE_WEIGHTS), 1e-9)[:, None]
-    # Every direction of the sky counts alike, and every channel.
+    # Every direction of the sky counts equally, and every channel.
     scale = _scale()
     scaled = (detail.light / np.maximum(colour, _DULL)[:, None] / scale).reshape(len(whole), -1)
     gram = (scaled.T @ scaled).astype(np.float64)
@@ -208,11 +209,11 @@ def _scale() -> Float32:
 def in_common(
     details: Sequence[Detail], short: Sequence[tuple[Float32, Float32]], rank: int, blur: float
 ) -> tuple[list[Float32], Float32]:
-    """Write views of one head of hair in the same functions.
+    """Express views of one head of hair in the same functions.
 
     Args:
-        short: Basis and cells of each, of `shortened`.
-        blur: Of all functions but the first few, pixels.
+        short: Basis and cells of each, from `shortened`.
+        blur: Blur of all functions but the first few, pixels.
 
     Returns:
         (Q, R) float32 of each, and cells, (R, G, 3) float32.
@@ -231,14 +232,14 @@ def in_common(
 
 
 def smoothed_colours(detail: Detail, colour: Float32, blur: float) -> Float32:
-    """Average colours of pixels with their neighbours', as far as they are detail."""
+    """Average colours of pixels with their neighbours', weighted by detail."""
     weight = detail.cover[:, None]
     smooth = _smoothed(detail, colour * weight, blur) / np.maximum(weight, 1e-6)
     return smooth.astype(np.float32)
 
 
 def _smoothed(detail: Detail, values: Float32, blur: float) -> Float32:
-    """Average values of pixels with their neighbours', as far as they are detail."""
+    """Average values of pixels with their neighbours', weighted by detail."""
     shape = detail.shape
     cover = np.zeros(shape, np.float32)
     cover.flat[detail.pixel] = detail.cover

@@ -1,4 +1,4 @@
-"""Packs heads, skins and hair small, as `app.core.portrait.portrait_file` reads them."""
+"""Pack heads, skins and hair for `app.core.portrait.portrait_file`."""
 
 from __future__ import annotations
 
@@ -37,9 +37,8 @@ def save_aside(
     """Store a head from aside, atomically.
 
     Args:
-        arrays: As `turned_portrait` reads them, except colours, (h, w, 3), and details,
-            (h, w), which are packed as pictures of this quality, and the three nodes around each
-            sample, (S, 3).
+        arrays: Arrays for `turned_portrait`. Colours, (h, w, 3), and details, (h, w), are packed as
+            pictures of this quality, and so are the three nodes around each sample, (S, 3).
     """
     stored = dict(arrays)
     for name, values in arrays.items():
@@ -47,7 +46,7 @@ def save_aside(
             steps = np.clip(np.round(values * COLOUR_STEPS), 0, 255).astype(np.uint8)
             steps = steps[..., ::-1] if steps.ndim == 3 else steps
             _, stored[name] = cv2.imencode(".webp", steps, [cv2.IMWRITE_WEBP_QUALITY, quality])
-    # Views show the same triangles; the order of corners says nothing.
+    # Views show the same triangles; the order of corners is irrelevant.
     names = [name for name in arrays if name.startswith("three_")]
     three = np.sort(np.concatenate([stored.pop(name) for name in names]), axis=1)
     triangles, place = np.unique(three, axis=0, return_inverse=True)
@@ -67,10 +66,10 @@ def save_head(path: Path, head: PortraitHead) -> None:
     arrays |= {name: np.round(arrays[name] * 32767).astype(np.int16) for name in UNIT_ARRAYS}
     arrays |= {name: arrays[name].astype(np.float16) for name in HALF_ARRAYS}
     arrays |= {name: np.packbits(arrays[name], axis=-1) for name in ("inside", "edge", "eye")}
-    # By node: what one sees of the sky repeats.
+    # By node: the sky visible from one repeats.
     arrays["horizon"] = np.ascontiguousarray(arrays["horizon"].transpose(2, 0, 1))
     arrays["patches"] = arrays["patches"].astype(np.uint16)
-    # Neighbours in the picture have neighbours on the skin: differences pack better.
+    # Neighbours in the picture have neighbours on the skin: differences compress better.
     arrays["three"] = np.diff(arrays["three"].astype(np.int32), axis=0, prepend=0).astype(np.int16)
     arrays["weights"] = np.round(arrays["weights"] * 255).astype(np.uint8)
     for name in COARSE_ARRAYS:
@@ -117,10 +116,10 @@ def save_hair_aside(
     """Store hair from aside, atomically.
 
     Args:
-        shade: (N, 32, 64) int8. As `app.core.portrait.turned_portrait` reads it.
+        shade: (N, 32, 64) int8. As for `app.core.portrait.turned_portrait`.
         cells: (R, G, 3) float32. Of all views.
-        views: "pixel", "cover", "colour" and "basis" of `Hair`, by what ends their names.
-        steps: Of the root of a basis function, either way.
+        views: "pixel", "cover", "colour" and "basis" of `Hair`, by the suffix of their names.
+        steps: Steps of the square root of a basis function, for either sign.
     """
     scale = _largest(np.concatenate([view["basis"] for view in views.values()]))
     arrays: dict[str, NDArray[Any]] = {"shade": shade, "cells": _cells(cells, scale)}
@@ -137,9 +136,9 @@ def _largest(basis: NDArray[np.float32]) -> NDArray[np.float32]:
 def _pixels(
     arrays: Mapping[str, NDArray[Any]], scale: NDArray[np.float32], steps: int
 ) -> dict[str, NDArray[Any]]:
-    """What is stored for each pixel of hair."""
+    """Return the stored data for each pixel of hair."""
     basis, coarse = arrays["basis"], ROOT_STEPS // steps
-    # Small values matter most: hair in the shade is seen beside the face, too.
+    # Small values matter most: hair in the shade is visible beside the face, too.
     root = np.sign(basis) * np.sqrt(np.abs(basis) / scale)
     rounded = (np.round(root.T * ROOT_STEPS / coarse) * coarse).astype(np.int8)
     return {
@@ -151,6 +150,6 @@ def _pixels(
 
 
 def _cells(cells: NDArray[np.float32], scale: NDArray[np.float32]) -> NDArray[np.float16]:
-    # Six of the ten bits are enough, and pack to two thirds.
+    # Six of the ten bits are enough, and compress to two thirds.
     bits = (cells * scale[:, None, None]).astype(np.float16).view(np.uint16).astype(np.uint32) + 16
     return (bits & 0xFFE0).astype(np.uint16).view(np.float16)

@@ -1,4 +1,4 @@
-"""What light reaches the nodes of a portrait, and how skin carries it on from node to node."""
+"""Light that reaches the nodes of a portrait, and its transport in the skin from node to node."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ _BATCH = 256
 FILM = 8192
 _MIRROR = np.array([-1, 1, 1], np.float32)
 _TURNED = 0.02
-"""Square units that a normal turned by a right angle counts when the nearest node is looked for."""
+"""Square units equivalent to a right angle between normals, when searching the nearest node."""
 _APART = 0.015
 _CELL = 0.025
 
 
 @dataclass(frozen=True, slots=True)
 class Nodes:
-    """Places on skin and eyes where light is worked out; of the left half.
+    """Points on skin and eyes where light is computed; of the left half.
 
     The mirror image of node k is node k + count.
     """
@@ -62,7 +62,7 @@ class Nodes:
 
 
 def nearest(nodes: Nodes, positions: Float32, normals: Float32) -> tuple[Ints, Float32]:
-    """The node next to each place that looks the same way, of both halves, and how far it is."""
+    """Return the nearest node of both halves with a similar normal, and its distance."""
     there, way = nodes.both()
     found, away = np.empty(len(positions), np.int64), np.empty(len(positions), np.float32)
     for start in range(0, len(positions), 500):
@@ -75,7 +75,7 @@ def nearest(nodes: Nodes, positions: Float32, normals: Float32) -> tuple[Ints, F
 
 
 def seen_nodes(points: Points, samples: Samples) -> tuple[Nodes, Ints, Ints]:
-    """Nodes that the samples show: themselves, each sample's three, and a point of each node."""
+    """Return the nodes that the samples show, each sample's three, and a point of each node."""
     used = np.unique(samples.points[samples.valid][samples.weights[samples.valid] > 0])
     key = np.round(points.positions[used].astype(np.float64) * 2e4).astype(np.int64)
     _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
@@ -87,7 +87,7 @@ def seen_nodes(points: Points, samples: Samples) -> tuple[Nodes, Ints, Ints]:
 
 
 def hidden_nodes(nodes: Nodes, points: Points, mass: Float32) -> Ints:
-    """Points that no pixel shows but whose light comes through, some millimetres apart."""
+    """Return points that no pixel shows but whose light comes through, a few millimetres apart."""
     able = np.flatnonzero(mass > 0.02 * np.median(mass[mass > 0]))
     _, away = nearest(nodes, points.positions[able], points.normals[able])
     far = able[away > _APART]
@@ -101,9 +101,9 @@ def hidden_nodes(nodes: Nodes, points: Points, mass: Float32) -> Ints:
 def films(
     frame: Frame, scene: Any, nodes: Nodes, samples: Samples, three: Ints
 ) -> NDArray[np.int32]:
-    """Pixel of a film of `FILM` by `FILM` that shows each node.
+    """Return the pixel of a film of `FILM` by `FILM` that shows each node.
 
-    That of the sample it counts most for where the camera cannot see the node itself.
+    If the camera cannot see the node itself, it is that of the sample for which it counts most.
     """
     row, column = frame.place(nodes.positions + 1e-3 * nodes.normals)
     si = scene.ray_intersect(frame.rays(row, column))
@@ -122,7 +122,7 @@ def films(
 
 
 def directions(height: int, width: int) -> Float32:
-    """Unit vectors of a panorama's texels at turn 0, (height * width, 3)."""
+    """Return unit vectors of a panorama's texels at turn 0, (height * width, 3)."""
     up = np.pi / 2 - (np.arange(height) + 0.5) / height * np.pi
     round_ = ((np.arange(width) + 0.5) / width - 0.5) * 2 * np.pi
     level = np.cos(up)[:, None]
@@ -135,10 +135,10 @@ def directions(height: int, width: int) -> Float32:
 
 
 def horizon(scene: Any, nodes: Nodes) -> NDArray[np.int8]:
-    """How far each direction is inside of what each node sees of the sky: (n, 32, 64) int8.
+    """Return the distance of each direction inside the sky that each node sees, (n, 32, 64) int8.
 
-    Positive in the open, negative behind the head itself; `STEP` for each 1.4 degrees. It may be
-    interpolated between nodes and between directions, and an edge stays sharp.
+    It is positive in the open, negative behind the head itself; `STEP` for each 1.4 degrees. It can
+    be interpolated between nodes and between directions, and an edge stays sharp.
     """
     height, width = SKY[0] * _FINE, SKY[1] * _FINE
     way = directions(height, width)
@@ -159,7 +159,7 @@ def horizon(scene: Any, nodes: Nodes) -> NDArray[np.int8]:
 
 
 def limited(distances: NDArray[np.int8], nodes: Nodes) -> NDArray[np.int8]:
-    """Coarser steps, and nothing that skin faces away from: it packs to a third."""
+    """Use coarser steps, and drop directions that skin faces away from: compresses to a third."""
     step = STEP * 4 / SPREAD
     steps = np.round(distances.astype(float) / step / 2) * 2
     kept: NDArray[np.int8] = np.clip(steps, -_LIMIT, _LIMIT).astype(np.int8)
@@ -169,7 +169,7 @@ def limited(distances: NDArray[np.int8], nodes: Nodes) -> NDArray[np.int8]:
 
 
 def eye_colours(head: HeadMesh, seen: Nodes) -> Float32:
-    """Colour of the eyes' mesh next to each node, (n, 3)."""
+    """Return the colour of the eyes' mesh next to each node, (n, 3)."""
     assert head.eyes is not None
     assert head.eyes.colours is not None
     vertices = head.eyes.vertices
@@ -196,7 +196,7 @@ def _distances(free: NDArray[np.uint8]) -> NDArray[np.int8]:
 def traced(
     tables: SceneTables, films_: NDArray[np.int32], paths: int, seed: int
 ) -> Iterator[tuple[int, Float32]]:
-    """Shares of the nodes, some at a time: start, (n, V, 3)."""
+    """Yield shares of the nodes, some at a time: start, (n, V, 3)."""
     step = max(16, 192 * 1024 // paths)
     for start in range(0, len(films_), step):
         yield start, trace_pixels(tables, films_[start : start + step], paths, seed + start).share

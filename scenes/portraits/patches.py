@@ -1,4 +1,4 @@
-"""Scattering from node to node, made small: near nodes one by one, farther ones by patches."""
+"""Compressed scattering between nodes: near nodes individually, farther ones by patches."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ Float32 = NDArray[np.float32]
 Ints = NDArray[np.int64]
 PATCHES = (800, 64)
 TAKEN = (12, 12, 8)
-"""How many nodes, small patches and large patches each node takes light from."""
+"""Number of nodes, small patches and large patches that each node receives light from."""
 _CELL = 0.03
 _NORMAL = 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """How much of the light that enters at nodes comes out at shown ones, entry by entry.
+    """Share of the light entering at nodes that leaves at visible ones, entry by entry.
 
     Attributes:
-        row, column: Shown node, and node of both halves.
+        row, column: Visible node, and node of both halves.
         value: (n, 3) float32.
     """
 
@@ -35,7 +35,7 @@ class Shares:
 
 
 def patches(nodes: Nodes, most: tuple[int, int] = PATCHES) -> tuple[Ints, tuple[int, ...]]:
-    """Patch of each node, small and large: (n, 2), and how many there are."""
+    """Return the small and large patch of each node, (n, 2), and the number of patches."""
     feature = np.concatenate([nodes.positions, _NORMAL * nodes.normals], 1).astype(np.float32)
     _, first = np.unique(np.floor(nodes.positions / _CELL).astype(int), axis=0, return_index=True)
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 1e-4)
@@ -62,7 +62,7 @@ def packed(
     labels: Ints,
     counts: tuple[int, ...],
 ) -> PortraitSkin:
-    """Keep the most of each node's sources; what is left over makes all of them stronger."""
+    """Keep the strongest of each node's sources, scaled up for the rest."""
     nodes = len(labels)
     half = nodes + sum(counts)
     left, sources, values, begin = shares, [], [], 0
@@ -99,7 +99,7 @@ def _most(
 
 
 def fewer(skin: PortraitSkin, most: tuple[int, ...]) -> PortraitSkin:
-    """Leave out the weakest sources, as zeros, which pack to nothing; the others get stronger."""
+    """Replace the weakest sources by zeros, which compress well, and scale up the others."""
     begins = np.cumsum((0, *TAKEN))
     kept = np.concatenate([begin + np.arange(n) for begin, n in zip(begins, most, strict=False)])
     share = np.zeros_like(skin.share)

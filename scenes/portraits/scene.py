@@ -1,7 +1,7 @@
-"""The portrait's own camera, and what each of its pixels sees of a head.
+"""The portrait's own camera, and the part of a head behind each of its pixels.
 
-Everything is looked at in its left half only: heads are symmetric, and the
-right half is its mirror image, bit for bit.
+Only the left half is rendered: heads are symmetric, and the right half is its mirror image, bit for
+bit.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ Ints = NDArray[np.int64]
 SHAPE = (640, 640)
 _SIDE = 4
 _SOME = (1, 7, 8, 14)
-"""Of the 16 places in a pixel at an edge, those that are shaded."""
+"""Of the 16 positions in a pixel at an edge, those that are shaded."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Where the portrait's pixels look: slopes against the camera's axis, y up.
+    """Directions of the portrait's pixels: slopes against the camera's axis, y up.
 
     Attributes:
         top: Slope of the upper edge.
         step: Slope of a pixel.
         size: Pixels along one side of the whole picture.
-        yaw: How far the head has turned toward its own left, radians.
+        yaw: Turn of the head toward its own left, radians.
     """
 
     origin: tuple[float, float, float]
@@ -49,37 +49,37 @@ class Frame:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns that are looked at: the left half alone from straight in front."""
+        """Rows and columns that are rendered: only the left half from straight in front."""
         return self.size, self.size if self.yaw else self.size // 2
 
     @property
     def axes(self) -> Float32:
-        """To the right in the picture, up, and away from the camera, (3, 3) float32."""
+        """Right in the picture, up, and away from the camera, (3, 3) float32."""
         right, away = math.cos(self.yaw), math.sin(self.yaw)
         return np.array([[right, 0, away], [0, 1, 0], [away, 0, -right]], np.float32)
 
     def slopes(self, row: Reals, column: Reals) -> tuple[Reals, Reals]:
-        """Sideways and upward slope of places in the picture."""
+        """Return the sideways and upward slopes of positions in the picture."""
         return (column - self.size / 2) * self.step, self.top - row * self.step
 
     def rays(self, row: Reals, column: Reals) -> Any:
-        """Camera rays through places in the picture."""
+        """Return camera rays through positions in the picture."""
         across, up = self.slopes(row, column)
         return self.look(mi.Float(across.astype(np.float32)), mi.Float(up.astype(np.float32)))
 
     def look(self, across: Any, up: Any) -> Any:
-        """Camera rays of some slopes."""
+        """Return camera rays for some slopes."""
         right, above, away = (mi.Vector3f(*(float(part) for part in axis)) for axis in self.axes)
         way = right * across + above * up + away
         return mi.Ray3f(mi.Point3f(*self.origin), dr.normalize(way))
 
     def place(self, positions: Float32) -> tuple[Reals, Reals]:
-        """Row and column that places in the head's frame are seen at."""
+        """Return the row and column of points in the head's frame."""
         right, above, away = ((positions - np.array(self.origin)) @ self.axes.T).T
         return (self.top - above / away) / self.step, right / away / self.step + self.size / 2
 
     def film(self, row: Reals, column: Reals) -> tuple[Reals, Reals]:
-        """The same places on the film of the transport's square camera, 0 to 1."""
+        """Return the same positions on the film of the transport's square camera, 0 to 1."""
         across, up = self.slopes(row, column)
         return 0.5 + across / (2 * self.half), 0.5 - up / (2 * self.half) - self.shift
 
@@ -87,7 +87,7 @@ class Frame:
 def portrait_frame(
     head: HeadMesh, yaw_deg: float = 0.0, size: int = SHAPE[0]
 ) -> tuple[Frame, Camera]:
-    """Frame a head: down to where the transport's picture ends, up to above the hair."""
+    """Frame a head: down to the end of the transport's picture, up to above the hair."""
     camera = frame_head(head, 100, yaw_deg)
     half = math.tan(math.radians(camera.fov_deg / 2))
     low = (0.5 - camera.shift - 1.0) * 2 * half
@@ -98,7 +98,7 @@ def portrait_frame(
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Places of the picture, or of its left half, that are shaded.
+    """Shaded points of the picture, or of its left half.
 
     Attributes:
         inside: (rows, half) bool. Pixels with one sample; then come those of `edge`, four each.
@@ -120,7 +120,7 @@ class Samples:
 
 
 def seen_at(scene: Any, frame: Frame, row: Any, column: Any) -> dict[str, NDArray[Any]]:
-    """What the middle of a pixel, or any other place in the picture, shows."""
+    """Return the surface behind the middle of a pixel, or any other position in the picture."""
     ray = frame.rays(row, column)
     found = scene.ray_intersect_preliminary(ray)
     si = found.compute_surface_interaction(ray, mi.RayFlags.All)
@@ -136,7 +136,7 @@ def seen_at(scene: Any, frame: Frame, row: Any, column: Any) -> dict[str, NDArra
 
 
 def look(scene: Any, head: HeadMesh, frame: Frame, points: Points) -> Samples:
-    """Find what the pixels show; see `Frame.shape`."""
+    """Find the surface behind the pixels; see `Frame.shape`."""
     rows, half = frame.shape
     sub = (np.arange(_SIDE) + 0.5) / _SIDE
     r, c, down, across = np.meshgrid(np.arange(rows), np.arange(half), sub, sub, indexing="ij")
@@ -171,7 +171,7 @@ def look(scene: Any, head: HeadMesh, frame: Frame, points: Points) -> Samples:
 
 
 def around(points: Points, faces: int, seen: dict[str, NDArray[Any]]) -> tuple[Ints, Float32]:
-    """The three points around places on the mesh, and their weights; as `Shares` deposits."""
+    """Return the three points around positions on the mesh, and their weights, as in `Shares`."""
     valid = seen["valid"]
     face = np.where(valid, seen["face"] + np.where(seen["skin"], 0, faces), 0)
     level, first = points.level[face].astype(np.int64), points.first[face].astype(np.int64)

@@ -1,4 +1,4 @@
-"""What the surface of skin and eyes mirrors into each sample: how much, and from where."""
+"""Reflection of skin and eyes in each sample: its strength, and its direction."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _LOBES = {
 def mirrored(
     scene: Any, frame: Frame, positions: Float32, normals: Float32, skin: bool, seed: int = 0
 ) -> tuple[Float32, Float32]:
-    """Look out from places along their surface's own glossy lobe.
+    """Sample the surroundings of points along their surface's own glossy lobe.
 
     Args:
         normals: (n, 3) float32. Shading normals, pores included.
         skin: Whether they are on the skin, not on an eye.
 
     Returns:
-        gain: (n,) float32. Share of even light from all around that is mirrored into the camera,
-            where nothing of the head is in the way.
-        way: (n, 3) float32. Mean direction that it comes from, unit.
+        gain: (n,) float32. Share of even light that is reflected to the camera where the head does
+            not block it.
+        way: (n, 3) float32. Mean direction of that light, unit.
     """
     gain, way = np.zeros(len(positions), np.float32), np.zeros((len(positions), 3), np.float32)
     step = _LANES // _TRIES

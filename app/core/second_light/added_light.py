@@ -1,15 +1,15 @@
-"""A second light at all placements, prepared for one head: what the search needs of it.
+"""A second light at all placements, prepared for one head and for the search.
 
-A lamp from numbers is near the head. T knows how the skin that a pixel sees answers light from
-every direction. Light from a near lamp comes to each place on the head from a direction of its own,
-and weaker the farther it is: for a pixel that sees the place x, a piece dA of the lamp at q with
-luminance L gives
+A lamp from numbers is near the head. T describes how the skin behind each pixel responds to light
+from every direction. Light from a near lamp reaches each point of the head from a different
+direction, and weaker with distance: for a pixel that shows point x, a piece dA of the lamp at q
+with luminance L gives
 
     T(x, direction to q) / sr * L * cos(at the lamp) dA / |q - x|^2.
 
-What stands between x and q stands between x and everything behind q as well, so T's own shadows
-hold, and nothing has to be baked. Left out is that light spreads under the skin, and from cheek to
-nose, between places which the lamp lights unlike each other.
+An object between x and q is also between x and everything behind q, so T's own shadows apply and
+nothing has to be baked. The model ignores light that spreads under the skin, and from cheek to
+nose, between points that the lamp lights differently.
 """
 
 from __future__ import annotations
@@ -44,24 +44,24 @@ from app.core.text import tr
 Float16: TypeAlias = NDArray[np.float16]
 Columns: TypeAlias = Float16 | Float32
 
-_PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: a little more than a texel of T
+_PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: slightly more than a texel of T
 _PIECES: Final = (2, 8)  # along each side
-_SKIN_M: Final = 0.1  # from the middle of the head, for the size that a lamp appears
-_DOT_DEG: Final = 0.1  # of the lamp, for what it hides
+_SKIN_M: Final = 0.1  # from the middle of the head, for the apparent size of a lamp
+_DOT_DEG: Final = 0.1  # of the lamp, for the area that it hides
 _DOTS: Final = (128, 512)  # along each side
 _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 _PIXELS: Final = 256
 _ROWS: Final = 1 << 19
-_BLACK: Final = 2.0**-14  # the smallest normal half: fainter answers are none
+_BLACK: Final = 2.0**-14  # the smallest normal half: fainter responses count as none
 _HALF_TO_SINGLE: Final = np.float32(2.0**112)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearField:
-    """A head, ready for lamps near it."""
+    """A head prepared for lamps near it."""
 
     transport: Transport = field(repr=False)
-    # (P, 3), where each pixel's skin is, metres from the middle of the head
+    # (P, 3), position of each pixel's skin, metres from the middle of the head
     positions: Float32 = field(repr=False)
     # (P * H * W, 4), T per steradian, linear Rec. 709 and a 0: pixel by pixel, texels row-major.
     # Rows of eight bytes are fetched in half the time of rows of six
@@ -69,7 +69,7 @@ class NearField:
 
 
 def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
-    """Get a head ready; takes half a second and some 80 MB."""
+    """Prepare a head; takes half a second and about 80 MB."""
     height, width = transport.environment_shape
     count = len(transport.pixels)
     per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
@@ -79,7 +79,7 @@ def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
         part = slice(start, start + _PIXELS)
         for channel in range(3):
             basis = transport.pixel_basis[channel, part] @ texels
-            # The low rank may dip a little below black.
+            # The low rank may be slightly below black.
             basis[basis < _BLACK] = 0.0
             columns[part, :, channel] = basis
     return NearField(transport, shape.positions, columns.reshape(-1, 4))
@@ -88,12 +88,14 @@ def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
 def near_picture(
     near: NearField, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> Float32:
-    """Picture of a head under a near lamp alone.
+    """Return the picture of a head under a near lamp alone.
 
-    `azimuth_deg` and `altitude_deg`: where it is held, deg, positive toward the sitter's left and
-    upward.
-    Returns (P, 3) float32: linear Rec. 709 in cd/m2, as the picture under an environment in cd/m2
-    is.
+    Args:
+        azimuth_deg, altitude_deg: Placement of the lamp, deg, positive toward the sitter's left and
+            up.
+
+    Returns:
+        (P, 3) float32: linear Rec. 709 in cd/m2, like the picture under an environment in cd/m2.
     """
     picture = _picture(near, near.columns, lamp, azimuth_deg, altitude_deg)
     return picture[:, :3] * np.asarray(lamp.colour, np.float32)
@@ -102,9 +104,10 @@ def near_picture(
 def near_luminances(
     near: NearField, lamp: NumbersLamp, token: Token | None = None, report: Report = silent
 ) -> Float32:
-    """Luminance of a head under a near lamp at every placement.
+    """Return the luminance of a head under a near lamp at every placement.
 
-    Returns (576, P) float32: of `near_picture`, cd/m2.
+    Returns:
+        (576, P) float32: luminance of `near_picture`, cd/m2.
     """
     transport = near.transport
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
@@ -128,10 +131,13 @@ def near_luminances(
 
 
 def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
-    """Find what a lamp hides of the place behind it, seen from the middle of the head.
+    """Return the part of the place that a lamp hides, seen from the middle of the head.
 
-    `shape`: rows and columns (H, W) of the environment, W = 64.
-    Returns (576, H, W) float32: share of each texel, 0 to 1, at turn 0.
+    Args:
+        shape: Rows and columns (H, W) of the environment, W = 64.
+
+    Returns:
+        (576, H, W) float32: share of each texel, 0 to 1, at turn 0.
     """
     shares = np.empty((COUNT, *shape), np.float32)
     width = shape[1]
@@ -144,7 +150,7 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
 
 
 def _weighed(columns: Float16, weights: Float32) -> Float32:
-    """(P * H * W, 1) sums over the channels, bit by bit: all together they would be 120 MB."""
+    """Return sums over the channels, (P * H * W, 1), in parts: all together would take 120 MB."""
     result = np.empty((len(columns), 1), np.float32)
     for start in range(0, len(columns), _ROWS):
         part = slice(start, start + _ROWS)
@@ -155,7 +161,11 @@ def _weighed(columns: Float16, weights: Float32) -> Float32:
 def _picture(
     near: NearField, columns: Columns, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> Float32:
-    """(P, C) picture under a lamp of luminance 1, from T per steradian, (P * H * W, C)."""
+    """Return the picture, (P, C), under a lamp of luminance 1.
+
+    Args:
+        columns: (P * H * W, C). T per steradian.
+    """
     picture = np.zeros((len(near.positions), columns.shape[1]), np.float32)
     for (place, normal), share in _pieces(lamp, azimuth_deg, altitude_deg):
         toward = place.astype(np.float32) - near.positions
@@ -170,7 +180,7 @@ def _picture(
 def _pieces(
     lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
 ) -> list[tuple[tuple[Float64, Float64], float]]:
-    """Middle of each piece and the lamp's normal there, metres; and its share of the light."""
+    """Return each piece's centre and normal, metres, and its share of the lamp's light."""
     toward, side, over = _axes(azimuth_deg, altitude_deg)
     middle = toward * lamp.distance_m
     away = max(lamp.distance_m - _SKIN_M, _SKIN_M)
@@ -192,7 +202,7 @@ def _count(size_m: float, away_m: float) -> int:
 
 
 def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Float64]:
-    """From the head toward the lamp, along its width (level), and along its height."""
+    """Return unit vectors toward the lamp, along its width (level), and along its height."""
     toward = direction(azimuth_deg, altitude_deg)
     angle = math.radians(azimuth_deg)
     side = np.array([math.cos(angle), 0.0, -math.sin(angle)])
@@ -200,7 +210,7 @@ def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Fl
 
 
 def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float32:
-    """T per steradian, (P, C), from a direction for each pixel; between texels' centres linear."""
+    """Return T per steradian, (P, C), for a direction per pixel, interpolated linearly."""
     height, width = shape
     x = np.arctan2(-toward[:, 0], toward[:, 2]) * np.float32(width / (2 * math.pi))
     x += np.float32(width / 2 - 0.5)
@@ -215,8 +225,8 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
     shares = np.concatenate([both * (1 - lower_share), both * lower_share]).astype(np.float32)
     values = columns.take(texels, axis=0)
     if values.dtype == np.float16:
-        # Shifted, the bits of a half are those of a single 2^-112 times as large; numpy's own way
-        # from one to the other takes longer than all the rest. No value is negative.
+        # Shifted, the bits of a half are those of a single 2^-112 times as large; numpy's own
+        # conversion takes longer than all the rest. No value is negative.
         values = (values.view(np.uint16).astype(np.uint32) << 13).view(np.float32)
         shares *= _HALF_TO_SINGLE
     size = columns.shape[1]
@@ -225,7 +235,7 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
 
 
 def _twins(transport: Transport) -> Int64:
-    """Where the mirror image of each pixel stands; itself where it is not on the head."""
+    """Return the index of each pixel's mirror image; its own if that is not on the head."""
     size, pixels = transport.size, transport.pixels
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.minimum(np.searchsorted(pixels, mirrored), len(pixels) - 1)
@@ -233,10 +243,10 @@ def _twins(transport: Transport) -> Int64:
 
 
 def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Float32:
-    """(H, W) share of each texel that the lamp hides, held in front at an altitude.
+    """Return the share of each texel, (H, W), that the lamp hides, held in front at an altitude.
 
-    The lamp is cut into dots and each dot's solid angle goes to its texel: what is summed up is
-    right however small the lamp is, and a texel's edge cuts it to within a dot.
+    The lamp is cut into dots, and each dot's solid angle goes to its texel: the sum is right
+    however small the lamp is, and exact to a dot at a texel's edge.
     """
     height, width = shape
     toward, side, over = _axes(0.0, altitude_deg)
@@ -257,15 +267,15 @@ def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Fl
 
 
 def _along(size_m: float, away_m: float) -> int:
-    """Dots along one side."""
+    """Return the number of dots along one side."""
     diameter_deg = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
     return math.ceil(min(max(diameter_deg / _DOT_DEG, _DOTS[0]), _DOTS[1]))
 
 
 def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
-    """Where dots lie along width and height, -0.5 to 0.5: one in each cell of a grid.
+    """Return positions of dots along width and height, -0.5 to 0.5: one in each cell of a grid.
 
-    Each row and column is shifted by its own part of a cell, so that no texel's edge ever runs
+    Each row and column is shifted by a different part of a cell, so that a texel's edge never runs
     along a whole row of them.
     """
     i, j = np.divmod(np.arange(wide * tall), tall)
@@ -278,31 +288,34 @@ _BATCH: Final = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddedLight:
-    """One lamp at all placements, for one head. Its arrays must not be written to."""
+    """One lamp at all placements, for one head. Its arrays are read-only."""
 
     name: str
-    title: str  # of a captured lamp; "" of one from numbers, whose name says its kind
-    distance_m: float | None  # from the middle of the head; None where unknown
+    title: str  # of a captured lamp; "" for one from numbers, whose name is its kind
+    distance_m: float | None  # from the middle of the head; None if unknown
     # (576, 32, 64), share of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
-    # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None of
-    # a near lamp from numbers, which is no environment
+    # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None for
+    # a near lamp from numbers, which is not an environment
     light: Float32 | None = field(repr=False)
     # (576, P), luminance of the head under the lamp alone, in the same unit
     pictures: Float32 = field(repr=False)
-    # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 of a captured
+    # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 for a captured
     # one
     glow: Float64 = field(repr=False)
-    absolute: bool  # whether all that is in cd/m2; otherwise in a unit of the capture's own
+    absolute: bool  # whether all values are in cd/m2; otherwise in a unit of the capture
     hidden: HiddenTexels = field(repr=False)
     contrast: Contrast = field(repr=False)
 
     def over(self, light: Floats, number: int, power: float = 1.0) -> Float64:
         """Composite the lamp over a place's light (eq. 7).
 
-        `light`: (32, 64, 3) float, linear Rec. 709 radiance as the face sees it, cd/m2.
-        Returns (32, 64, 3) float64: what a lamp from numbers gives is the picture beside it, not
-        this: here it shines as if it were far away.
+        Args:
+            light: (32, 64, 3) float. Linear Rec. 709 radiance as seen by the face, cd/m2.
+
+        Returns:
+            (32, 64, 3) float64. A lamp from numbers appears as if far away; its near light is in
+            `pictures` only.
         """
         share = self.alpha[number][..., None].astype(np.float64)
         own = share * self.glow if self.light is None else self.light[number]
@@ -321,7 +334,7 @@ def from_numbers(
 ) -> AddedLight:
     """Prepare a lamp from numbers, with the near field of its distance.
 
-    Raises CoreError if the head takes environments of another size.
+    Raises `CoreError` if the head uses environments of another size.
     """
     near = prepare_near(transport, shape) if near is None else near
     if token is not None:
@@ -357,7 +370,7 @@ def from_captured(
 ) -> AddedLight:
     """Prepare a captured lamp.
 
-    Raises CoreError if the head or the lamp is of another size, or the lamp is none.
+    Raises `CoreError` if the head or the lamp has another size, or the lamp is invalid.
     """
     _check(lamp)
     report(0.3, Progress(Task.SORTING_SHADOWS, lamp.title))
@@ -388,7 +401,7 @@ def _check(lamp: PlacedLamp) -> None:
             tr("{title} is damaged and cannot be searched with.", title=lamp.title),
             tr("Capture it again."),
         )
-    # False of what is not a number, too.
+    # False for NaN, too.
     if not ((lamp.alpha >= 0) & (lamp.alpha <= 1)).all():
         raise CoreError(
             tr("The mask of {title} is damaged.", title=lamp.title), tr("Make it again.")
@@ -396,7 +409,7 @@ def _check(lamp: PlacedLamp) -> None:
 
 
 def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
-    """(K, 576) coordinates of pictures (576, P), and (576,) squared norms beside the basis."""
+    """Return coordinates, (K, 576), and squared norms outside the basis, (576,), of pictures."""
     centred = less_mean(pictures, face.root)
     basis = face.pixels.astype(np.float64)
     coefficients: Float64 = (centred @ basis).T
@@ -405,7 +418,7 @@ def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
 
 
 def _luminances(transport: Transport, light: Float32, token: Token | None) -> Float32:
-    """(576, P) luminance of the head under environments."""
+    """Return the luminance of the head, (576, P), under environments."""
     weights = transport.header.luminance_weights
     pictures = np.zeros((len(light), len(transport.pixels)), np.float32)
     texels = np.ascontiguousarray(transport.texel_basis.T)

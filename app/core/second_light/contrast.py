@@ -1,24 +1,26 @@
-"""What a lamp hides of a place, and the contrast of a face under both: the denominator of match.
+"""The part of a place that a lamp hides, and the contrast of a face under both.
 
-The picture is linear in its three parts: the place's light, less what the lamp hides of it, plus
-the lamp's own. In an orthonormal basis of the pictures that the head can give, each part has a
-hundred-odd coordinates, and the squared norm of the sum is theirs. All parts are measured in the
-same basis, so that a sun that the lamp hides is gone, however bright it was.
+The contrast is the denominator of match. The picture is linear in its three parts: the place's
+light, minus the part that the lamp hides, plus the lamp's own light. In an orthonormal basis of the
+head's possible pictures, each part has a hundred-odd coordinates, and the squared norm of the sum
+is that of the coordinates. All parts use the same basis, so that a hidden sun cancels exactly,
+however bright it was.
 
-Of the first coordinates, which hold nearly all, that is reckoned for every texel. Of all others
-it is for the place's brightest texels only: what a lamp hides besides is too faint to show there.
+For the first coordinates, which contain almost everything, this is computed for every texel. For
+the others it is computed only for the place's brightest texels: other hidden light is too faint to
+matter there.
 
-With E the place's light, a the share of each texel that the lamp hides, and Phi anything that is
-linear in light (a pre-integrated target, say), the hidden part at turn t and azimuth k is
+With E the place's light, a the share of each texel that the lamp hides, and Phi any linear function
+of light (a pre-integrated target, for example), the hidden part at turn t and azimuth k is
 
     sum over texels of a(texel) Phi(texel) E(texel turned by t).
 
-A lamp hides a few texels only, and the same ones relative to itself whatever its azimuth. Seen
-from the lamp, light depends on t - k alone: per altitude one matrix of 64 views of the place, and
-one product with the targets as each azimuth has them, hold all 64 x 64 combinations, exactly.
+A lamp hides only a few texels, and the same ones relative to itself at any azimuth. Relative to the
+lamp, light depends only on t - k: per altitude, one matrix of 64 views of the place and one product
+with the targets at each azimuth give all 64 x 64 combinations, exactly.
 
-Light and what is linear in it come in two parts here, see `app.core.solver.search`, both on
-the full grid: (2, H, W), flat in that order.
+Light and linear functions of it have two parts here, see `app.core.solver.search`, both on the full
+grid: (2, H, W), flat in that order.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ _TEXELS: Final = SHAPE[0] * SHAPE[1]
 _LEAST_HIDDEN: Final = 1e-6
 _MOST: Final = 768  # texels that a lamp may hide around one altitude: three eighths of them all
 _STEPS: Final = np.arange(TURNS)
-# Where turn t and azimuth k find their product: view t - k, azimuth k.
+# Index of the product for turn t and azimuth k: view t - k, azimuth k.
 _ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).ravel()
 
 
@@ -53,21 +55,23 @@ _ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).rav
 class HiddenTexels:
     """Texels that a lamp hides, per altitude; M of them, both parts of light."""
 
-    # tuple of (64, M) int64, position in the place's light of what stands behind the lamp, per
-    # turn minus azimuth
+    # tuple of (64, M) int64, index in the place's light of the texel behind the lamp, per turn
+    # minus azimuth
     views: tuple[Int64, ...] = field(repr=False)
-    # tuple of (M, 64) int64, position in the head's frame, per azimuth
+    # tuple of (M, 64) int64, index in the head's frame, per azimuth
     own: tuple[Int64, ...] = field(repr=False)
-    # each (M, 64), how much of each is hidden, 0 to 1, per azimuth
+    # each (M, 64), hidden share of each, 0 to 1, per azimuth
     shares: tuple[Float64, ...] = field(repr=False)
 
 
 def find_hidden(alpha: Floats) -> HiddenTexels:
-    """Find what a lamp hides.
+    """Find the texels that a lamp hides.
 
-    `alpha`: (576, 32, 64) float, share of each texel that the lamp hides, in the head's frame, per
-    placement.
-    Raises CoreError if it hides so much that it is no lamp.
+    Args:
+        alpha: (576, 32, 64) float. Share of each texel that the lamp hides, in the head's frame,
+            per placement.
+
+    Raises `CoreError` if it hides too much for a lamp.
     """
     views, own, shares = [], [], []
     for rows in alpha.reshape(len(ALTITUDES_DEG), TURNS, *SHAPE):
@@ -87,11 +91,15 @@ def find_hidden(alpha: Floats) -> HiddenTexels:
 
 
 def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
-    """Take what is linear in light to where a lamp hides it.
+    """Restrict linear functions of light to the hidden texels.
 
-    `linear`: (F, 4096) float, times two-part light it sums to F values.
-    Gives (F, M, 64) float per altitude, in the type of `linear`, for `correlate`: one after the
-    other, as all together they are large.
+    Args:
+        linear: (F, 4096) float. F functions; their products with two-part light sum to their
+            values.
+
+    Returns:
+        (F, M, 64) float per altitude, in the type of `linear`, for `correlate`; one at a time,
+        since all together are large.
     """
     for own, share in zip(hidden.own, hidden.shares, strict=True):
         table = linear[:, own]
@@ -102,11 +110,14 @@ def hidden_tables(hidden: HiddenTexels, linear: NDArray[_Float]) -> Iterator[NDA
 def correlate(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64
 ) -> NDArray[_Float]:
-    """Sum up the hidden part at all turns and placements.
+    """Sum the hidden part at all turns and placements.
 
-    `tables`: sequence of (F, M, 64) float, from `hidden_tables`.
-    `light`: (2, 32, 64) float64, of the place, at turn 0.
-    Returns (F, 64, 576) of the tables' type: per turn and placement.
+    Args:
+        tables: (F, M, 64) float each, from `hidden_tables`.
+        light: (2, 32, 64) float64. The place at turn 0.
+
+    Returns:
+        (F, 64, 576) in the tables' type: per turn and placement.
     """
     flat = light.reshape(-1).astype(tables[0].dtype)
     result = np.empty_like(tables[0], shape=(len(tables[0]), len(tables), TURNS, TURNS))
@@ -116,10 +127,13 @@ def correlate(
 
 
 def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
-    """Sort values that are known by turn minus azimuth.
+    """Reorder values from turn minus azimuth to turn.
 
-    `values`: (F, 9, 64, 64) float, per altitude, turn minus azimuth, and azimuth.
-    Returns (F, 64, 576) of its type: per turn and placement.
+    Args:
+        values: (F, 9, 64, 64) float. Per altitude, turn minus azimuth, and azimuth.
+
+    Returns:
+        (F, 64, 576) of the same type: per turn and placement.
     """
     count = len(values)
     sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS), values.dtype)
@@ -132,7 +146,7 @@ def by_turn(values: NDArray[_Float]) -> NDArray[_Float]:
 def correlate_at(
     hidden: HiddenTexels, tables: Sequence[NDArray[_Float]], light: Float64, turn: int
 ) -> Float64:
-    """Sum up the hidden part at one turn. Returns (F, 576) float64."""
+    """Sum the hidden part at one turn; return (F, 576) float64."""
     flat = light.reshape(-1)
     index = (turn - _STEPS) % TURNS
     rows = [
@@ -145,9 +159,12 @@ def correlate_at(
 def two_parts(light: Floats, mixing: Float64) -> Float64:
     """Split light into the two parts of `app.core.solver.search`, on the full grid.
 
-    `light`: (..., H, W, 3) float, linear Rec. 709 radiance.
-    `mixing`: (2, 3) float64, of the head.
-    Returns (..., 2, H, W) float64: in the unit of `light`.
+    Args:
+        light: (..., H, W, 3) float. Linear Rec. 709 radiance.
+        mixing: (2, 3) float64. Of the head.
+
+    Returns:
+        (..., 2, H, W) float64: in the unit of `light`.
     """
     red, green, blue = (light[..., channel].astype(np.float64) for channel in range(3))
     # Texel by texel, so that mirrored light gives exactly the mirrored parts.
@@ -158,26 +175,26 @@ def _both(texels: Int64, axis: int) -> Int64:
     return np.concatenate([texels, texels + _TEXELS], axis=axis).astype(np.int64)
 
 
-_MAIN: Final = (48, 96)  # coordinates that the search looks at, at least and at most
-_SIZE: Final = 2e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
-_LEAST: Final = 0.02  # texels that give less than this share of the strongest contrast count less
+_MAIN: Final = (48, 96)  # coordinates that the search uses, at least and at most
+_SIZE: Final = 2e7  # numbers in the tables of hidden parts; large lamps get fewer coordinates
+_LEAST: Final = 0.02  # texels with less than this share of the strongest contrast count less
 _BRIGHT: Final = 16  # texels of the place that count as brightest
-_BATCH: Final = 48  # coordinates at a time: what they need stays in the cache
+_BATCH: Final = 48  # coordinates at a time: their data stay in the cache
 _PURE: Final = 1e-4
 _SUMS: Final = (_STEPS[:, None] + _STEPS) % TURNS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceBasis:
-    """An orthonormal basis of a face's pictures, each less its mean over the face."""
+    """An orthonormal basis of a face's pictures, each minus its mean over the face."""
 
-    # (P,), root of how much each pixel of the head counts
+    # (P,), square root of the weight of each pixel of the head
     root: Float64 = field(repr=False)
-    # (P, K), times that; those first that matter most
+    # (P, K), basis pictures times that, the most important first
     pixels: Float32 = field(repr=False)
-    # (K, 4096), times two-part light they sum to the coordinates of the picture
+    # (K, 4096), products with two-part light sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
-    mixing: Float64  # (2, 3), how light is split in two, see `app.core.solver.search`
+    mixing: Float64  # (2, 3), split of light into two parts, see `app.core.solver.search`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,13 +205,13 @@ class Contrast:
     # (33, K, 64) complex64, the rows of its basis, transformed along azimuth and conjugate
     spectra: NDArray[np.complex64] = field(repr=False)
     lamp: Float64 = field(repr=False)  # (K, 576), coordinates of the lamp's pictures
-    # (576,), squared norm of what of them lies beside the basis
+    # (576,), squared norm of their part outside the basis
     beside: Float64 = field(repr=False)
-    # each (M, D, 64), per altitude: what each hidden texel counts in the first D coordinates
+    # each (M, D, 64), per altitude: contribution of each hidden texel to the first D coordinates
     hidden: tuple[Float32, ...] = field(repr=False)
-    # each (1, M, 64), per altitude: what each hidden texel counts along the lamp's own picture
+    # each (1, M, 64), per altitude: contribution of each hidden texel along the lamp's own picture
     shadows: tuple[Float64, ...] = field(repr=False)
-    # (4096, K - D), what each texel counts in the other coordinates
+    # (4096, K - D), contribution of each texel to the other coordinates
     further: Float32 = field(repr=False)
     # (2048, 576), share of each texel that the lamp hides, per placement
     shades: Float32 = field(repr=False)
@@ -203,9 +220,10 @@ class Contrast:
 def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
     """Find the basis of a head's face; takes a second.
 
-    `region`: (P,), how much each pixel counts, see `app.core.solver.face`.
+    Args:
+        region: (P,). Weight of each pixel, see `app.core.solver.face`.
 
-    Raises CoreError if the transport takes other environments.
+    Raises `CoreError` if the transport uses other environments.
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(
@@ -223,7 +241,7 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
         basis = grey[:, kind] @ (vectors[:, keep] / np.sqrt(values[keep]))
         first = (basis.T @ grey[:, kind]) @ texels[kind]
         second = (basis.T @ tint[:, kind]) @ tinted[kind]
-        # The sun may stand in any texel: each counts by the shape of its picture.
+        # The sun may be in any texel, so each is weighted by the shape of its picture.
         size = np.linalg.norm(first, axis=0)
         even = first / np.maximum(size, _LEAST * size.max())
         values, axes = np.linalg.eigh(even @ even.T)
@@ -242,10 +260,11 @@ def prepare_face(transport: Transport, region: Float64) -> FaceBasis:
 def find_contrast(
     face: FaceBasis, hidden: HiddenTexels, lamp: Float64, beside: Float64
 ) -> Contrast:
-    """Put a lamp into a face's basis.
+    """Express a lamp in a face's basis.
 
-    `lamp`: (K, 576) float64, coordinates of the lamp's pictures.
-    `beside`: (576,) float64, squared norm of what of them lies beside the basis.
+    Args:
+        lamp: (K, 576) float64. Coordinates of the lamp's pictures.
+        beside: (576,) float64. Squared norm of their part outside the basis.
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
@@ -264,7 +283,7 @@ def find_contrast(
 
 
 def _shadows(face: FaceBasis, hidden: HiddenTexels, lamp: Float64) -> tuple[Float64, ...]:
-    """Per altitude, (1, M, 64): what each hidden texel counts along the lamp's own picture."""
+    """Return each hidden texel's contribution along the lamp's picture, (1, M, 64) by altitude."""
     sums = [np.zeros((1, *own.shape)) for own in hidden.own]
     for start in range(0, len(face.rows), _BATCH):
         part = slice(start, start + _BATCH)
@@ -276,7 +295,7 @@ def _shadows(face: FaceBasis, hidden: HiddenTexels, lamp: Float64) -> tuple[Floa
 
 
 def _shades(hidden: HiddenTexels) -> Float32:
-    """(2048, 576) share of each texel that the lamp hides."""
+    """Return the share of each texel that the lamp hides, (2048, 576)."""
     texels = SHAPE[0] * SHAPE[1]
     shades = np.zeros((texels, len(hidden.own), TURNS), np.float32)
     for altitude, (own, shares) in enumerate(zip(hidden.own, hidden.shares, strict=True)):
@@ -289,14 +308,14 @@ def _shades(hidden: HiddenTexels) -> Float32:
 class Norms:
     """Squared contrast of the face, for any power of the lamp."""
 
-    # place, both: (64, 576) float64, or (1, 576) at one turn, of the place's light less what the
-    # lamp hides; twice its product with the lamp's picture
+    # place, both: (64, 576) float64, or (1, 576) at one turn, of the place's light minus the hidden
+    # part; twice its product with the lamp's picture
     place: Float64 = field(repr=False)
     both: Float64 = field(repr=False)
     lamp: Float64 = field(repr=False)  # (576,), of the lamp's picture
 
     def at(self, power: float) -> Float64:
-        """Norm over the face of the picture's luminance minus its mean."""
+        """Return the norm over the face of the picture's luminance minus its mean."""
         squared = self.place + power * self.both
         squared += power * power * self.lamp
         return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
@@ -307,7 +326,10 @@ def norms(
 ) -> Norms:
     """Find the contrast of the face at all turns and placements.
 
-    `light`: (32, 64, 3) float, of the place, at turn 0, linear Rec. 709 radiance.
+    Args:
+        light: (32, 64, 3) float. The place at turn 0, linear Rec. 709 radiance.
+        scale: Mean luminance that normalises the result.
+        turn: Turn index; None for all turns.
     """
     parts = two_parts(light, contrast.face.mixing)
     place = _at_all_turns(contrast, parts)
@@ -327,9 +349,9 @@ def norms(
 def _remainder(
     contrast: Contrast, hidden: HiddenTexels, place: Float32, parts: Float64, turn: int | None
 ) -> Float64:
-    """(64 or 1, 576) squared norm of what the lamp leaves of the place's pictures."""
+    """Return the squared norm of the place's pictures without the hidden part, (64 or 1, 576)."""
     flat = parts.reshape(-1).astype(np.float32)
-    # From the lamp, light depends on turn minus azimuth alone: that is the first axis here.
+    # Relative to the lamp, light depends only on turn minus azimuth: that is the first axis here.
     rolled = np.ascontiguousarray(place[:, _SUMS].transpose(1, 0, 2)) if turn is None else place
     results = []
     for views, table in zip(hidden.views, contrast.hidden, strict=True):
@@ -353,9 +375,9 @@ def _remainder(
 
 
 def _further(contrast: Contrast, place: Float64, parts: Float64, turn: int | None) -> Float64:
-    """(64 or 1, 576) the same in the other coordinates, less the brightest texels alone.
+    """Return the same in the other coordinates, minus only the brightest texels, (64 or 1, 576).
 
-    With r the place's picture, d_b what texel b gives of it and s_b how much of that is hidden,
+    With r the place's picture, d_b the contribution of texel b to it and s_b its hidden share,
     |r - sum of s_b d_b|^2 = |r|^2 - 2 sum of s_b (d_b . r) + sum of s_a s_b (d_a . d_b).
     """
     texels = len(contrast.shades)
@@ -396,21 +418,21 @@ def norm_at(
 
 
 def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
-    """(K, 64) coordinates of the place's pictures."""
+    """Return the coordinates of the place's pictures, (K, 64)."""
     spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T.astype(np.complex64)
     product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
     return np.asarray(np.fft.irfft(product.T, n=SHAPE[1], axis=1))
 
 
 def less_mean(pictures: Floats, root: Float64) -> Float64:
-    """Take the mean over the face off pictures (..., P), and weight each pixel by its root."""
+    """Subtract the mean over the face from pictures, (..., P), and weight pixels by `root`."""
     centred = pictures.astype(np.float64)
     centred -= (centred @ root**2)[..., None] / (root @ root)
     return centred * root
 
 
 def _kinds(transport: Transport) -> list[Bools]:
-    """Rows of T that are even and that are odd; all of them, for a head without symmetry."""
+    """Return masks of T's even and odd rows; one mask of all rows for a head without symmetry."""
     rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
     ratio = flipped / (np.einsum("rhw,rhw->r", rows, rows) + 1e-30)

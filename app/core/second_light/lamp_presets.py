@@ -1,10 +1,10 @@
 """Lamps described by numbers instead of a capture.
 
-A lamp is a flat piece of light that faces the head, equally bright all over and from every side
-(Lambertian), known by its size and by the illuminance that it gives at one metre.
+A lamp is a flat light source that faces the head, equally bright all over and from every side
+(Lambertian), described by its size and its illuminance at one metre.
 
-A lamp at full power may drown the place's own light, and a style with two lamps needs both: the
-search may dim a lamp in the steps that lamps have, whole stops.
+A lamp at full power may drown the place's own light, and a style with two lamps needs both. So the
+search may dim a lamp in the usual steps, whole stops.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from app.core.base.errors import CoreError
 from app.core.text import tr
 
 FULL: Final = (1.0,)
-"""Powers of a lamp that cannot be dimmed, or was captured as it is."""
+"""Powers of a lamp that cannot be dimmed, or was captured."""
 
-# Brightest and dimmest in stops from the power in `numbers`: screens and panels go down to less
-# than a hundredth, a torch has a few steps; a flash is counted at 1/16 and goes from 1/1 to 1/128.
+# Brightest and dimmest setting in stops from the power in `numbers`: screens and panels go down to
+# less than a hundredth, a torch has a few steps; a flash is specified at 1/16 and goes from 1/1 to
+# 1/128.
 _STOPS: Final = {
     "phone": (0, -8),
     "torch": (0, -3),
@@ -34,7 +35,7 @@ _FULL_FROM: Final = 0.995
 
 
 def powers_of(kind: str) -> tuple[float, ...]:
-    """Return the powers that a kind of lamp from numbers can be set to, the strongest first.
+    """Return the possible powers of a kind of lamp, the strongest first.
 
     Examples:
         >>> powers_of("torch"), powers_of("bulb")
@@ -47,7 +48,7 @@ def powers_of(kind: str) -> tuple[float, ...]:
 
 
 def part_of(power: float, kind: str = "") -> int:
-    """Return which part of its greatest power a lamp gives: 1 for all of it, 2 for half.
+    """Return the denominator of a lamp's power: 1 for full power, 2 for half.
 
     Examples:
         >>> part_of(1.0), part_of(0.125), part_of(16.0, "flash")
@@ -58,7 +59,7 @@ def part_of(power: float, kind: str = "") -> int:
 
 
 def share_of(power: float, kind: str = "") -> float:
-    """Give a power as a share of the greatest that the lamp itself has."""
+    """Return a power as a share of the lamp's full power."""
     return power * _ALREADY.get(kind, 1.0)
 
 
@@ -69,8 +70,8 @@ _WHITE: Final = (1.0, 1.0, 1.0)
 # 3,000 K on the black-body curve, linear Rec. 709, luminance 1.
 _WARM: Final = (1.77, 0.83, 0.30)
 
-_EXPOSURE_CONSTANT: Final = 250.0  # lux seconds at ISO 100 and f/1, as incident meters have it
-_GUIDE_NUMBER_M: Final = 40.0  # of a usual flash on the shoe, ISO 100
+_EXPOSURE_CONSTANT: Final = 250.0  # lux seconds at ISO 100 and f/1, as for incident meters
+_GUIDE_NUMBER_M: Final = 40.0  # of a typical shoe-mount flash, ISO 100
 _FLASH_POWER: Final = 1.0 / 16.0
 _SHUTTER_S: Final = 1.0 / 160.0
 # Steady light that exposes like the flash: its lux seconds over the shutter time.
@@ -79,7 +80,7 @@ _FLASH_LUX: Final = _EXPOSURE_CONSTANT * _GUIDE_NUMBER_M**2 / 100.0 * _FLASH_POW
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of lamp that can be held."""
+    """A kind of handheld lamp."""
 
     name: str
     size_m: tuple[float, float]  # width and height, metres
@@ -113,7 +114,10 @@ KINDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NumbersLamp:
-    """A lamp known by numbers, at a distance; raises CoreError if a number is no lamp's."""
+    """A lamp described by numbers, at a distance.
+
+    Raises `CoreError` if a number is out of range.
+    """
 
     kind: str
     distance_m: float  # from the middle of the head to the middle of the lamp, metres
@@ -123,7 +127,7 @@ class NumbersLamp:
     colour: tuple[float, float, float] = _WHITE  # linear Rec. 709 of luminance 1
 
     def __post_init__(self) -> None:
-        """Refuse what no lamp can be."""
+        """Raise `CoreError` for impossible values."""
         if not NEAREST_M <= self.distance_m <= FARTHEST_M:
             raise CoreError(
                 tr(
@@ -153,7 +157,7 @@ class NumbersLamp:
 
     @property
     def luminance(self) -> float:
-        """Of the lamp's face, cd/m2."""
+        """Luminance of the lamp's face, cd/m2."""
         area = self.size_m[0] * self.size_m[1] * (math.pi / 4.0 if self.round else 1.0)
         return self.lux_at_1m / area
 
@@ -165,7 +169,7 @@ def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
 
 
 def parse(text: str) -> NumbersLamp:
-    """Parse a lamp.
+    """Parse a lamp, given as its kind and its distance in metres.
 
     Examples:
         >>> parse("phone@0.45").distance_m

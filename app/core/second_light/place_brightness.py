@@ -1,12 +1,12 @@
 """The brightness of a place, for adding a lamp's light.
 
-A lamp rescues a style by night that it cannot touch in the sun, so the place's brightness must be
-known in cd/m2. An environment that was merged from exposures states it; of any other somebody has
-to say how much light falls on the face.
+A lamp that rescues a style at night has no effect in the sun, so the place's brightness must be
+known in cd/m2. An environment merged from exposures states it; for any other, the user has to enter
+the illuminance at the face.
 
-The light of a lamp and of a place may be added when both are known in cd/m2, from the exposures
-that their frames state. ISO, aperture and shutter of one camera give that to a few percent from
-capture to capture; of two cameras only to about half a stop.
+The light of a lamp and of a place can be added if both are known in cd/m2, from the exposures
+stated in their frames. ISO, aperture and shutter of one camera give that to a few percent from
+capture to capture, those of two cameras only to about half a stop.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _MOST_LAMP_LUX: Final = 1e7
 
 
 class Unknown(Enum):
-    """Whose brightness is not known in cd/m2."""
+    """Which of the two brightnesses is not known in cd/m2."""
 
     LAMP = auto()
     PLACE = auto()
@@ -47,8 +47,9 @@ class Comparison:
     """Result of comparing the scales of a lamp and a place.
 
     Attributes:
-        unknown: What is not known where it cannot; None where it can.
-        cameras: Of the lamp and of the place, where they differ; None where they do not.
+        unknown: The unknown brightness; None if both are known.
+        title: Title of the lamp.
+        cameras: Cameras of the lamp and of the place if they differ; otherwise None.
     """
 
     unknown: Unknown | None = None
@@ -66,8 +67,9 @@ def compare(
 ) -> Comparison:
     """Compare the scales of a place's and a lamp's capture.
 
-    `place_white_cd_m2`: luminance of radiance 1 of the place, cd/m2; None where its exposure is not
-    known.
+    Args:
+        place_white_cd_m2: Luminance of radiance 1 of the place, cd/m2; None if its exposure is
+            unknown.
 
     Examples:
         >>> import numpy as np
@@ -91,9 +93,9 @@ def compare(
 
 
 def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
-    """Set how bright a lamp is by what a light meter reads where the probe stood.
+    """Set the brightness of a lamp from a light meter reading at the probe's position.
 
-    Raises CoreError when that is no illuminance.
+    Raises `CoreError` if the reading is out of range.
     """
     if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
         raise CoreError(
@@ -114,7 +116,7 @@ def _has_scale(white: float | None) -> bool:
 
 
 ASSUMED_LUX: Final = 200.0
-"""Vertical illuminance at the face where nothing is known: a lit room."""
+"""Assumed vertical illuminance at the face, lux: a lit room."""
 
 _ATTRIBUTE: Final = "whiteLuminance"
 _MOST: Final = 1e12
@@ -123,11 +125,11 @@ _NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+"
 
 
 def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
-    """Find the vertical illuminance at a face.
+    """Return the vertical illuminance at a face; in lux if the light is in cd/m2.
 
-    `light`: (H, W, 3) or (H, W) float, environment, linear Rec. 709 radiance or luminance.
-    `azimuth_deg`: azimuth in the panorama that the face looks to, deg.
-    Lux where the light is in cd/m2.
+    Args:
+        light: (H, W, 3) or (H, W) float. Environment, linear Rec. 709 radiance or luminance.
+        azimuth_deg: Panorama azimuth that the face looks to, deg.
     """
     luminance = luminance_of(light)
     height, width = luminance.shape
@@ -138,9 +140,9 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 
 
 def check_lux(lux: float) -> float:
-    """Give an illuminance at the face back, unless there is no such light to photograph in.
+    """Return an illuminance at the face, lux, if it is plausible.
 
-    Raises CoreError otherwise.
+    Raises `CoreError` otherwise.
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(
@@ -151,9 +153,9 @@ def check_lux(lux: float) -> float:
 
 
 def read_lux(text: str) -> float:
-    """Parse a typed illuminance.
+    """Parse a typed illuminance, lux.
 
-    Raises CoreError if it is no number, or no light to photograph in.
+    Raises `CoreError` if it is not a number, or implausible.
 
     Examples:
         >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
@@ -172,9 +174,10 @@ def read_lux(text: str) -> float:
 
 
 def stated_white(path: Path | str) -> float | None:
-    """Read the luminance of radiance 1 that an OpenEXR file states.
+    """Read the luminance of radiance 1 from an OpenEXR file.
 
-    Cd/m2; None where the file states none, or cannot be read.
+    Returns:
+        cd/m2; None if the file states none, or cannot be read.
     """
     source = open_image(Path(path))
     if source is None:

@@ -13,13 +13,13 @@ from app.core.base.angles import TURNS
 from app.core.base.arrays import Bools, Float64, Int64
 
 EAR_HEIGHT_M: Final = 1.2
-"""Height of the middle of the head above the floor, of a sitter on a chair."""
+"""Height of the middle of the head above the floor, m, for a sitter on a chair."""
 
-_CLEAR_M: Final = 0.05  # of the floor
-_SHOULDER_M: Final = (0.19, -0.27, -0.03)  # the left one, from the middle of the head
-_ARM_M: Final = 0.75  # from the shoulder to what a hand holds
-_BACK_M: Final = -0.35  # behind the middle of the head a hand reaches no farther
-# The trunk below the neck: half its width and depth, and where it begins.
+_CLEAR_M: Final = 0.05  # above the floor
+_SHOULDER_M: Final = (0.19, -0.27, -0.03)  # the left shoulder, from the middle of the head
+_ARM_M: Final = 0.75  # from the shoulder to the object in the hand
+_BACK_M: Final = -0.35  # farthest reach of a hand behind the middle of the head
+# The trunk below the neck: half its width and depth, and the height of its top.
 _TRUNK_M: Final = (0.21, 0.13, -0.22)
 
 
@@ -30,10 +30,9 @@ def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
 
 
 def within_arm(distance_m: float) -> Bools:
-    """Return the placements within the sitter's own reach.
+    """Return the placements within the sitter's own reach, (576,) bool.
 
-    Returns (576,) bool: within reach of either arm, not far behind the head, and not inside the
-    trunk.
+    They are within reach of either arm, not far behind the head, and not inside the trunk.
     """
     places = directions() * distance_m
     shoulders = np.array([_SHOULDER_M, (-_SHOULDER_M[0], *_SHOULDER_M[1:])])
@@ -44,18 +43,18 @@ def within_arm(distance_m: float) -> Bools:
 
 
 AZIMUTHS_DEG: Final[Float64] = np.arange(TURNS, dtype=np.float64) * (360.0 / TURNS)
-"""(64,) deg, from in front toward the sitter's left."""
+"""Azimuths, (64,) deg, from the front toward the sitter's left."""
 
 ALTITUDES_DEG: Final[Float64] = np.arange(-4, 5, dtype=np.float64) * 16.875
-"""(9,) deg, from below upward; the paper's band."""
+"""Altitudes, (9,) deg, from below to above; the paper's band."""
 
 COUNT: Final = len(ALTITUDES_DEG) * len(AZIMUTHS_DEG)
-"""Placements; number j = altitude index * 64 + azimuth index."""
+"""Number of placements; number j = altitude index * 64 + azimuth index."""
 
 MIRRORED: Final[Int64] = (
     np.arange(len(ALTITUDES_DEG))[:, None] * TURNS + (-np.arange(TURNS)) % TURNS
 ).ravel()
-"""(576,) the placement on the other side of the face."""
+"""Placement on the other side of the face, (576,)."""
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Float64:

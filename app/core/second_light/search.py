@@ -1,8 +1,8 @@
 """Search turn and lamp placement: eq. 7 of the paper, exactly, for both objectives.
 
-All 64 turns times 576 placements are evaluated for every style. As without a lamp, numbers that
-decide anything are free of exposure: the place's light is divided by its mean luminance, and the
-lamp by the same number, so that what counts is how strong the lamp is beside the place.
+All 64 turns times 576 placements are evaluated for every style. As without a lamp, the decision
+does not depend on the exposure: the place's light is divided by its mean luminance, and the lamp by
+the same number, so that only the lamp's strength relative to the place matters.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, lig
 from app.core.styles.style_pack import StylePack
 
 ALL: Final = TURNS * COUNT
-"""Combinations of a turn and a placement."""
+"""Number of combinations of a turn and a placement."""
 
 _STEP_DEG: Final = 360.0 / TURNS
 _TILT_DEG: Final = float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
-_WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
+_WEAK: Final = 0.1  # of the face's mean: a weaker lamp cannot shape it
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class LampPlacement:
     name: str
     title: str
     side: str
-    # turn_index, placement: on the grids, 0..63 and 0..575; the turn counted from the panorama's
+    # turn_index, placement: on the grids, 0..63 and 0..575; the turn counts from the panorama's
     # centre column
     turn_index: int
     placement: int
@@ -66,34 +66,34 @@ class LampPlacement:
     # clockwise
     turn_deg: float
     turn_refined_deg: float
-    # lamp_azimuth_deg, lamp_altitude_deg: where the lamp is held, on the grid; deg, positive
-    # toward the sitter's left and upward
+    # lamp_azimuth_deg, lamp_altitude_deg: placement of the lamp on the grid; deg, positive toward
+    # the sitter's left and up
     lamp_azimuth_deg: float
     lamp_altitude_deg: float
     lamp_azimuth_refined_deg: float
     lamp_altitude_refined_deg: float
-    # quality, match, strength: there, on the grid. Quality (eq. 7) in the unit of the environment,
-    # the others of 100
+    # quality, match, strength: at that grid point. Quality (eq. 7) in the unit of the environment,
+    # the others 0 to 100
     quality: float
     match: float
     strength: float
     attainable: bool
     before: StyleResult
-    # (9, 64), the objective at the chosen turn: match of 100, or quality; altitude by azimuth
+    # (9, 64), the objective at the chosen turn: match, 0 to 100, or quality; altitude by azimuth
     map: Float32 = field(repr=False)
     evaluated: int
     power: float = 1.0
-    # as of `app.core.solver.solve.StyleResult`
+    # as in `app.core.solver.solve.StyleResult`
     grade: Grade | None = None
     shortfall: Shortfall | None = None
     looks_more_like: str | None = None
-    # with the lens beside the nose; turns are then those of the lens
+    # yaw of the face from the lens, which `turn_deg` then refers to
     yaw_deg: float = 0.0
     lighting: Lighting = "front"
 
     @property
     def rescued(self) -> bool:
-        """Whether the lamp makes attainable what is not without it."""
+        """Whether the lamp brings a style into reach that is out of reach without it."""
         return self.attainable and not self.before.attainable
 
 
@@ -114,16 +114,17 @@ def place_all(
 ) -> tuple[LampPlacement, ...]:
     """Find the best turn and lamp placement for every style (eq. 7).
 
-    `radiance`: (32, 64, 3) float, environment at turn 0, linear Rec. 709, in the unit of the lamp:
-    cd/m2.
-    `is_open`: (576,) bool, placements that can be reached; all by default.
-    `powers`: what the lamp may be dimmed to, as shares of its full power, see `dimming`; the
-    picture objective takes the one that matches best, of equals the first. The paper's always gains
-    by more light, so it takes the first.
-    `front_deg`: azimuth at which the photographer stands, deg; turns are counted from there.
-    Raises EnvironmentFileError if the environment is black, not finite or has another size.
-    Raises StyleError if a style is unknown.
-    Raises CoreError if no placement is allowed.
+    Args:
+        radiance: (32, 64, 3) float. Environment at turn 0, linear Rec. 709, in the unit of the
+            lamp: cd/m2.
+        is_open: (576,) bool. Placements within reach; by default all.
+        powers: Possible powers of the lamp, as shares of its full power, see `dimming`. The picture
+            objective uses the one with the best match, the first of equals. The paper's objective
+            always gains by more light, so it uses the first.
+        front_deg: Azimuth of the photographer at turn 0, deg; turns count from there.
+
+    Raises `EnvironmentFileError` if the environment is black, not finite or has another size,
+    `StyleError` if a style is unknown, and `CoreError` if no placement is allowed.
     """
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:
@@ -171,7 +172,8 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
     spot, style = best.spot, tables.pack.styles[best.row]
     quality, picture = _measure(tables, place, best)
     if ask.objective == "paper":
-        # As it was searched, to the last bit: what the lamp hides of the sun is rounded alike.
+        # The searched value, to the last bit: the hidden part of the sun is rounded in the same
+        # way.
         quality = float(best.values[spot.number])
     match, strength = float(picture.match[best.row]), float(picture.strength[best.row])
     verdict = judge(tables.pack, best.row, picture, limits)
@@ -215,7 +217,7 @@ def _answer(ask: _Query, best: BestSpot, before: StyleResult) -> LampPlacement:
 def _measure(
     tables: LampTables, place: SearchPlace, best: BestSpot
 ) -> tuple[float, PictureMeasure]:
-    """Quality of one combination, and its picture, with all coordinates of its contrast."""
+    """Return the quality of one combination, and its picture in all contrast coordinates."""
     pack, lamp_light, count = tables.pack, tables.lamp_light, tables.count
     spot, power = best.spot, best.power
     values = values_at(tables, place, spot, power)
@@ -244,9 +246,13 @@ def _light_shortfall(
     limits: Limits,
     most: float,
 ) -> LightShortfall | None:
-    """Find what keeps the style out of reach with the lamp, at `most` of its power when strongest.
+    """Find the reason that keeps the style out of reach with the lamp.
 
-    None where what the style's signature lacks is to the point.
+    Args:
+        most: Largest power of the lamp.
+
+    Returns:
+        None if a missing relation of the style's signature is the better reason.
     """
     spot, mean = best.spot, tables.count
     strongest = most * float(tables.lamp_products[mean].max()) / place.scale

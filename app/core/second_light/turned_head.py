@@ -1,8 +1,8 @@
-"""A lamp, and a lens beside the nose.
+"""A lamp, with the lens beside the nose.
 
-Where a lamp is held best depends on the face alone: turn and placement of eq. 7 are counted from
-the nose, and so is the grade. Of all lenses around it the one counts from which the picture of
-place and lamp together matches best.
+The best placement of a lamp depends on the face alone: turn and placement of eq. 7 count from the
+nose, and so does the grade. Among all lens positions, the one with the best match of the combined
+picture of place and lamp is chosen.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ def seen_aside(
     lamp: NumbersLamp | None,
     wish: LensWish,
 ) -> tuple[LampPlacement, ...]:
-    """Choose the lens that meets the wish and sees the best match; half a second for each view.
+    """Choose the permitted lens position with the best match; half a second for each view.
 
     Args:
-        placements: Of `place_all`, the nose to the lens.
-        radiance: As `place_all` takes it.
-        lamp: Where it is one from numbers, which is near.
-        wish: Its background counts from where the turns found do.
+        placements: Results of `place_all`, with the nose to the lens.
+        radiance: As in `place_all`.
+        lamp: The lamp if it is one from numbers, which is near.
+        wish: Its background counts from where the turns do.
     """
     under = [_under(one, radiance, lamp_light) for one in placements]
     keys = [_key(pack, one, light) for one, light in zip(placements, under, strict=True)]
@@ -97,14 +97,14 @@ def _out_of_reach(one: LampPlacement, wish: LensWish) -> LampPlacement:
 
 
 def _under(one: LampPlacement, radiance: Floats, lamp_light: AddedLight) -> Float64:
-    """The place as the face sees it: with a captured lamp, or without what a near lamp hides."""
+    """Return the place as the face sees it, with a captured lamp, or without the hidden part."""
     rotated = np.roll(radiance, -one.turn_index, axis=1)
     power = one.power if lamp_light.light is not None else 0.0
     return lamp_light.over(rotated, one.placement, power)
 
 
 def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
-    """Azimuth of what lights the face most, from the nose toward the sitter's left."""
+    """Return the azimuth of the main light, from the nose toward the sitter's left."""
     style = pack.styles[pack.index(one.name)]
     if style.side != "none" and one.attainable:
         return max(style.lamps, key=lambda each: each.power).azimuth_deg
@@ -113,7 +113,7 @@ def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
 
 
 class _AsideView:
-    """A head from aside, ready for a lamp near it."""
+    """A head from aside, prepared for a lamp near it."""
 
     def __init__(
         self, pack: StylePack, views: HeadViews, yaw_deg: float, lamp: NumbersLamp | None
@@ -127,7 +127,7 @@ class _AsideView:
         self._near = None if lamp is None else prepare_near(view.transport, view.shape)
 
     def match(self, one: LampPlacement, under: Float64) -> float:
-        """Match of the picture of place and lamp, of 100."""
+        """Return the match of the combined picture of place and lamp, 0 to 100."""
         picture = render(self._transport, under)
         if self._near is not None and self._lamp is not None:
             alone = near_picture(self._near, self._lamp, *placement(one.placement))

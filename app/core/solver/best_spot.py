@@ -12,12 +12,12 @@ from app.core.solver.style_signature import GRADES, YES
 def rank_spots(answers: Sequence[StyleResult]) -> tuple[int, ...]:
     """Rank places by their answers for one style.
 
-    The better grade goes first, as in the choice of a turn, then the better match; among equals to
-    a tenth of a point the wider arc, where one may stand less exactly, then the stronger light.
-    `benchmarks/best-spot.md` says how often that names the right place.
+    The better grade comes first, as in the choice of a turn, then the better match. If these are
+    equal to a tenth of a point, the wider arc comes first, which needs less precision, then the
+    stronger light. `benchmarks/best-spot.md` states how often the ranking is right.
 
     Returns:
-        Positions in `answers`, the best first; equal ones in their order.
+        Indices of `answers`, the best first; equal ones in their order.
     """
 
     def merit(position: int) -> tuple[int, float, float, float]:

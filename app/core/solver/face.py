@@ -1,9 +1,9 @@
 """The face on a head: the region that is judged, and its named areas.
 
-Places are counted in the face's own measure, so that they mean the same on every head: across in
-half eye distances from the middle line, positive toward the sitter's left; down in shares of the
-way from the eyes to the lower edge of the chin. Both come from the mesh: the point between the
-eyes, the tip of the nose, the chin.
+Positions use the face's own units, so that they mean the same on every head: across in half eye
+distances from the middle line, positive toward the sitter's left; down in shares of the distance
+from the eyes to the lower edge of the chin. Both come from the mesh: the point between the eyes,
+the tip of the nose, the chin.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from app.core.solver.head_shape import HeadShape
 from app.core.solver.transport import Transport
 from app.core.text import tr
 
-_HALF_EYES: Final = 0.266  # half the eyes' distance over the way from eyes to chin; mean of heads
-_NECK_M: Final = 0.045  # skin that lies this far behind the nose's tip is neck
+# half the distance of the eyes over that from eyes to chin; mean of heads
+_HALF_EYES: Final = 0.266
+_NECK_M: Final = 0.045  # skin this far behind the tip of the nose is neck
 _MIDDLE_M: Final = 0.002
 
 
@@ -57,15 +58,15 @@ _MIDDLE: Final = {
     "lids": (_SIDED["lid"], _SIDED["lid"]._replace(across=-_SIDED["lid"].across)),
 }
 _EYE: Final = _Oval(0.93, 0.0, 0.5, 0.085)
-# Skin that turns away from the camera, by the height between two places and by its azimuth.
+# Skin that faces away from the camera, by the range between two heights and by its azimuth.
 _EDGES: Final = {
     "edge": (-0.6, 0.85, 50.0, 88.0),
     "upper edge": (-0.6, 0.05, 50.0, 88.0),
     "lower edge": (0.3, 0.85, 50.0, 88.0),
     "outline": (-0.6, 0.85, 75.0, 95.0),
 }
-_EDGE_ACROSS: Final = 2.35  # beyond are the ears
-# Skin over the brows that looks upward, by its elevation.
+_EDGE_ACROSS: Final = 2.35  # the ears are beyond it
+# Skin above the brows that faces up, by its elevation.
 _CROWN: Final = {"hairline": (30.0, 50.0), "crown": (50.0, 88.0)}
 _CROWN_DOWN: Final = -0.5
 
@@ -73,10 +74,10 @@ AREAS: Final = (
     *(f"{side} {name}" for name in (*_SIDED, *_EDGES) for side in ("left", "right")),
     *(*_MIDDLE, *_CROWN, "background", "surroundings"),
 )
-"""Names of all areas, in the order in which packs hold them; left is the sitter's."""
+"""Names of all areas, in the order of packs; left is the sitter's."""
 
 AROUND: Final = slice(-2, None)
-"""Of these the last are no parts of the head, but of the place that it stands in."""
+"""The last areas are not parts of the head, but of the place around it."""
 
 _AROUND_DEG: Final = (15.0, 40.0)
 
@@ -86,10 +87,10 @@ class FaceRegion:
     """The judged region of a head's picture and the areas in it.
 
     Attributes:
-        region: (P,) float64. How much each pixel counts, 0 to 1: brows to chin, temple to temple,
-            less the eyes, whose white is brighter than dark skin whatever the light.
-        areas: (A, P) float64. Weights of `AREAS` that sum to 1 each: times a picture, its means.
-            Those of areas around the head are 0.
+        region: (P,) float64. Weight of each pixel, 0 to 1: brows to chin, temple to temple, without
+            the eyes, whose white is brighter than dark skin in any light.
+        areas: (A, P) float64. Weights of `AREAS`, each summing to 1, so that their product with a
+            picture gives its means. Those of areas around the head are 0.
     """
 
     region: Float64 = field(repr=False)
@@ -97,7 +98,7 @@ class FaceRegion:
 
 
 def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
-    """Find the face region and areas of a head by its mesh.
+    """Find the face region and areas of a head from its mesh.
 
     Raises:
         TransportError: If the head has no face that looks to the front.
@@ -118,7 +119,7 @@ def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
         areas[AREAS.index(name)] = whole * (skin & (down < _CROWN_DOWN))
     if not region.any():
         raise _no_face()
-    # What a head lacks, or its picture is too small to show, tells nothing: it is the whole face.
+    # An area that a head lacks, or that is too small in its picture, becomes the whole face.
     areas[~areas.any(axis=1)] = region
     areas /= areas.sum(axis=1, keepdims=True)
     areas[AROUND] = 0.0
@@ -134,7 +135,7 @@ def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Floa
     """Return the weight, (P,), of each pixel of a head turned aside; see `FaceRegion.region`.
 
     Args:
-        places: Where the view's pixels look.
+        places: Positions behind the view's pixels.
         front: The same head, seen from the front.
     """
     return _region(*_places(places, front), view.face.astype(np.float64))
@@ -149,10 +150,11 @@ def _region(across: Float64, down: Float64, whole: Float64) -> Float64:
 
 
 def maps_around(shape: tuple[int, int]) -> Float64:
-    """Return maps of the mean radiance behind the sitter, and around it, like those of areas.
+    """Return maps of the mean radiance behind the sitter, and around the head, like those of areas.
 
     Returns:
-        (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off softly from
+        (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off smoothly
+        from
         straight behind.
     """
     height, width = shape
@@ -169,10 +171,10 @@ def oval_areas(across: Float64, down: Float64, whole: Float64) -> dict[str, Floa
     """Return the areas inside the face for pixels in face coordinates.
 
     Args:
-        across, down, whole: (P,) float64. Places of pixels, and how much each counts.
+        across, down, whole: (P,) float64. Positions of pixels, and their weights.
 
     Returns:
-        Name to (P,) float64 weights that sum to 1; the areas at the outline are not among them.
+        Name to (P,) float64 weights that sum to 1; without the areas at the outline.
     """
     ovals = {name: (oval,) for name, oval in _SIDED.items()}
     sided = {
@@ -205,7 +207,7 @@ def mirror_area(name: str) -> str:
 
 
 def _places(shape: HeadShape, front: HeadShape | None = None) -> tuple[Float64, Float64]:
-    """(P,) each: across and down in the face's own measure, which is taken from the front."""
+    """Return across and down in the face's own units, taken from the front, (P,) each."""
     x, y, z = (front or shape).positions.astype(np.float64).T
     eyes = float(shape.eye_point[1])
     line = np.flatnonzero(np.abs(x) <= np.abs(x).min() + _MIDDLE_M)
@@ -224,22 +226,22 @@ def _between(values: Float64, low: float, high: float, soft: float) -> Float64:
 
 
 def _oval(across: Float64, down: Float64, oval: _Oval, whole: Float64) -> Float64:
-    """(P,) share of each pixel; of an oval between pixels, the nearest one."""
+    """Return the share of each pixel in an oval, (P,); a too small oval gets the nearest pixel."""
     away = _away(across, down, oval)
     inside = whole * np.clip((1.15 - away) / 0.3, 0.0, 1.0)
     return np.asarray(inside if inside.any() else away == away[whole > 0].min(), np.float64)
 
 
 def _away(across: Float64, down: Float64, oval: _Oval) -> Float64:
-    """(P,) distance from the middle of an oval; 1 at its outline."""
+    """Return the distance from the middle of an oval, (P,); 1 at its outline."""
     distance = np.hypot((across - oval.across) / oval.wide, (down - oval.down) / oval.high)
     return np.asarray(distance, np.float64)
 
 
 def _facing_deg(transport: Transport, shape: HeadShape) -> tuple[Float64, Float64]:
-    """(P,) each: azimuth of the skin's normal, toward the sitter's left, and elevation, deg.
+    """Return azimuth (toward the sitter's left) and elevation of the skin's normals, (P,), deg.
 
-    nan at the outline.
+    They are nan at the outline.
     """
     size = transport.size
     flat = np.full((size * size, 3), np.nan)

@@ -1,8 +1,8 @@
 """The shape of a head: the position of each pixel's skin, outlines, distance to the skin.
 
-A transport knows directions only. What stands near the head, a second light above all, needs to
-know where on the head each pixel looks. Frame: +Y up, +Z out of the face, +X the sitter's left;
-metres from the middle of the head, which is midway between the ears and where the probe stands.
+A transport knows only directions. Anything near the head, above all a second light, needs the
+positions on the head behind the pixels. Frame: +Y up, +Z out of the face, +X the sitter's left;
+metres from the middle of the head, which is midway between the ears, at the probe's position.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class HeadShape:
 
     Attributes:
         pixels: (P,) int32. The transport's pixels.
-        positions: (P, 3) float32. Mean place on the head that each pixel sees.
+        positions: (P, 3) float32. Mean position on the head behind each pixel.
         skin: (M, 3) float32. Points all over the skin, about 6 mm apart.
         above: (N, 2) float32. Closed outline seen from above: x toward the sitter's left, z toward
             the front.
@@ -56,10 +56,7 @@ class HeadShape:
         """Return the distance from a point to the skin, metres.
 
         Args:
-            place: (3,) float. Metres from the middle of the head.
-
-        Returns:
-            Of a place inside the head, the way out.
+            place: (3,) float. Metres from the middle of the head; may be inside it.
         """
         away = self.skin - np.asarray(place, np.float32)
         return float(np.sqrt(np.square(away).sum(axis=1).min()))
@@ -130,7 +127,7 @@ _KINDS: Final = (
 
 
 def _fits(arrays: Mapping[str, NDArray[Any]]) -> bool:
-    """Whether arrays have their types and shapes, and lengths are those of a head."""
+    """Return whether arrays have their types and shapes, and plausible sizes for a head."""
     fits = all(arrays[name].dtype == kind for name, kind in _KINDS)
     places = [arrays[name] for name, _ in _KINDS[1:]]
     fits = fits and arrays["pixels"].ndim == 1
@@ -140,5 +137,5 @@ def _fits(arrays: Mapping[str, NDArray[Any]]) -> bool:
         a.ndim == 2 and a.shape[1] == size and len(a) >= 3
         for a, size in zip(places[1:4], (3, 2, 2), strict=True)
     )
-    # A comparison with a number that is not one is false.
+    # A comparison with NaN is false.
     return fits and all(bool((np.abs(a) < _LARGEST_M).all()) for a in places)

@@ -1,10 +1,10 @@
 """From a curve over 64 turns to the turn offered, its tolerance arc and its rivals.
 
-`find_peak` holds the rule for the turn that is offered between the ends of its tolerance arc.
+`find_peak` contains the rule for the turn offered between the ends of its tolerance arc.
 
 Between the 64 turns a curve is continued by trigonometric (band-limited) interpolation, always
-developed around the turn in question, so that a mirrored curve gives the mirrored answer.
-Offsets are in steps of the grid, positive clockwise; angles leave this module in degrees.
+developed around the turn in question, so that a mirrored curve gives the mirrored answer. Offsets
+are in steps of the grid, positive clockwise; angles leave this module in degrees.
 """
 
 from __future__ import annotations
@@ -21,25 +21,28 @@ from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float64
 
 TIE: Final = 1e-6
-"""Objectives closer than this share of the curve's largest value are equally good."""
+"""Objectives that differ by less than this share of the curve's largest value are equally good."""
 
 ARC_SHARE: Final = 0.03
-"""The tolerance arc ends where the objective has lost this share of its maximum (the paper)."""
+"""Loss of the objective at the ends of the tolerance arc, as a share of its maximum (paper)."""
 
 MARGIN: Final = 1 / 3
-"""The turn offered keeps this share of the arc's width from each end at which no grade ends."""
+"""Least distance of the turn offered from the arc's ends, as a share of its width.
 
-_FINE = 16  # points per grid step where a curve is looked at between the turns
+It applies to ends at which no grade ends.
+"""
+
+_FINE = 16  # points per grid step for curves between the turns
 _REACH = TURNS // 2
 _STEP_DEG = 360.0 / TURNS
 _MAX_PEAKS = 6
-_FASTEST = 18.0  # waves a turn: details of a curve narrower than some ten degrees
+_FASTEST = 18.0  # waves per turn: details of a curve narrower than about ten degrees
 _BACKWARD = -np.arange(TURNS) % TURNS  # the same turn, then the others counter-clockwise
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """Turns at which a curve (strength) reaches a limit, so that they may be chosen.
+    """The turns that may be chosen: those at which a curve (strength) reaches a limit.
 
     Attributes:
         curve: (64,) float64.
@@ -50,7 +53,7 @@ class Gate:
 
     @property
     def open(self) -> Bools:
-        """(64,) bool: which grid turns may be chosen."""
+        """Grid turns that may be chosen, (64,) bool."""
         return self.curve >= self.limit
 
 
@@ -60,8 +63,8 @@ class Peak:
 
     Attributes:
         turn_deg, refined_deg: The turn offered, on the grid and between, deg in (-180, 180].
-        arc_deg: (from, to) going clockwise: where the objective stays within 3 % of the maximum,
-            and the gate open. (-180, 180) is the whole circle.
+        arc_deg: (from, to) going clockwise, where the objective stays within 3 % of the maximum,
+            and the gate is open. (-180, 180) is the full circle.
     """
 
     index: int
@@ -72,7 +75,7 @@ class Peak:
 
 @dataclass(frozen=True, slots=True)
 class _Series:
-    """Trigonometric polynomial around a place: sum a_m cos(m w u) + b_m sin(m w u)."""
+    """Trigonometric polynomial around a turn: sum a_m cos(m w u) + b_m sin(m w u)."""
 
     a: Float64
     b: Float64
@@ -82,7 +85,7 @@ class _Series:
         rolled = _rolled(curve, index)
         back = rolled[_BACKWARD]
         cosine, sine = _forward()
-        # Even and odd parts apart: a mirrored curve then has the same a and exactly -b.
+        # Even and odd parts separately: a mirrored curve then has the same a and exactly -b.
         even: Float64 = cosine @ (rolled + back)
         odd: Float64 = sine @ (rolled - back)
         return cls(even, odd)
@@ -94,7 +97,7 @@ class _Series:
 
     @property
     def smooth(self) -> _Series:
-        """Without the fastest waves, which come from the texels."""
+        """Return it without the fastest waves, which come from the texels."""
         return _Series(self.a * _smoothing(), self.b * _smoothing())
 
     def at(self, offset: float) -> float:
@@ -102,7 +105,7 @@ class _Series:
         return float(self.a @ np.cos(phase) + self.b @ np.sin(phase))
 
     def fine(self, reach: int = _REACH) -> tuple[Float64, Float64]:
-        """Values clockwise and counter-clockwise, at offsets 0, 1/16 ... reach."""
+        """Return values clockwise and counter-clockwise, at offsets 0, 1/16 ... reach."""
         cosine, sine = _fine_basis()
         stop = reach * _FINE + 1
         even, odd = self.a @ cosine[:, :stop], self.b @ sine[:, :stop]
@@ -121,9 +124,9 @@ def _orders() -> Float64:
 
 @cache
 def _smoothing() -> Float64:
-    """What each wave of a curve counts where its maximum is looked for.
+    """Return the weight of each wave of a curve in the search for its maximum.
 
-    The fastest ones come from the texels: with them a small lamp's turn would waver by up to 2 deg
+    The fastest ones come from the texels: with them, a small lamp's turn would waver by up to 2 deg
     as the lamp moves from one texel to the next.
     """
     return np.exp(-((np.arange(TURNS // 2 + 1) / _FASTEST) ** 4))
@@ -162,7 +165,7 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
 
 
 def best_index(objective: Float64, eligible: Bools) -> int:
-    """Return the grid turn with the largest objective.
+    """Return the index of the grid turn with the largest objective.
 
     Among turns within `TIE` of the best, the smaller turn wins, then clockwise.
 
@@ -177,7 +180,7 @@ def best_index(objective: Float64, eligible: Bools) -> int:
     best = objective[eligible].max()
     near = best - TIE * np.abs(objective).max()
     ties = np.flatnonzero(eligible & (objective >= near))
-    # Smallest |turn| first; of a pair at equal |turn| the clockwise one has the smaller index.
+    # Smallest |turn| first; of a pair at equal |turn|, the clockwise one has the smaller index.
     size = np.minimum(ties, TURNS - ties)
     return int(ties[np.argmin(size)])
 
@@ -193,17 +196,17 @@ def find_peak(
 ) -> Peak:
     """Refine a maximum between grid turns; find its tolerance arc and the turn to offer.
 
-    Without a price the maximum itself is offered, as in the paper. With one it is the middle of the
-    arc where that costs less than the price. Elsewhere it lies as far toward the middle as costs
-    less, and at least `MARGIN` of the arc's width from its nearer end, unless the gate closes
-    there.
+    Without a price the maximum itself is offered, as in the paper. With one, the middle of the arc
+    is offered if it costs less than the price. Otherwise the turn is as far toward the middle as
+    the price allows, and at least `MARGIN` of the arc's width from its nearer end, unless the gate
+    closes there.
 
     Args:
         objective: (64,) float64. At the grid turns.
-        contrast: (64,) float64. What it was divided by, where it is a match: light on a face
-            changes smoothly with the turn, while a match may rise and fall within a step.
-        price: What a turn nearer to the middle of the arc may cost, in the objective's unit.
-        is_open: (64,) bool. Turns that may be offered; all by default.
+        contrast: (64,) float64. Divisor of the objective if it is a match: light on a face changes
+            smoothly with the turn, while a match may rise and fall within a step.
+        price: Permitted loss for a turn nearer to the middle of the arc, in the objective's unit.
+        is_open: (64,) bool. Turns that may be offered; by default all.
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
@@ -229,7 +232,7 @@ def find_peak(
 
 
 def _between(objective: Float64, index: int, contrast: Float64 | None) -> tuple[Float64, Float64]:
-    """Values at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1, without the fastest waves."""
+    """Return values at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1, without the fastest waves."""
     if contrast is None:
         return _Series.around(objective, index).smooth.fine(1)
     product = _Series.around(objective * contrast, index).smooth.fine(1)
@@ -252,7 +255,7 @@ def find_peaks(
 
     Args:
         objective, contrast, price: See `find_peak`.
-        is_open: (64,) bool. Turns of which the best one may be offered; rivals may be others.
+        is_open: (64,) bool. Turns that may be offered as the best one; rivals may be others.
 
     Returns:
         The chosen one, then the others, best first; at most six.
@@ -275,7 +278,7 @@ def _local_maxima(heights: Float64) -> list[int]:
 
 
 def _prominence(heights: Float64, index: int) -> float:
-    """How far one has to descend from a peak before climbing higher, in either direction."""
+    """Return the descent from a peak before the curve climbs higher, in either direction."""
     around = _rolled(heights, index)
     higher = (around > around[0]).nonzero()[0]
     if higher.size == 0:
@@ -285,7 +288,7 @@ def _prominence(heights: Float64, index: int) -> float:
 
 
 def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
-    """Offset in [-1, 1] of the maximum, reached from 0 without crossing a closed gate.
+    """Return the offset of the maximum, -1 to 1, reached from 0 without crossing a closed gate.
 
     Args:
         values: The curve at offsets 0, 1/16 ... 1 and 0, -1/16 ... -1.
@@ -307,24 +310,24 @@ def _refine(values: tuple[Float64, Float64], guard: _Series | None) -> float:
 
 
 def _open_run(side: Float64) -> int:
-    """Points from 0 on before the gate closes; 0 itself is open, whatever rounding says."""
+    """Return the number of points before the gate closes; 0 is open, whatever the rounding."""
     closed = (side[1:] < 0).nonzero()[0]
     return int(closed[0]) + 1 if closed.size else len(side)
 
 
 def _top(values: Float64, index: int) -> float:
-    """How far the vertex of a parabola through a largest value and its neighbours is from it."""
+    """Return the offset of a parabola's vertex from the largest of three values."""
     if not 0 < index < len(values) - 1:
         return 0.0
     before, here, after = values[index - 1 : index + 2].tolist()
     bend = (before + after) - 2 * here
-    # At the edge of a gate the largest value need not be a maximum.
+    # At the edge of a gate, the largest value need not be a maximum.
     return min(max(0.5 * (before - after) / bend, -1.0), 1.0) if bend < 0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Reach:
-    """How far the tolerance arc reaches to either side, steps, and where a grade ends it."""
+    """Reach of the tolerance arc on both sides, steps, and whether a grade ends it there."""
 
     left: float
     right: float
@@ -333,7 +336,7 @@ class _Reach:
 
 
 def _reach(value: _Series, guard: _Series | None) -> _Reach | None:
-    """Find the ends of the tolerance arc around offset 0 of the series; None: the whole circle."""
+    """Find the ends of the tolerance arc around offset 0; None for the full circle."""
     slack = _around(value)
     top = slack[0]
     right, left = _first_crossings(slack - (top - ARC_SHARE * abs(top)))
@@ -345,7 +348,7 @@ def _reach(value: _Series, guard: _Series | None) -> _Reach | None:
 
 
 def _toward_middle(value: _Series, reach: _Reach, price: float) -> float:
-    """Offset, in steps from the maximum at 0, of the turn offered."""
+    """Return the offset of the turn offered, in steps from the maximum at 0."""
     middle = 0.5 * (reach.right - reach.left)
     least = value.at(0.0) - price
     if value.at(middle) > least:
@@ -364,7 +367,7 @@ def _toward_middle(value: _Series, reach: _Reach, price: float) -> float:
 
 
 def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> float:
-    """Cut a move short where the next grid turn may not be offered."""
+    """Limit a shift where the next grid turn may not be offered."""
     step, last = (1 if aside > 0 else -1), 0
     while abs(last) < _REACH and is_open[(index + last + step) % TURNS]:
         last += step
@@ -372,9 +375,10 @@ def _open_limit(index: int, offset: float, aside: float, is_open: Bools) -> floa
 
 
 def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
-    """Steps from `index` to the allowed grid turn nearest to an offset, at most one from it.
+    """Return the steps from `index` to the permitted grid turn nearest to an offset, at most one.
 
-    Of two as near the one nearer to `index` counts, so that mirrored curves give mirrored turns.
+    Of two equally near turns, the one nearer to `index` counts, so that mirrored curves give
+    mirrored turns.
     """
     middle = round(offset)
     near = [
@@ -386,19 +390,19 @@ def _nearest(index: int, offset: float, eligible: Bools) -> int | None:
 
 
 def _around(series: _Series) -> Float64:
-    """Values at offsets 0, 1/16 ... once around the circle."""
+    """Return the values at offsets 0, 1/16 ... once around the circle."""
     right, left = series.fine()
     return np.concatenate([right, left[-2:0:-1]])
 
 
 def _first_crossings(slack: Float64) -> tuple[float, float]:
-    """Offsets clockwise and counter-clockwise at which a curve first falls below 0."""
+    """Return the offsets clockwise and counter-clockwise at which a curve first falls below 0."""
     back = np.concatenate([slack[:1], slack[:0:-1]])
     return _first_crossing(slack), _first_crossing(back)
 
 
 def _first_crossing(slack: Float64) -> float:
-    """Offset at which a curve first falls below 0, TURNS when it never does."""
+    """Return the offset at which a curve first falls below 0; TURNS if it never does."""
     below = (slack[1:] < 0).nonzero()[0]
     if below.size == 0:
         return float(TURNS)

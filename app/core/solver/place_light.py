@@ -26,7 +26,7 @@ from app.core.solver.turn_choice import Objective
 
 _FINE_COLUMNS: Final = 512
 _SHOWN_COLUMNS: Final = 2048
-_ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it to have a side
+_ONE_SIDED: Final = 0.2  # least share of the light from one side, for it to have a side
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,12 +36,11 @@ class PlaceLight:
     Attributes:
         environment: As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the
             file.
-        fine: Float32, (32, 512, 3). Radiance averaged over the rows of the search, its
-            columns fine enough for any turn.
-        searched: Float32, (32, 64, 3). What is searched, linear Rec. 709 radiance: at
-            turn 0 with the photographer at azimuth 0.
-        display: Bytes, (1024, 2048, 3). sRGB picture of the panorama, exposed for
-            looking at it.
+        fine: (32, 512, 3) float32. Radiance averaged over the rows of the search, with columns fine
+            enough for any turn.
+        searched: (32, 64, 3) float32. Linear Rec. 709 radiance for the search, at turn 0 with the
+            photographer at azimuth 0.
+        display: (1024, 2048, 3) uint8. sRGB picture of the panorama, exposed for viewing.
     """
 
     environment: Environment
@@ -77,11 +76,11 @@ def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -
 
     Args:
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
-        shape: Rows and columns wanted.
+        shape: Rows and columns of the result.
 
     Returns:
-        Float32, (rows, columns, 3). Linear Rec. 709 radiance, panorama coordinates with
-        the sitter's front in the centre.
+        (rows, columns, 3) float32. Linear Rec. 709 radiance, panorama coordinates with the sitter's
+        front in the centre.
     """
     return reduce_light(light.fine, shape, turn_deg)
 
@@ -105,7 +104,7 @@ def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> Floa
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
 
     Returns:
-        Float32, (N, N, 3). Linear Rec. 709 on black, in the unit of the environment.
+        (N, N, 3) float32. Linear Rec. 709 on black, in the unit of the environment.
     """
     return to_image(
         transport, render(transport, turned(light, turn_deg, transport.environment_shape))
@@ -119,7 +118,7 @@ def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[flo
         turns_deg: Azimuths in the panorama that the sitter faces, deg.
 
     Returns:
-        Float32, (n, N, N, 3). Linear Rec. 709 on black.
+        (n, N, N, 3) float32. Linear Rec. 709 on black.
     """
     shape = transport.environment_shape
     size = transport.header.picture
@@ -143,8 +142,9 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
         facing_deg: Azimuth in the panorama that the sitter faces, deg.
 
     Returns:
-        Azimuth relative to the face, positive toward the sitter's left, deg; None where light comes
-        from all around alike.
+        Azimuth relative to the face, positive toward the sitter's left, deg; None if light comes
+        evenly
+        from all around.
     """
     azimuth = main_azimuth(light.searched)
     # The panorama's azimuth grows toward the sitter's right.

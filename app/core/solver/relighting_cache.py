@@ -1,7 +1,7 @@
 """The light of a place on a head at all turns, prepared for answers while painting.
 
-The pictures at the 64 turns do not depend on what is painted. With them at hand a stroke costs
-one product of its coefficients with 64 columns, and nothing of the full transport.
+The pictures at the 64 turns do not depend on the paint. With them, a stroke costs one product of
+its coefficients with 64 columns, without the full transport.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ class LightTable:
     """A head in the light of a place at all turns. Do not modify the arrays.
 
     Attributes:
-        moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, less its mean
-            over the face per turn, then the squares of the same. Exposure-free.
+        moments: (F, 128) float64. Luminance of the F face pixels at the 64 turns, minus its mean
+            over the face per turn, then the squares of the same. Independent of exposure.
         brightness: (64,) float64. That mean.
-        pictures: (64, N, N, 3) float32 or None. Linear Rec. 709 pictures on black, in the unit of
-            the environment.
+        pictures: (64, P, 3) float32. Linear Rec. 709 pictures on the head's pixels, in the unit of
+            the environment; None if made without pictures.
     """
 
     transport: Transport = field(repr=False)
@@ -49,7 +49,8 @@ class PaintedCurves:
     Attributes:
         quality, mean, contrast: (64,) float64. C of eq. 5, mean luminance, and norm of the picture
             minus its mean, at turn 5.625 k deg; over the pixels that count.
-        studio: Quality over mean under the environment max(F, 0); 0 when that is black.
+        norm: Norm of the weights.
+        studio: Quality over mean under the environment max(F, 0); 0 if that is black.
     """
 
     quality: Float64
@@ -94,7 +95,7 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
             )
         )
     values = np.asarray(light, np.float64)
-    # The largest value first: sums of very large or small values may leave the number range.
+    # Divide by the largest value first: sums of huge or tiny values may overflow or underflow.
     peak = float(values.max())
     if not np.isfinite(values).all() or peak <= 0:
         raise EnvironmentFileError(
@@ -113,12 +114,13 @@ def light_table(
 
     Args:
         light: (H, W, 3) or (H, W) float. Environment at turn 0 in the transport's size, linear Rec.
-            709 radiance, or luminance of light that counts as grey; any exposure.
+            709 radiance, or luminance of grey light; any exposure.
+        pictures: Whether to include pictures.
         grey: Whether only the pictures have colours, as in the paper.
 
     Raises:
         EnvironmentFileError: If the environment is black, not finite or has another size, or
-            pictures are wanted of one without colours.
+            pictures are requested for one without colours.
     """
     shape = transport.environment_shape
     values, scale = normalised(light, shape)
@@ -145,7 +147,7 @@ def light_table(
         scale=scale,
         moments=np.concatenate([faces, faces * faces], axis=1),
         brightness=brightness,
-        # Band-limited turns may dip a little below black.
+        # Band-limited turns may be slightly below black.
         pictures=_on_black(transport, np.maximum(table, 0) * np.float32(scale))
         if pictures and table is not None
         else None,
@@ -161,13 +163,10 @@ def _on_black(transport: Transport, pictures: Float32) -> Float32:
 
 
 def counted_light(table: LightTable, active: Bools) -> CountedLight:
-    """Return the light on the active pixels at all turns.
+    """Return the light on the active pixels at all turns; all 0 if no pixel counts.
 
     Args:
         active: (P,) bool. Face pixels that count.
-
-    Returns:
-        All 0 where no pixel counts.
     """
     counted_pixels = active[table.transport.face].astype(np.float64)
     count = float(counted_pixels.sum())
@@ -184,12 +183,12 @@ def painted_curves(
     """Return quality, mean and contrast of painted weights at all turns (eq. 5).
 
     Args:
-        counted: From `counted_light` for the same active pixels, where it is known already.
+        counted: Result of `counted_light` for the same active pixels, if already computed.
     """
     transport = table.transport
     light = counted_light(table, weights.active) if counted is None else counted
     norm = _norm(weights)
-    # What is left of weights that are the same everywhere is rounding, and asks for nothing.
+    # The remainder of weights that are equal everywhere is rounding, and means nothing.
     face_weights = weights.weights[transport.face]
     quality = face_weights @ table.moments[:, :TURNS] if norm > 0 else np.zeros(TURNS)
     both = np.stack([weights.coefficients, weights.ones_in_basis / max(weights.count, 1)])
@@ -210,14 +209,14 @@ def painted_curves(
 def table_picture(table: LightTable, turn_deg: float) -> Float32:
     """Return the picture of the head at any turn, mixed from the two nearest grid turns.
 
-    Mixing cannot darken a pixel below its neighbours in turn, and is as near to the picture
-    under the finely measured light as band-limited interpolation is.
+    Mixing cannot darken a pixel below its value at both neighbouring turns, and is as close to the
+    picture under the full-resolution light as band-limited interpolation.
 
     Args:
         turn_deg: Azimuth in the panorama that the sitter faces, deg.
 
     Returns:
-        (N, N, 3) float32. Linear Rec. 709 on black, in the unit of the environment.
+        (P, 3) float32. Linear Rec. 709 on the head's pixels, in the unit of the environment.
 
     Raises:
         ValueError: If the table was made without pictures.
@@ -232,7 +231,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
 
 
 def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
-    """(R, 64) products of the texel basis with the light at all turns, by azimuth frequency.
+    """Return the texel basis times the light at all turns, (R, 64), by azimuth frequency.
 
     `basis` is the conjugate spectrum, (M, R, H). Turns by part of a texel are band-limited.
     """

@@ -1,12 +1,12 @@
 """Quality, match and strength of many targets at all turns, in the frequency domain of azimuth.
 
 Turning the environment shifts it along azimuth, so a target's value at every turn is a circular
-correlation: per azimuth frequency and elevation row one product (eq. 5 for all turns at once).
-Everything is split into the parts that are even and odd under mirroring left and right. That
-halves the work, and makes a mirrored panorama give the mirrored curves to rounding.
+correlation: one product per azimuth frequency and elevation row (eq. 5 for all turns at once).
+Everything is split into the parts that are even and odd under mirroring left and right. That halves
+the work, and makes a mirrored panorama give the mirrored curves to rounding.
 
-Conventions: texel column j stands at theta_j = 2 pi (j + 1/2) / W (rad); turn index k means the
-head sees column j + k at column j; curves have `TURNS` values, index k at 5.625 k degrees.
+Conventions: texel column j is at theta_j = 2 pi (j + 1/2) / W (rad); turn index k means the head
+sees column j + k at column j; curves have `TURNS` values, index k at 5.625 k degrees.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from app.core.environment.environment import solid_angles
 from app.core.solver.transport import Transport
 
 MIXTURES: Final = 10
-"""Rows that the second part adds, at most: more would not make the search more exact."""
+"""Most rows that the second part adds; more would not make the search more exact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,8 +31,8 @@ class SearchColours:
     """The two parts of a head's luminance.
 
     Attributes:
-        mixing: (2, 3) float64. m and v: what linear Rec. 709 light counts in each part.
-        mixtures: (K, H) float64. What each row of the environment counts in the rows of the second
+        mixing: (2, 3) float64. m and v: weights of linear Rec. 709 light in each part.
+        mixtures: (K, H) float64. Weight of each row of the environment in the rows of the second
             part.
         bases: (2, P, R) float32. Pixel bases of T_Y and of S.
         texels: (R, H, W) float32. The transport's texel basis.
@@ -47,7 +47,7 @@ class SearchColours:
 
     @property
     def rows(self) -> int:
-        """Rows of light as the search sees it: Q = H + K."""
+        """Rows of light in the search: Q = H + K."""
         return len(self.mixtures) + int(self.mixtures.shape[1])
 
     def integrate(self, weights: Floats) -> Float32:
@@ -57,8 +57,8 @@ class SearchColours:
             weights: (..., P) float. On the head's pixels, zero outside the face.
 
         Returns:
-            (..., Q, W) float32. Panorama coordinates at turn 0; times what `seen_light` gives it
-            sums to C.
+            (..., Q, W) float32. Panorama coordinates at turn 0; the product with the result of
+            `seen_light` sums to C.
         """
         first, second = (weights.astype(np.float32) @ basis for basis in self.bases)
         rows = np.tensordot(first, self.texels, 1), np.tensordot(second, self.mixed, 1)
@@ -69,14 +69,14 @@ def find_colours(transport: Transport) -> SearchColours:
     """Split a head's luminance into two parts.
 
     Returns:
-        With the m that leaves least to the second part, and the v that leaves least over.
+        The split whose m leaves least to the second part, and whose v leaves the smallest rest.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float64)
     texels = transport.texel_basis.astype(np.float64)
     products = np.outer(weights, weights) * _channel_products(transport, texels @ texels.T)
     first = products.sum(axis=1) / products.sum()
     rest = products - np.outer(first, first) * products.sum()
-    # Of what grey light does not have; a head without colours has nothing of it, and any v will do.
+    # The component that grey light lacks; a head without colours has none, and any v will do.
     second = np.linalg.eigh(rest - products.sum())[1][:, -1]
     second -= second.mean()
     mixing, grid = np.stack([first, second]), texels.reshape(-1, *transport.environment_shape)
@@ -89,7 +89,7 @@ def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> Sear
     """Split the luminance of a view by the mixtures of the head's front picture.
 
     Args:
-        mixing, mixtures: Of the head; light as its search sees it serves for the view, too.
+        mixing, mixtures: Those of the head, so that its search light also serves for the view.
     """
     grid = transport.texel_basis.astype(np.float64).reshape(-1, *transport.environment_shape)
     solid = solid_angles(grid.shape[1:])
@@ -98,7 +98,7 @@ def colours_as(transport: Transport, mixing: Float64, mixtures: Float64) -> Sear
 
 
 def _bases(transport: Transport, mixing: Float64) -> Float64:
-    """(2, P, R) pixel bases of T_Y and of S."""
+    """Return the pixel bases of T_Y and of S, (2, P, R)."""
     weights = np.asarray(transport.header.luminance_weights, np.float64)
     parts = np.stack([np.ones(3), mixing[1] - mixing[1] @ mixing[0]])
     return np.asarray(np.einsum("ka,apr->kpr", parts * weights, transport.pixel_basis))
@@ -117,7 +117,7 @@ def _colours(
 
 
 def _channel_products(transport: Transport, texels: Float64) -> Float64:
-    """Products of T's channels, summed over all pixels and texels, without ever making T."""
+    """Return products of T's channels, summed over all pixels and texels, without forming T."""
     out = np.empty((3, 3))
     for one in range(3):
         first = transport.pixel_basis[one, transport.face].astype(np.float64)
@@ -128,7 +128,7 @@ def _channel_products(transport: Transport, texels: Float64) -> Float64:
 
 
 def _mixtures(pixels: Float64, texels: Float64) -> tuple[Float64, Float64]:
-    """Principal mixtures of the rows of S: what they take of the light, and their texel basis."""
+    """Return the principal mixtures of the rows of S: their weights of light, and texel basis."""
     root = np.sqrt(solid_angles(texels.shape[1:]))[:, None]
     even = texels / root
     pictures = np.tensordot(np.linalg.qr(pixels, mode="r"), even, axes=1)
@@ -141,8 +141,7 @@ def seen_light(light: Floats, mixing: Float64, mixtures: Float64) -> Float64:
     """Convert an environment to the rows that the search uses.
 
     Args:
-        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance of light that
-            counts as grey.
+        light: (H, W, 3) or (H, W) float. Linear Rec. 709 radiance, or luminance of grey light.
         mixing: (2, 3) float64.
         mixtures: (K, H) float64. Of the head, see `SearchColours`.
 
@@ -177,14 +176,14 @@ class SearchTables:
     """Targets and search basis in the frequency domain of azimuth.
 
     Attributes:
-        shape: (H, W) of the light searched: rows of an environment, and what
-            `app.core.solver.search` adds to them; all rows turn alike.
+        shape: (H, W) of the light in the search: rows of an environment, and those added by
+            `app.core.solver.search`; all rows turn alike.
         targets: (M, H, 2 S) float64. Per azimuth frequency and elevation row: cosine parts of the S
             targets, then sine parts.
         basis: (M, H, 2 + 2 K + E + O) float64. The same of the face-mean target and K other maps
             (cosines, then sines), the E even basis rows (cosine) and the O odd ones (sine).
         paired: Whether even row r and odd row r are the two parts of one basis picture, as for a
-            head that is not symmetric; else each row is a basis picture of its own.
+            head that is not symmetric; otherwise each row is a separate basis picture.
         cosine, sine: (W / 2, M) float64. Forward transform.
         back_cosine, back_sine: (33, M) float64. Back to turns 0 to 180 deg.
     """
@@ -211,7 +210,7 @@ class SearchTables:
 class Curves:
     """Values at all turns; index k belongs to turn 5.625 k deg.
 
-    Those of several lights have one more axis, in front.
+    For several lights, there is one more axis in front.
 
     Attributes:
         quality: (S, 64) float64. C of eq. 5, in the unit of the environment.
@@ -243,8 +242,8 @@ def build_tables(
         even, odd: (E, H, W / 2), (O, H, W / 2) float. Left halves of basis rows that are even and
             odd under mirroring; the sum of squares of all rows times an environment is the squared
             norm of its picture minus the mean.
-        others: (K, H, W) float. Maps whose values are wanted beside: areas of the face, targets
-            over the face region.
+        others: (K, H, W) float. Further maps to evaluate: areas of the face, targets over the face
+            region.
     """
     height, width = targets.shape[1:]
     half, frequencies = width // 2, width // 2 + 1
@@ -256,7 +255,7 @@ def build_tables(
     share[0] = share[-1] = 1.0 / width
     phase = 2 * np.pi * np.outer(np.arange(_HALF), order) / TURNS
     back_sine = np.sin(phase) * share
-    back_sine[-1] = 0.0  # sin(pi m), which rounding would leave off zero and off mirror symmetry
+    back_sine[-1] = 0.0  # sin(pi m), which rounding would leave slightly off zero and asymmetric
     count, extra = len(targets), mean[None] if others is None else np.stack([mean, *others])
     both = np.concatenate([targets, extra]).astype(np.float64)
     a_both = _frequency_first(_even(both) @ cosine)
@@ -282,8 +281,7 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     """Return the quality C of every target at every turn (eq. 5).
 
     Args:
-        light: (H, W) float. Light as the search sees it at turn 0, see
-            `app.core.solver.search`.
+        light: (H, W) float. Search light at turn 0, see `app.core.solver.search`.
 
     Returns:
         (S, 64) float64. In the unit of the environment.
@@ -295,8 +293,7 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
     """Return the quality of every target, face mean and face contrast at every turn.
 
     Args:
-        light: (H, W) float. Light as the search sees it at turn 0, see
-            `app.core.solver.search`.
+        light: (H, W) float. Search light at turn 0, see `app.core.solver.search`.
     """
     result = curves_of(tables, light[None])
     return Curves(result.quality[0], result.mean[0], result.contrast[0], result.others[0])
@@ -306,7 +303,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
     """Return the curves of several lights at once, which is faster than one by one.
 
     Args:
-        lights: (N, H, W) float. As `curves` takes them.
+        lights: (N, H, W) float. As in `curves`.
 
     Returns:
         (N, ...) each.
@@ -334,7 +331,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
 
 
 def _spectra(tables: SearchTables, lights: Floats) -> Float64:
-    """(M, 2 N, H) cosine coefficients of the lights' rows, then their sine coefficients."""
+    """Return cosine coefficients of the lights' rows, then sine coefficients, (M, 2 N, H)."""
     if lights.shape[1:] != tables.shape:
         raise ValueError(f"light {lights.shape[1:]} does not fit {tables.shape}")
     height, width = tables.shape
@@ -346,14 +343,14 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
 
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
-    """(M, N, n) each: cosine and sine coefficients of the lights times a table's columns."""
+    """Return cosine and sine coefficients of the lights times a table's columns, (M, N, n) each."""
     product = spectra.astype(table.dtype, copy=False) @ table
     lights = spectra.shape[1] // 2
     return product[:, :lights], product[:, lights:]
 
 
 def _back(waves: Float64, coefficients: Float64) -> Float64:
-    """(33, N, n) values at turns 0 to 180 deg of (M, N, n) coefficients."""
+    """Return values at turns 0 to 180 deg, (33, N, n), for coefficients (M, N, n)."""
     order, lights, count = coefficients.shape
     return (waves @ coefficients.reshape(order, -1)).reshape(-1, lights, count)
 
@@ -368,7 +365,7 @@ def _quality(tables: SearchTables, spectra: Float64) -> Float64:
 
 
 def _unfold(even: Float64, odd: Float64) -> Float64:
-    """(33, N, n) even and odd parts at turns 0 to 180 deg -> (N, n, 64) at all turns."""
+    """Combine even and odd parts at turns 0 to 180 deg, (33, N, n), to all turns, (N, n, 64)."""
     full = np.empty((TURNS, *even.shape[1:]))
     np.add(even, odd, out=full[:_HALF])
     np.subtract(even[TURNS // 2 - 1 : 0 : -1], odd[TURNS // 2 - 1 : 0 : -1], out=full[_HALF:])
@@ -386,7 +383,7 @@ def _odd(rows: Float64) -> Float64:
 
 
 def _frequency_first(rows: Float64) -> Float64:
-    """(n, H, M) -> (M, H, n)."""
+    """Transpose (n, H, M) to (M, H, n)."""
     return np.transpose(rows, (2, 1, 0))
 
 
@@ -395,7 +392,7 @@ def _join(*parts: Float64) -> Float64:
 
 
 def _products(a: Float64, b: Float64) -> Float64:
-    """(33, N): sums of products of two (33, N, n) along their last axis."""
+    """Return sums of products of two (33, N, n) along their last axis, (33, N)."""
     size = a.shape[-1]
     result: Float64 = np.einsum("kr,kr->k", a.reshape(-1, size), b.reshape(-1, size))
     return result.reshape(a.shape[:-1])

@@ -1,4 +1,4 @@
-"""Why a picture misses a style, as data; `app.words.shortfall` makes the sentences."""
+"""Reasons why a picture misses a style, as data; `app.words.shortfall` makes the sentences."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class Cause(StrEnum):
     """Fault of a place's light that keeps a style out of reach."""
 
     EVEN = "even light"
-    NO_LIGHT = "no light from there"  # at any turn, from where a lamp of the style is
+    NO_LIGHT = "no light from there"  # at any turn, from the direction of a lamp of the style
     ONE_SIDE = "light from one side"
     ONE_LAMP = "one of two lamps"
     APART = "lamps at different turns"
     FILLED = "filled shadows"
     SPOILED = "spoiled pattern"
-    NO_TURN = "no turn"  # of painted weights, which have no lamps
+    NO_TURN = "no turn"  # for painted weights, which have no lamps
     WEAK_LAMP = "weak lamp"  # the second light, at its strongest
 
 
@@ -69,7 +69,7 @@ class Origin(StrEnum):
 
 
 class Obstacle(StrEnum):
-    """Why no position of the lens is possible."""
+    """Reason why no position of the lens is possible."""
 
     BACKGROUND = "background"  # no turn brings it behind the sitter
     FACE_HIDDEN = "face hidden"
@@ -79,12 +79,12 @@ class Obstacle(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AreaShortfall:
-    """One area of the face is too little, or too much, brighter than another.
+    """The difference between two areas of the face is too small or too large.
 
     Attributes:
-        style: Title of the style whose signature asks for it.
-        value_stops: How much brighter `bright` is than `dark`.
-        limit_stops: The least where the value is below it, else the most.
+        style: Title of the style whose signature requires it.
+        value_stops: Difference of `bright` over `dark`.
+        limit_stops: Lower limit if the value is below it, otherwise the upper limit.
     """
 
     aspect: Aspect
@@ -101,8 +101,8 @@ class LightShortfall:
     """Match or contrast of the picture as a whole is too low.
 
     Attributes:
-        value, limit: Of the measure, of 100.
-        origin: Where the missing light would come from, with `NO_LIGHT` and `ONE_LAMP`.
+        value, limit: Of the measure, 0 to 100.
+        origin: Direction of the missing light, with `NO_LIGHT` and `ONE_LAMP`.
     """
 
     cause: Cause

@@ -1,9 +1,9 @@
-"""What a style is named for: relations between areas of the face, and how far a picture has them.
+"""Signatures of styles: relations between areas of the face, and how far a picture has them.
 
-A relation says how many stops brighter one area is than another. The mean of an area is linear in
-the light, so relations are known at all turns for next to nothing. A picture that has every
-relation of a style shows it: yes. One that misses some by less than a stated band reads as the
-style, but shallower or softer: nearly. Any other does not: no.
+A relation is the difference between two areas in stops. The mean of an area is linear in the light,
+so relations at all turns cost almost nothing. A picture with every relation of a style shows it:
+yes. One that misses some by less than a specified band reads as the style, but shallower or softer:
+nearly. Any other does not: no.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ GRADES: Final[tuple[Grade, ...]] = ("no", "nearly", "yes")
 NO, NEARLY, YES = range(3)
 
 EXPLAINS: Final = 5.0
-"""Points of match by which a style of the same grade explains a picture better than another."""
+"""Points of match by which a style of the same grade must be ahead to explain a picture better."""
 
-_BLACK: Final = 1 / 256  # of the brightest part of the head: nothing is seen in what is darker
+_BLACK: Final = 1 / 256  # of the brightest part of the head: darker areas count as black
 _NOTHING: Final = 2.0**-40  # of the brightest area: no light
-_VISIBLE: Final = 0.1  # stops: a shallower relation is not seen
+_VISIBLE: Final = 0.1  # stops: a shallower relation is invisible
 _SHARE: Final = 0.7  # of the depth of a target under the photographer's lamps
-_POINTS: Final = 20.0  # of match that weigh as much as a stop
+_POINTS: Final = 20.0  # of match, equivalent to one stop
 _LIT_AREAS: Final = tuple(n for n, name in enumerate(AREAS) if name.split()[-1] in ("half", "edge"))
 
 
@@ -42,8 +42,9 @@ class Relation:
     """Required difference between two areas of the face, in stops.
 
     Attributes:
-        aspect: What of the style it holds.
-        nearly: A picture that misses the limits by no more than this still reads as the style.
+        aspect: Aspect of the style that it describes.
+        least, most: Limits of the difference.
+        nearly: Largest miss of the limits with which a picture still reads as the style.
     """
 
     aspect: Aspect
@@ -71,9 +72,9 @@ class Signature:
     """Relations and least match that define a style.
 
     Attributes:
-        match: Least match of 100 for yes, and for nearly.
-        even: Whether light that is even all round shows the style whatever the match.
-        areas: Whether match is taken over the areas that the relations name, see `match_of_areas`.
+        match: Least match, 0 to 100, for yes and for nearly.
+        even: Whether light that is even all around shows the style whatever the match.
+        areas: Whether match is computed over the areas in the relations, see `match_of_areas`.
     """
 
     relations: tuple[Relation, ...] = ()
@@ -89,8 +90,8 @@ class Signature:
     def scaled(self, own: Float64, other: Float64) -> Signature:
         """Return the signature for other lamps of the style.
 
-        What must be deep may be shallower in proportion, as the style's own target is, but has
-        most of its depth; other limits give way only as far as that target needs.
+        Deep relations may be shallower in proportion, like the style's own target, but keep most of
+        their depth; other limits are relaxed only as far as that target needs.
 
         Args:
             own, other: (R,) float64. Relations in the target with the style's own lamps, and with
@@ -111,7 +112,7 @@ def _scaled(relation: Relation, before: float, after: float) -> Relation:
 
 
 UNSIGNED: Final = Signature()
-"""That of a style that is known by its target picture alone."""
+"""Signature of a style that is defined by its target picture alone."""
 
 
 def stops_of(areas: Float64) -> Float64:
@@ -121,7 +122,7 @@ def stops_of(areas: Float64) -> Float64:
         areas: (..., A, n) float64. Any exposure.
     """
     floor = _BLACK * areas[..., _LIT_AREAS, :].max(axis=-2, keepdims=True)
-    # Where the face gets no light at all, what is around it keeps ratios finite.
+    # If the face gets no light at all, its surroundings keep the ratios finite.
     least = np.maximum(_NOTHING * areas.max(axis=-2, keepdims=True), 1e-30)
     bright: Float64 = np.maximum(areas, np.maximum(floor, least))
     np.log2(bright, out=bright)
@@ -148,13 +149,13 @@ class Signatures:
 
     @cached_property
     def _limits(self) -> Float64:
-        """(3, R): least, most and the band of nearly."""
+        """Return least, most and the band of nearly, (3, R)."""
         rows = [(relation.least, relation.most, relation.nearly) for relation in self._relations]
         return np.array(rows, np.float64).reshape(-1, 3).T
 
     @cached_property
     def _floors(self) -> Float64:
-        """(2, S): least match for yes and for nearly."""
+        """Return the least match for yes and for nearly, (2, S)."""
         return np.array([signature.match for signature in self.styles], np.float64).T
 
     @cached_property
@@ -163,14 +164,14 @@ class Signatures:
 
     @cached_property
     def by_areas(self) -> Bools:
-        """(S,) styles whose match is taken over areas."""
+        """Styles whose match is computed over areas, (S,) bool."""
         return np.array([signature.areas for signature in self.styles])
 
     def values(self, stops: Float64) -> Float64:
         """Return the values of all relations of all styles, concatenated.
 
         Args:
-            stops: (..., A, n) float64, of `stops_of`.
+            stops: (..., A, n) float64. From `stops_of`.
 
         Returns:
             (..., R, n) float64, stops.
@@ -183,7 +184,7 @@ class Signatures:
 
         Args:
             areas: (..., A, n) float64. Means of `AREAS`, any exposure.
-            match, strength: (..., S, n) float64. Of 100; are changed.
+            match, strength: (..., S, n) float64. 0 to 100; changed in place.
         """
         for row, signature in enumerate(self.styles):
             if signature.areas:
@@ -196,9 +197,9 @@ class Signatures:
         """Return how far pictures are inside the limits of yes and of nearly; negative outside.
 
         Args:
-            stops: (..., A, n) float64, of `stops_of`.
-            match: (..., S, n) float64. Of 100.
-            even: (..., S) bool. Whether the light is even all round; by default it is not.
+            stops: (..., A, n) float64. From `stops_of`.
+            match: (..., S, n) float64. 0 to 100.
+            even: (..., S) bool. Whether the light is even all around; by default it is not.
 
         Returns:
             (..., S, n) float64 each, stops; nan for styles without a signature.
@@ -210,7 +211,7 @@ class Signatures:
             yes[waived] = nearly[waived] = np.inf
         for worst in (yes, nearly):
             worst[..., ~signed, :] = np.nan
-        # One relation of every style at a time: few planes stay near the processor.
+        # One relation of every style at a time, so that the few planes in use stay in the cache.
         inside, within = (worst[..., signed, :] for worst in (yes, nearly))
         for one in rows.T:
             bright, dark = (places[one] for places in self._pairs)
@@ -226,7 +227,7 @@ class Signatures:
 
     @cached_property
     def _signed(self) -> tuple[Bools, Indices]:
-        """(S,) styles that have relations, and (S', n) which these are; short rows repeat one."""
+        """Return a mask of styles with relations, (S,), and their relations, (S', n), padded."""
         counts = [len(signature.relations) for signature in self.styles]
         most = np.arange(max(counts, default=0))
         ends = np.cumsum(counts, dtype=np.intp)
@@ -241,14 +242,14 @@ class Signatures:
 def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float64]:
     """Return match and strength of a style judged by areas, such as a silhouette.
 
-    The pattern wanted is the one that its relations speak of: areas that must be brighter are 1,
-    those that must be darker are 0. Areas count by the square root, about as bright as they look.
+    The target pattern comes from its relations: areas that must be brighter are 1, those that must
+    be darker are 0. Areas are compared by their square root, close to perceived brightness.
 
     Args:
         areas: (..., A, n) float64. Means of `AREAS`, any exposure.
 
     Returns:
-        (..., n) float64 each, of 100. Strength is how far dark areas are from bright ones.
+        (..., n) float64 each, 0 to 100. Strength is the difference of bright and dark areas.
     """
     order, count = _bright_and_dark(signature)
     bright = np.sqrt(np.maximum(areas[..., order, :], 0.0))
@@ -264,7 +265,7 @@ def match_of_areas(signature: Signature, areas: Float64) -> tuple[Float64, Float
 
 @lru_cache(maxsize=64)
 def _bright_and_dark(signature: Signature) -> tuple[list[int], int]:
-    """Areas that must be brighter, then those that must be darker; and how many the first are."""
+    """Return the areas that must be brighter, then the darker ones, and the number of the first."""
     relations = [relation for relation in signature.relations if relation.least > 0]
     bright = sorted({AREAS.index(relation.bright) for relation in relations})
     dark = sorted({AREAS.index(relation.dark) for relation in relations} - {*bright})
@@ -278,10 +279,11 @@ def worst_relation(
 
     Args:
         areas: (A,) float64. Means of `AREAS`, any exposure.
-        nearly: Beyond the band of nearly, too; else beyond the limits of yes.
+        nearly: Whether it must be outside the band of nearly, too; otherwise outside the limits of
+            yes.
 
     Returns:
-        With its value, stops; None where no relation is missed.
+        The relation and its value, stops; None if none is missed.
     """
     stops = dict(zip(AREAS, stops_of(areas[:, None])[:, 0].tolist(), strict=True))
     misses = []
@@ -304,12 +306,13 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
 
     Args:
         yes: (..., S, n) float64. Slack of yes, stops; nan for styles without a signature.
-        match: (..., S, n) float64. Of 100.
-        rivals: (S, S) bool. Which other styles may explain each one's picture.
+        match: (..., S, n) float64. 0 to 100.
+        rivals: (S, S) bool. Other styles that may explain each one's picture.
 
     Returns:
-        (..., S, n) float64, stops; negative where one of them explains it better, and infinite
-        where none of them is shown at any turn.
+        (..., S, n) float64, stops; negative where a rival explains it better, and infinite if no
+        rival
+        is shown at any turn.
     """
     free = np.full(yes.shape, np.inf)
     axes = (*range(yes.ndim - 2), yes.ndim - 1)
@@ -325,13 +328,13 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
 def better(
     row: int, grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]
 ) -> int | None:
-    """Return the style that explains a picture better than the style at `row`.
+    """Return the style that explains a picture better than the style at `row`; None if none does.
 
-    It is graded higher on it, or alike with a match that is higher by `EXPLAINS`.
+    Such a style has a higher grade for it, or the same grade and a match higher by `EXPLAINS`.
 
     Args:
-        grade, match: (S,) of that picture for each style.
-        rivals: Positions of the other styles that come into question.
+        grade, match: (S,). Of that picture for each style.
+        rivals: Indices of the other styles to consider.
     """
     rivals_ahead = [
         (grade[other], match[other], -other)
@@ -343,10 +346,10 @@ def better(
 
 
 def neighbour(grade: Sequence[int], match: Sequence[float], rivals: Iterable[int]) -> int | None:
-    """Return the style in reach whose match with the picture is best.
+    """Return the style in reach with the best match.
 
     Args:
-        rivals: As for `better`; where none of them is in reach, the best match of all counts.
+        rivals: As in `better`; if none of them is in reach, the best match of all counts.
     """
     grades = [(grade[other] > NO, match[other], -other) for other in rivals]
     return -max(grades)[2] if grades else None

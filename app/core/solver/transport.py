@@ -1,8 +1,8 @@
 """The light transport T of a head, in low-rank form.
 
 T maps an environment to a picture of the head (eq. 1 of the paper, B = T L). Its 2,048 columns are
-so alike that a few hundred basis pictures hold them all; stored like that it is small enough to
-ship, loads in milliseconds and multiplies faster than the full matrix.
+so similar that a few hundred basis pictures represent them all; stored like that, it is small
+enough to ship, loads in milliseconds and multiplies faster than the full matrix.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _MAX_TEXELS = 512 * 256
 _MAX_RANK = 4096
 _MAX_BYTES = 1 << 30
 _PURE = 1e-4
-_EVEN, _ODD = np.uint16(0), np.uint16(1 << 15)  # what the sign of a half float is turned by
+_EVEN, _ODD = np.uint16(0), np.uint16(1 << 15)  # XOR masks for the sign of a half float
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,8 @@ class TransportHeader:
     Attributes:
         environment: Rows and columns of the environment, (H, W) with W = 2 H.
         picture: Side of the square picture in pixels, N.
-        luminance_weights: Weights that turn linear RGB into luminance.
+        luminance_weights: Weights that convert linear RGB to luminance.
+        noise, truncation: Relative errors from sampling and from the low rank.
     """
 
     head: str
@@ -64,8 +65,8 @@ class Transport:
     """Low-rank light transport of one head, T_c = pixel_basis[c] @ texel_basis.
 
     Attributes:
-        pixels: (P,) int32. Flat row-major indices, into the N x N picture, of the pixels the head
-            covers.
+        pixels: (P,) int32. Flat row-major indices, into the N x N picture, of the pixels that the
+            head covers.
         coverage: (P,) float32. Share of each pixel's area that the head covers, in (0, 1].
         pixel_basis: (3, P, R) float32. Linear Rec. 709 RGB. Together with `texel_basis` it contains
             the texels' solid angle.
@@ -91,12 +92,12 @@ class Transport:
 
     @cached_property
     def face(self) -> Bools:
-        """(P,) bool: the pixels that count as face, those at least half covered by the head."""
+        """Pixels that count as face, those at least half covered by the head, (P,) bool."""
         return self.coverage >= FACE_COVERAGE
 
     @cached_property
     def mirror_pixels(self) -> Indices | None:
-        """(P,) position of each pixel's mirror image; None where one has none."""
+        """Index of each pixel's mirror image, (P,); None if a pixel has none."""
         place = np.full(self.size * self.size, -1)
         place[self.pixels] = np.arange(len(self.pixels))
         there = place.reshape(self.size, self.size)[:, ::-1].ravel()[self.pixels]
@@ -104,7 +105,7 @@ class Transport:
 
     @cached_property
     def luminance_basis(self) -> Float32:
-        """(P, R) float32: the pixel basis weighted to luminance."""
+        """The pixel basis weighted to luminance, (P, R) float32."""
         weights = np.asarray(self.header.luminance_weights, np.float32)
         basis: Float32 = np.tensordot(weights, self.pixel_basis, axes=1)
         return np.ascontiguousarray(basis)
@@ -120,7 +121,7 @@ def render(transport: Transport, radiance: Floats) -> Float32:
         (P, 3) or (P,) float32. Linear picture on the head's pixels, in the unit of `radiance`.
 
     Raises:
-        TransportError: If the environment has not the transport's size.
+        TransportError: If the environment does not have the transport's size.
     """
     height, width = transport.environment_shape
     if radiance.shape[:2] != (height, width):
@@ -194,8 +195,8 @@ def load_named(name: str) -> Transport:
 def save_transport(path: Path, transport: Transport) -> str:
     """Save a transport atomically; return its SHA-256.
 
-    The bases are stored as half floats; column norms are moved to the pixel side first so that
-    they stay far from the half's smallest numbers.
+    The bases are stored as half floats; column norms are moved to the pixel side first, to stay far
+    from the half's smallest numbers.
     """
     header = {**asdict(transport.header), "format_version": FORMAT_VERSION}
     return write_sealed(
@@ -210,8 +211,8 @@ def load_transport(path: Path) -> Transport:
     """Load a transport from an ``.npz`` file.
 
     Raises:
-        TransportError: If the file is missing, damaged, made by a newer version, or not a transport
-            at all.
+        TransportError: If the file is missing, damaged, made by a newer version, or not a
+            transport.
     """
     header, arrays = read_sealed(
         path, tr("transport"), _AGAIN, FORMAT_VERSION, most=_MAX_BYTES, restore=_restore
@@ -237,7 +238,7 @@ _PLAIN: Final = {
     **dict.fromkeys(("picture", "rank", "paths_per_pixel", "seed", "format_version"), int),
     **dict.fromkeys(("fov_deg", "distance_m", "noise", "truncation"), float),
 }
-"""Types of the header's plain values, whatever the JSON holds."""
+"""Types of the header's plain values, checked whatever the JSON contains."""
 
 
 def _half_floats(transport: Transport) -> dict[str, NDArray[Any]]:
@@ -252,11 +253,12 @@ def _half_floats(transport: Transport) -> dict[str, NDArray[Any]]:
 
 
 def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str, NDArray[Any]]:
-    """Pack both bases, losing nothing, into less than half of what a zip file makes of them.
+    """Pack both bases without loss, into less than half the size of a plain zip file.
 
-    Each basis picture is even or odd about the head's middle but for the last bit, so that one
-    half is stored, and of the other what differs. Colours are alike, so that their differences are
-    stored; and bytes of a kind side by side, as signs and exponents repeat where fractions do not.
+    Each basis picture is even or odd about the head's middle except for the last bit, so only one
+    half is stored, with the differences of the other. Colours are similar, so their differences are
+    stored; and bytes of equal significance are side by side, as signs and exponents repeat more
+    than fractions.
     """
     pixel, texel = _partners(arrays["pixels"], header)
     bits = arrays["pixel_basis"].view(np.uint16)
@@ -276,7 +278,7 @@ def _pack(arrays: dict[str, NDArray[Any]], header: TransportHeader) -> dict[str,
 
 
 def _restore(facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Unpack what a file holds; the first format is as it is."""
+    """Unpack the contents of a file; the first format is unpacked already."""
     return (
         _unpacked(contents, parse_transport_header(facts))
         if facts["format_version"] > 1
@@ -287,7 +289,7 @@ def _restore(facts: dict[str, Any], contents: dict[str, NDArray[Any]]) -> dict[s
 def _unpacked(
     contents: dict[str, NDArray[Any]], header: TransportHeader
 ) -> dict[str, NDArray[Any]]:
-    """Undo `_pack`."""
+    """Invert `_pack`."""
     arrays = {name: contents[name] for name in ("pixels", "coverage", "scale")}
     basis = []
     for name, partner in zip(("pixel", "texel"), _partners(arrays["pixels"], header), strict=True):
@@ -307,7 +309,7 @@ def _unpacked(
 
 
 def _partners(pixels: NDArray[Any], header: TransportHeader) -> tuple[Indices, Indices]:
-    """Find each pixel's and each texel's mirror image: (P,) and (H * W,) places in their lists.
+    """Return each pixel's and each texel's mirror image: indices (P,) and (H * W,).
 
     A pixel whose mirror image is not in the picture is its own.
     """

@@ -1,7 +1,7 @@
 """Target weights f on the face (eq. 6), painted or from a picture, and their pre-integration.
 
-Pre-integrating painted weights is incremental: what is kept is the image of the weights in the
-transport's low-rank basis, so that a stroke reads only the rows of the pixels it changes.
+Pre-integrating painted weights is incremental: the projection of the weights onto the transport's
+low-rank basis is kept, so that a stroke reads only the rows of the pixels it changes.
 """
 
 from __future__ import annotations
@@ -17,26 +17,25 @@ from app.core.base.errors import StyleError
 from app.core.solver.transport import Transport
 from app.core.text import tr
 
-_ROWS: Final = 512  # taken at once: a copy of the whole basis takes twice as long
+_ROWS: Final = 512  # rows at once: a copy of the whole basis takes twice as long
 
 
 def target_weights(luminance: Floats, face: Bools) -> Float64:
     """Return the weights of a target picture (eq. 6).
 
-    The picture on the face is rescaled linearly to [0, 1] and its mean over the face is
-    subtracted; everything outside the face is ignored.
+    The picture on the face is rescaled linearly to [0, 1] and its mean over the face is subtracted;
+    everything outside the face is ignored.
 
     Args:
         luminance: (P,) float. Linear luminance of the target picture on the head's pixels, any
             scale.
-        face: (P,) bool. Which of them are face.
+        face: (P,) bool. Face pixels.
 
     Returns:
         (P,) float64. f, exactly 0 outside the face; sums to 0 within rounding.
 
     Raises:
-        StyleError: If the picture is not finite, or the same all over the face: it then asks for
-            nothing.
+        StyleError: If the picture is not finite, or uniform over the face, which defines no target.
 
     Examples:
         >>> f = target_weights(np.array([1.0, 3.0, 9.0]), np.array([True, True, False]))
@@ -56,21 +55,21 @@ def target_weights(luminance: Floats, face: Bools) -> Float64:
 
 
 def region_weights(luminance: Floats, region: Floats) -> Float64:
-    """Weights of a target picture over the face region: eq. 6 where some pixels count less.
+    """Return the weights of a target picture over the face region: eq. 6 with weighted pixels.
 
     Args:
         luminance: (P,) float. Linear luminance of the target picture, any scale.
-        region: (P,) float. How much each pixel counts, 0 to 1.
+        region: (P,) float. Weight of each pixel, 0 to 1.
 
     Returns:
-        (P,) float64. Sums to 0 within rounding, and with a picture to their covariance over the
-        region, up to a factor.
+        (P,) float64. Sums to 0 within rounding; its product with a picture sums to their covariance
+        over the region, up to a factor.
 
     Raises:
-        StyleError: If the picture asks for nothing there.
+        StyleError: If the picture is uniform there.
     """
     weights = target_weights(luminance, np.asarray(region) > 0) * region
-    # Twice, as above: what the first mean leaves of rounding.
+    # Twice, as above: for the rounding error of the first mean.
     for _ in range(2):
         weights -= region * (weights.sum() / np.sum(region))
     return np.asarray(weights)
@@ -80,8 +79,8 @@ def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -
     """Return weights from painted values: zero-mean over the face pixels in use.
 
     Args:
-        values: (P,) float. Painted wish per pixel of the head: larger means brighter. Any offset.
-        face: (P,) bool. Which pixels are face.
+        values: (P,) float. Painted value per pixel of the head: larger means brighter. Any offset.
+        face: (P,) bool. Face pixels.
         ignored: (P,) bool. Face pixels to exclude.
 
     Returns:
@@ -96,7 +95,7 @@ def painted_weights(values: Floats, face: Bools, ignored: Bools | None = None) -
 
 def _centred(values: Float64) -> Float64:
     centred = values - values.mean()
-    # The first mean leaves a rest of rounding that a second pass removes.
+    # The first mean leaves a rounding error that a second pass removes.
     return np.asarray(centred - centred.mean())
 
 
@@ -105,11 +104,12 @@ class PaintedWeights:
     """Painted weights with their pre-integration, for strokes that touch few pixels.
 
     Attributes:
-        values: (P,) float64. What was painted, not yet zero-mean.
+        values: (P,) float64. Painted values, not yet zero-mean.
         active: (P,) bool. Face pixels that are not ignored.
         in_basis: (R,) float64. Sum over active pixels of value times the pixel's row of the
             luminance basis.
         ones_in_basis: (R,) float64. The same with 1 in place of the value.
+        total: Sum of the values of active pixels.
         count: Number of active pixels.
     """
 
@@ -122,17 +122,20 @@ class PaintedWeights:
 
     @property
     def weights(self) -> Float64:
-        """(P,) float64 f: zero-mean over the active pixels, exactly 0 elsewhere."""
+        """Weights f: zero-mean over the active pixels, exactly 0 elsewhere, (P,) float64."""
         return painted_weights(self.values, self.active)
 
     @property
     def coefficients(self) -> Float64:
-        """(R,) float64 f' times the luminance basis; F = coefficients @ texel basis."""
+        """The vector f' times the luminance basis, (R,) float64; F = coefficients @ texel basis."""
         mean = self.total / self.count if self.count else 0.0
         return np.asarray(self.in_basis - mean * self.ones_in_basis)
 
     def preintegrated(self, transport: Transport) -> Float32:
-        """(H, W) float32 pre-integrated target F' = f'T (eq. 3), panorama coordinates, turn 0."""
+        """Return the pre-integrated target F' = f'T (eq. 3), (H, W) float32.
+
+        Panorama coordinates, turn 0.
+        """
         flat: Float32 = self.coefficients.astype(np.float32) @ transport.texel_basis
         return flat.reshape(transport.environment_shape)
 
@@ -141,7 +144,7 @@ def painted(transport: Transport, values: Floats, ignored: Bools | None = None) 
     """Pre-integrate all pixels, to start painting.
 
     Args:
-        values: (P,) float. Painted wish per pixel of the head; outside the face it does not count.
+        values: (P,) float. Painted value per pixel of the head; ignored outside the face.
         ignored: (P,) bool. Face pixels to exclude.
 
     Raises:
@@ -172,10 +175,10 @@ def paint(
     """Update changed pixels, reading only their rows of the luminance basis (eq. 3).
 
     Args:
-        pixels: (n,) int. Positions among the head's P pixels, each at most once. Those outside the
-            face are left alone.
+        pixels: (n,) int. Indices among the head's P pixels, each at most once. Those outside the
+            face are ignored.
         values: (n,) float. Their new painted values.
-        ignored: (n,) bool. Which of them to exclude from now on; none by default.
+        ignored: (n,) bool. Pixels to exclude from now on; by default none.
 
     Returns:
         State after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand
@@ -193,7 +196,7 @@ def paint(
     both, sums = np.stack([change, switch]), np.zeros((2, transport.header.rank))
     for start in range(0, len(pixels), _ROWS):
         part = slice(start, start + _ROWS)
-        # In double precision: the mean is taken off later, and what is left can be small.
+        # In double precision: the mean is subtracted later, and the remainder can be small.
         rows = transport.luminance_basis.take(pixels[part], axis=0).astype(np.float64)
         sums += both[:, part] @ rows
     all_values, all_active = before.values.copy(), before.active.copy()

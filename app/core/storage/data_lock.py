@@ -1,7 +1,7 @@
 """Lock the user's folders against concurrent writes.
 
 A lock belongs to the operating system and ends with its process, however that ends: after a kill, a
-power cut or the reuse of a process number nothing is left to recover. Some network folders and
+power cut or the reuse of a process number there is nothing to recover. Some network folders and
 read-only disks have no locks; there `app.core.storage.json_file.write_json` compares versions.
 """
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 WINDOW_LOCK: Final = "window.lock"
-"""Name of the file that the open window of a data folder has locked."""
+"""Name of the file that the open window of a data folder locks."""
 
 LOCKS: Final = "locks"
-"""Name of the folder in the data folder whose files are locked for the moment of a write."""
+"""Name of the folder in the data folder with the files that are locked during a write."""
 
 _PATIENCE_S: Final = 5.0
 
@@ -37,12 +37,12 @@ class Owner(Enum):
 
     US = "us"
     ANOTHER_PROCESS = "another process"
-    NOBODY = "nobody"  # the file system has no locks, or takes no files
+    NOBODY = "nobody"  # the file system has no locks, or is not writable
 
 
 @dataclass(frozen=True, slots=True)
 class WindowLock:
-    """The lock of the one window of a data folder."""
+    """The lock of the only window of a data folder."""
 
     owner: Owner
     _lock: BaseFileLock | None = field(default=None, repr=False)
@@ -61,7 +61,7 @@ def lock_window(home: Path) -> WindowLock:
         lock = _file_lock(path, 0.0)
         _acquire(lock)
     except TimeoutError:
-        # Also where no file can be made at all.
+        # Also if no file can be created.
         is_locked = os.path.lexists(path)
         return WindowLock(Owner.ANOTHER_PROCESS if is_locked else Owner.NOBODY)
     except (OSError, NotImplementedError):
@@ -73,12 +73,14 @@ def lock_window(home: Path) -> WindowLock:
 def writing(folder: Path) -> Iterator[bool]:
     """Lock a folder for writing, reentrant.
 
-    Yields whether they are kept off: not where the folder has no locks, or another process does not
-    finish in some seconds. What is written then is compared with what is there.
+    Yields:
+        Whether other processes are locked out: not if the folder has no locks, or another process
+        does
+        not finish within seconds. The caller then compares its version with the file's.
     """
     lock = None
     with contextlib.suppress(OSError, NotImplementedError):
-        # Not in the folder: it may be one that the user has chosen, with things of their own.
+        # Not in the folder itself: the user may have chosen one with other contents.
         locks, name = user_data() / LOCKS, os.path.realpath(folder)
         make_folder(locks, private=True)
         digest = hashlib.sha256(os.fsencode(name)).hexdigest()[:32]
@@ -102,6 +104,6 @@ def _file_lock(path: Path, timeout_s: float) -> BaseFileLock:
 
 def _acquire(lock: BaseFileLock) -> None:
     with warnings.catch_warnings():
-        # That a network folder has no locks is no news for the user.
+        # Missing locks on a network folder need no warning.
         warnings.simplefilter("ignore")
         lock.acquire()

@@ -16,14 +16,14 @@ from app.core.base.atomic_files import atomic_write_bytes
 from app.core.base.errors import CoreError
 from app.core.base.paths import roaming_data, user_data
 
-_OTHER_DISK: Final = 17  # ERROR_NOT_SAME_DEVICE of Windows
+_OTHER_DISK: Final = 17  # Windows' ERROR_NOT_SAME_DEVICE
 _SETTINGS: Final = "settings.json"
 
 
 def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | None = None) -> None:
     """Move Windows' Roaming folder of an earlier version to Local.
 
-    Where that is not possible now, as while an earlier version is open, this process works in the
+    If that is not possible now, for example while an earlier version is open, this process uses the
     old folder: ``TURNLIGHT_HOME`` is set.
     """
     env = os.environ if environ is None else environ
@@ -39,9 +39,10 @@ def settle_data(environ: MutableMapping[str, str] | None = None, home: Path | No
 
 
 def move_data(old: Path, new: Path) -> bool:
-    """Move a data folder; whether the new one is there. Raises OSError when it stays as it was.
+    """Move a data folder; return whether the new one exists.
 
-    The new folder appears whole or not at all, and the old one goes only after that.
+    The new folder appears completely or not at all, and the old one is deleted only after that.
+    Raises `OSError` if nothing has changed.
     """
     if os.path.lexists(new):
         return True
@@ -80,7 +81,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def _follow(settings: Path, old: Path, new: Path) -> None:
-    """Let the paths in the settings lead into the new folder."""
+    """Redirect the paths in the settings to the new folder."""
 
     def relocate(value: Any) -> Any:
         if isinstance(value, str) and Path(value).is_relative_to(old):
@@ -93,4 +94,4 @@ def _follow(settings: Path, old: Path, new: Path) -> None:
         if changed != facts:
             atomic_write_bytes(settings, json.dumps(changed, indent=1).encode())
     except (OSError, ValueError, AttributeError, CoreError):
-        return  # unreadable settings are told when they are read
+        return  # unreadable settings are reported when they are read

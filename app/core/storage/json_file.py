@@ -1,7 +1,7 @@
 """JSON files: written atomically, and validated field by field.
 
-A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks say what a
-file may hold; nothing here judges what it means.
+A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks define the
+valid content of a file; the meaning is not judged here.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from app.core.text import tr
 Check: TypeAlias = Callable[[Any], Any]
 
 Facts: TypeAlias = dict[str, Any]
-"""An object as JSON knows it."""
+"""A JSON object."""
 
 State: TypeAlias = Literal["whole", "damaged", "missing", "unreadable"]
 
@@ -39,7 +39,7 @@ _Lost = TypeVar("_Lost")
 
 _NO_LETTERS: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
 _DEEPEST: Final = 24
-_LONGEST_WHOLE: Final = 18  # digits that a 64-bit number can have; more only cost time
+_LONGEST_WHOLE: Final = 18  # digits of a 64-bit number; longer ones only cost time
 
 
 class Unfit(ValueError):
@@ -48,12 +48,12 @@ class Unfit(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JsonFile:
-    """Content of a file, or why it is unreadable."""
+    """Content of a file, or the reason why it is unreadable."""
 
-    state: State  # "unreadable": the system does not give it out
+    state: State  # "unreadable": the system denies access
     facts: Facts = field(default_factory=dict)
-    error: CoreError | None = None  # why it is not whole
-    version: str = ""  # SHA-256 of its bytes; "" where none were read
+    error: CoreError | None = None  # the problem of a file that is not whole
+    version: str = ""  # SHA-256 of its bytes; "" if none were read
 
     @property
     def why(self) -> str:
@@ -64,7 +64,7 @@ class JsonFile:
 def read_json(path: Path, most: int) -> JsonFile:
     """Read an untrusted JSON file of limited size; never raises."""
     try:
-        # A pipe would be waited for, and a device has no end.
+        # A pipe would block, and a device has no end.
         if not stat.S_ISREG(path.stat().st_mode):
             return JsonFile("damaged", error=CoreError(tr("it is not an ordinary file")))
         with path.open("rb") as stream:
@@ -108,20 +108,23 @@ def _is_shallow(value: Any, depth: int) -> bool:
 
 
 _digests: Final[dict[Path, str]] = {}
-"""Versions that this process has written: they are no news to it."""
+"""Versions that this process has written, which are no conflict for it."""
 
 
 def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | None:
     """Write a JSON file atomically; a concurrent version is saved beside it.
 
     Args:
-        base: Version of the file that the facts were made from, as `read_json` states it; "" where
-            nothing was read.
+        base: Version of the file that the facts are based on, from `read_json`; "" if nothing was
+            read.
 
-    Returns the copy of a version that neither is the base nor was written by this process; None
-    where there is none.
-    Raises CoreError when the disk refuses, or it has more than `most` bytes, which would not be
-    read again.
+    Returns:
+        The copy of a version that neither is the base nor was written by this process; None if
+        there is
+        none.
+
+    Raises `CoreError` if the disk fails, or the file would have more than `most` bytes, which could
+    not be read again.
     """
     data = dump(facts)
     if len(data) > most:
@@ -143,19 +146,18 @@ def _other_version(path: Path, most: int, base: str) -> Path | None:
 
 
 def dump(facts: Facts) -> bytes:
-    """Write entries down, one to a line; floats are read back to the last bit.
+    """Format entries as JSON, one per line; floats are read back to the last bit.
 
     Examples:
         >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
         {
-         "name": "Café",
-         "turns": [1,2.5]
+         "name": "Café", "turns": [1,2.5]
         }
     """
     try:
         lines = _lines(facts)
     except ValueError:
-        # Only an entry of a newer version can hold a number that is infinite or not a number.
+        # Only an entry of a newer version can contain an infinite number or NaN.
         lines = _lines(_finite(facts))
     try:
         return lines.encode("utf-8")
@@ -197,16 +199,18 @@ def plain(value: Any) -> Any:
 
 
 def keep_bad(path: Path, most: int) -> Path | None:
-    """Keep a damaged file beside itself as ``NAME.bak``; see `keep_copy`."""
+    """Keep a copy of a damaged file as ``NAME.bak``; see `keep_copy`."""
     return keep_copy(path, most, "bak")
 
 
 def keep_copy(path: Path, most: int, ending: str) -> Path | None:
-    """Keep a file beside itself as ``NAME.ENDING``, or ``NAME.ENDING-2`` and so on.
+    """Keep a copy of a file beside it as ``NAME.ENDING``, or ``NAME.ENDING-2`` and so on.
 
-    The file stays where it is until it is written again, so that a power cut in between takes
-    nothing; only one of more than `most` bytes is renamed. An earlier copy with the same content
-    counts. Returns None when it could not be kept.
+    The file itself stays until it is written again, so that a power cut in between loses nothing;
+    only one of more than `most` bytes is renamed. An earlier copy with the same content counts.
+
+    Returns:
+        The copy; None if it could not be made.
     """
     try:
         if not path.is_file():
@@ -236,8 +240,9 @@ def _holds(path: Path, data: bytes) -> bool:
 def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
     """Preserve unknown entries of newer versions.
 
-    Returns `file_facts` where nothing has changed, else `new` with the entries that only
-    `file_facts` has.
+    Returns:
+        `file_facts` if nothing has changed, otherwise `new` with the entries that only `file_facts`
+        has.
 
     Examples:
         >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})
@@ -256,7 +261,7 @@ def carry_unknown(new: Any, known_facts: Any, file_facts: Any) -> Any:
 
 
 def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], part: _Lost) -> Any:
-    """Take an entry, or its default; an invalid one is removed and listed."""
+    """Return an entry, or its default; an invalid one is removed and listed."""
     if name not in facts:
         return default
     try:
@@ -270,7 +275,7 @@ def take(facts: Facts, name: str, check: Check, default: Any, bad: list[_Lost], 
 def clean(words: str) -> str:
     """Remove control characters, line ends and broken letters.
 
-    Changes of direction go too: they would turn around what stands beside the text.
+    Direction marks are removed too, as they would reverse the text beside it.
     """
     return "".join(
         c for c in words if unicodedata.category(c) not in _NO_LETTERS and ord(c) not in STEERING
@@ -278,7 +283,7 @@ def clean(words: str) -> str:
 
 
 def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
-    """Check for text of a length at most, and of a pattern where one is given."""
+    """Return a check for text up to a length, with an optional pattern."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or len(value) > longest:
@@ -291,7 +296,7 @@ def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
 
 
 def one_of(*words: str) -> Callable[[Any], str]:
-    """Check for one of some words."""
+    """Return a check for one of some words."""
 
     def check(value: Any) -> str:
         if value not in words:
@@ -302,10 +307,10 @@ def one_of(*words: str) -> Callable[[Any], str]:
 
 
 def number(low: float, high: float) -> Callable[[Any], float]:
-    """Check for a number in ``[low, high]``."""
+    """Return a check for a number in ``[low, high]``."""
 
     def check(value: Any) -> float:
-        # Python takes True for 1; a file that says true means something else.
+        # Python treats True as 1; in a file, true means something else.
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise Unfit("not a number")
         if not low <= value <= high:
@@ -316,7 +321,7 @@ def number(low: float, high: float) -> Callable[[Any], float]:
 
 
 def whole(low: int, high: int) -> Callable[[Any], int]:
-    """Check for a whole number in ``[low, high]``."""
+    """Return a check for a whole number in ``[low, high]``."""
 
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
@@ -334,7 +339,7 @@ def truth(value: Any) -> bool:
 
 
 def moment(value: Any) -> datetime:
-    """Check for a time in ISO form."""
+    """Check a time in ISO form."""
     try:
         return datetime.fromisoformat(text(64)(value))
     except ValueError as error:
@@ -342,12 +347,12 @@ def moment(value: Any) -> datetime:
 
 
 def optional(check: Check) -> Check:
-    """Let null pass a check."""
+    """Return a check that also accepts null."""
     return lambda value: None if value is None else check(value)
 
 
 def listed(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
-    """Check for a list of so many at most, and each of its values."""
+    """Return a check for a list of at most so many values, and for each of them."""
 
     def check_all(value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list) or len(value) > most:
@@ -358,7 +363,7 @@ def listed(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
 
 
 def entries(value: Any) -> Facts:
-    """Check for an object."""
+    """Check an object."""
     if not isinstance(value, dict):
         raise Unfit("not an object")
     return value
@@ -367,9 +372,11 @@ def entries(value: Any) -> Facts:
 def record(
     make: Callable[..., _Record], checks: Mapping[str, Check], needs: Collection[str] | None = None
 ) -> Callable[[Any], _Record]:
-    """Check for an object whose entries all pass, and make something of them.
+    """Return a check for an object whose entries all pass, and which converts it.
 
-    `needs` must be there, by default all of them; entries without a check are passed over.
+    Args:
+        make: Called with the entries.
+        needs: Required entries; by default all of them. Entries without a check are ignored.
     """
     keys = checks if needs is None else needs
 

@@ -1,7 +1,7 @@
 """A library of user items in a folder: titles, names, and a trash.
 
-Nothing is overwritten or lost: names are always new, and what is changed or deleted goes into a
-folder ``trash`` inside. A thing counts once its text is there, which is written last.
+Nothing is overwritten or lost: names are always new, and changed or deleted items are moved to the
+subfolder ``trash``. An item becomes valid with its text file, which is written last.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Wind
 
 
 def title_key(title: str) -> str:
-    """Return what of a title is compared: titles of one key look alike."""
+    """Return the key of a title for comparison: titles with equal keys look alike."""
     return unicodedata.normalize("NFKC", title).casefold()
 
 
@@ -44,7 +44,7 @@ def titles_like(title: str, longest: int) -> Iterator[str]:
 
 
 def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
-    """Yield names for commands and files made of a title, until one is free.
+    """Yield names for commands and files, derived from a title, until one is free.
 
     Examples:
         >>> next(names_like("Café de l'Été", "lamp", ()))
@@ -65,7 +65,7 @@ _MOST_IN_TRASH: Final = 100_000
 
 @dataclass(frozen=True, slots=True)
 class DamagedItem:
-    """An unreadable item of a library; its files are untouched."""
+    """An unreadable item of a library; its files stay as they are."""
 
     path: Path
     error: CoreError
@@ -92,14 +92,14 @@ class Library:
     noun: str
     error: type[CoreError]
     not_put_away: Callable[[OSError], CoreError]
-    longest: int  # title, characters
-    reserved: Collection[str]  # names that nothing in the library may bear
+    longest: int  # of a title, characters
+    reserved: Collection[str]  # names that are not allowed in the library
     names: Callable[[Path], Iterable[str]]
     title_of: Callable[[Path, str], str]
     is_taken: Callable[[Path, str], bool]  # whether a name has files already
 
     def clean_title(self, title: str) -> str:
-        """Make a title fit to be kept; raises the library's error if it is empty or too long."""
+        """Clean a title; raise the library's error if it is empty or too long."""
         value = one_line(title)
         if not value:
             raise self.error(tr("It needs a name."), tr("Type one."))
@@ -111,17 +111,17 @@ class Library:
         return value
 
     def titles(self, folder: Path, without: str = "") -> dict[str, str]:
-        """Return the names of all there are by `title_key`."""
+        """Return the names of all items by `title_key`."""
         titles = {}
         for name in self.names(folder):
-            # A title that cannot be read cannot be met again either.
+            # An unreadable title cannot conflict with another.
             with contextlib.suppress(CoreError):
                 if name != without:
                     titles[title_key(self.title_of(folder, name))] = name
         return titles
 
     def new_title(self, folder: Path, name: str, title: str) -> str:
-        """Clean a thing's new title; raises the library's error if another one has it."""
+        """Clean an item's new title; raise the library's error if another item has it."""
         new_title = self.clean_title(title)
         if title_key(new_title) in self.titles(folder, without=name):
             raise self.error(
@@ -131,25 +131,25 @@ class Library:
         return new_title
 
     def free_title(self, folder: Path, title: str) -> str:
-        """Return a title that nothing bears, with a number where this one is taken."""
+        """Return a free title, with a number if this one is taken."""
         titles = self.titles(folder)
         likes = titles_like(title, self.longest)
         return self._first(each for each in likes if title_key(each) not in titles)
 
     def free_name(self, folder: Path, title: str) -> str:
-        """Make a name for commands and files of a title, one that nothing bears."""
+        """Return a free name for commands and files, derived from a title."""
         likes = names_like(title, self.noun, self.reserved)
         return self._first(each for each in likes if not self.is_taken(folder, each))
 
     def names_for(self, folder: Path, title: str, name: str = "") -> tuple[str, str]:
-        """Return a free name and title; a name that is free already stays."""
+        """Return a free name and title; a name that is already free stays."""
         free = self.free_title(folder, title)
         if name and not self.is_taken(folder, name):
             return name, free
         return self.free_name(folder, free), free
 
     def trash_folder(self, folder: Path, name: str) -> Path:
-        """Make an empty folder in the trash; raises the library's error when that fails."""
+        """Make an empty folder in the trash; raise the library's error if that fails."""
         trash = folder / _TRASH
         try:
             make_folder(trash)
@@ -163,7 +163,7 @@ class Library:
         raise self.error(tr("The trash is full."), tr("Empty {trash}.", trash=trash))
 
     def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> TrashedItem:
-        """Move a thing's files to the trash, first the text without which it does not count."""
+        """Move an item's files to the trash, first the text file that makes it valid."""
         away = self.trash_folder(folder, name)
         with os_errors_as(self.error, tr("“{title}” was not deleted: {reason}."), title=title):
             for file in files:
@@ -181,15 +181,15 @@ class Library:
 
 
 def one_line(text: str) -> str:
-    """Make a text one line of letters that can be seen."""
+    """Convert a text to one line of visible characters."""
     visible = "".join(letter if letter.isprintable() else " " for letter in text)
     return " ".join(visible.split())
 
 
 def files_in(folder: Path, ending: str) -> list[Path]:
-    """List a folder's files by name, none of a folder that is missing.
+    """List a folder's files by name; empty for a missing folder.
 
-    Raises OSError when the folder cannot be read; `Path.glob` would say that it is empty.
+    Raises `OSError` if the folder cannot be read; `Path.glob` would return nothing.
     """
     try:
         names = os.listdir(folder)
@@ -200,7 +200,7 @@ def files_in(folder: Path, ending: str) -> list[Path]:
 
 
 def unreadable_folder(folder: Path, error: OSError) -> DamagedItem:
-    """Say that a library's folder cannot be read."""
+    """Return the item that reports an unreadable library folder."""
     return DamagedItem(
         folder, CoreError(tr("The folder cannot be read: {reason}.", reason=words_of(error)))
     )

@@ -1,8 +1,8 @@
 """Make the user's data private.
 
-Places hold photos of people and where they were. New folders and files are private when they are
-made (`core.base.atomic_files`); this is for data folders from before. Nothing else is touched: no
-links, no files of other users, none with a second name elsewhere, and nothing that is not ours.
+Places contain photos of people and where they were taken. New folders and files are private when
+they are made (`core.base.atomic_files`); this is for older data folders. Nothing else is touched:
+no links, no files of other users, none with a second hard link, and nothing from other programs.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ _FILE_MODE: Final = 0o600
 
 
 def tighten(home: Path, places: Path, token: Token) -> int:
-    """Take others' permissions from a data folder and from places that are kept elsewhere.
+    """Remove others' permissions from a data folder and from places stored elsewhere.
 
-    Returns how many folders and files were open to others.
+    Returns:
+        Number of folders and files that were open to others.
     """
     if os.name != "posix":
-        return 0  # Windows lets only the user into their profile
+        return 0  # on Windows, only the user has access to their profile
     count = 0
     for path in _ours(home, places):
         for entry in _walk(path):
@@ -45,7 +46,7 @@ def tighten(home: Path, places: Path, token: Token) -> int:
 def _ours(home: Path, places: Path) -> Iterator[Path]:
     yield from (each for each in _entries(home) if _has_our_name(each))
     if places != home / "places":
-        # The folder was chosen by the user, who may keep other things in it.
+        # The user chose the folder and may keep other files in it.
         inside = _entries(places)
         yield from (each for each in inside if (each / PLACE).is_file() or each.name == TRASH)
 
@@ -74,7 +75,7 @@ def _walk(path: Path) -> Iterator[Path]:
 
 
 def _close(path: Path) -> bool:
-    """Close one folder or file to others; whether it was open."""
+    """Close one folder or file to others; return whether it was open."""
     with contextlib.suppress(OSError):
         about = path.lstat()
         folder = stat.S_ISDIR(about.st_mode)

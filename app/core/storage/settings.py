@@ -1,6 +1,6 @@
 """The settings: one table for the dialog, the file and docs/settings.md.
 
-Each setting is a field of `Settings`, and has its words in `app.words.settings`.
+Each setting is a field of `Settings`; its text is in `app.words.settings`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _SECTIONS: Final = {
     "places_folder": "files",
     "live_source": "remembered",
 }
-"""The first setting of each section; the dialog does not show the last."""
+"""The first setting of each section; the dialog does not show the last section."""
 
 
 class SettingsError(CoreError):
@@ -48,12 +48,12 @@ class SettingsError(CoreError):
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """One line of the table of settings; `app.words.settings` has its words.
+    """One line of the table of settings; its text is in `app.words.settings`.
 
     Attributes:
-        choices: Values of a choice; empty where `offers` says who knows them.
-        offers: Whose values the dialog is to offer: "heads" for the heads that are there.
-        unit: Of a number, as written after it; a space goes in between unless it is "°" or "×".
+        choices: Values of a choice; empty if `offers` names their source.
+        offers: Source of the values in the dialog: "heads" for the available heads.
+        unit: Unit of a number, written after it with a space, except for "°" and "×".
     """
 
     key: str
@@ -73,7 +73,7 @@ class Setting:
     def check(self, value: object) -> Value:
         """Return a validated value.
 
-        Raises SettingValueError when the setting does not take this value.
+        Raises `SettingValueError` if the value is invalid for this setting.
         """
         if self.kind == "number":
             return self._number(value)
@@ -90,7 +90,7 @@ class Setting:
     def _is_choice(self, value: str) -> bool:
         if self.choices:
             return value in self.choices
-        # A head of one's own is named by its path.
+        # A user's head is named by its path.
         longest = _LONGEST_PATH if value.endswith(".npz") else self.longest
         return bool(value) and value == clean(value) and len(value) <= longest
 
@@ -104,7 +104,7 @@ class Setting:
     def _text(self, value: str) -> str:
         line = clean(value)
         folder = self.kind == "folder"
-        # A relative folder would mean another one at each start.
+        # A relative folder would be a different one at each start.
         fits = not line or _is_absolute(line) if folder else len(line) <= self.longest
         if not fits or len(line) > _LONGEST_PATH or (folder and line != value.strip()):
             raise SettingValueError(self)
@@ -112,13 +112,13 @@ class Setting:
 
 
 def _is_absolute(path: str) -> bool:
-    # Of either kind, so that settings can be carried from one computer to another.
+    # Of either kind, so that settings can be moved between computers.
     drive = len(path) > 2 and path[0].isalpha() and path[1] == ":" and path[2] in "\\/"
     return path.startswith(("/", "\\\\")) or drive
 
 
 class SettingValueError(SettingsError):
-    """A setting takes no such value; `app.words.settings.takes` says which it takes."""
+    """A value is invalid; `app.words.settings.takes` describes the valid ones."""
 
     def __init__(self, entry: Setting) -> None:
         super().__init__(tr("The setting {key!r} takes no such value.", key=entry.key))
@@ -127,13 +127,13 @@ class SettingValueError(SettingsError):
 
 @dataclass(frozen=True, slots=True)
 class SettingsNote:
-    """One thing that was lost when the settings were read.
+    """One loss while reading the settings.
 
     Attributes:
-        why: What is wrong with the file.
-        unreadable: The file that the system does not give out.
-        entry: A setting that has its default again.
-        copy: The copy of the file as it was.
+        why: Problem of the file.
+        unreadable: The file to which the system denies access.
+        entry: A setting that was reset to its default.
+        copy: Copy of the original file.
     """
 
     why: str = ""
@@ -152,7 +152,9 @@ def _line(
 ) -> Any:
     """Declare a field of `Settings`; its kind follows from its default and its choices.
 
-    `within`: least and largest number; `more` as in `Setting`.
+    Args:
+        within: Smallest and largest number.
+        more: As in `Setting`.
     """
     if isinstance(default, bool):
         kind = "toggle"
@@ -167,10 +169,10 @@ def _line(
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """A value for every setting, in the order of the dialog; none that it does not take.
+    """A valid value for every setting, in the order of the dialog.
 
-    ``Settings()`` has all the defaults. `with_` changes one.
-    Raises SettingsError when a value is not one that its setting takes.
+    ``Settings()`` has all the defaults. `with_` changes one. An invalid value raises
+    `SettingsError`.
 
     Examples:
         >>> Settings().with_("text_scale", 1.5).text_scale
@@ -215,12 +217,12 @@ class Settings:
 
     @property
     def objective(self) -> Objective:
-        """The rule by which turns are found."""
+        """The rule for choosing turns."""
         return "paper" if self.paper_mode else "picture"
 
     @property
     def studios(self) -> dict[str, Studio]:
-        """Lamps that new places start with, as `Place.studios`."""
+        """Lamps of new places, as in `Place.studios`."""
         studio = Studio(parse_softness(self.lamp_size), parse_ratio(self.lamp_ratio))
         return {} if studio == AS_PUBLISHED else {"": studio}
 
@@ -235,12 +237,12 @@ class Settings:
         return value
 
     def with_(self, key: str, value: object) -> Settings:
-        """Change one setting."""
+        """Return the settings with one change."""
         changes: dict[str, Any] = {setting(key).key: setting(key).check(value)}
         return replace(self, **changes)
 
     def reset(self) -> Settings:
-        """Set all that the dialog shows back to its defaults."""
+        """Return the settings with everything in the dialog reset to its defaults."""
         changes: dict[str, Any] = {each.key: each.default for each in TABLE if each.visible}
         return replace(self, **changes)
 
@@ -255,16 +257,16 @@ def _table() -> Iterator[Setting]:
 
 
 TABLE: Final = tuple(_table())
-"""Every setting there is, in the order of the dialog."""
+"""All settings, in the order of the dialog."""
 
 SECTIONS: Final[tuple[str, ...]] = tuple(dict.fromkeys(entry.section for entry in TABLE))
-"""In the order of the dialog."""
+"""Sections in the order of the dialog."""
 
 _BY_KEY: Final = {entry.key: entry for entry in TABLE}
 
 
 def setting(key: str) -> Setting:
-    """Return the line of the table with a key; raises SettingsError when there is none."""
+    """Return the line of the table with a key; raise `SettingsError` if there is none."""
     if key not in _BY_KEY:
         raise SettingsError(tr("There is no setting {key!r}.", key=key))
     return _BY_KEY[key]

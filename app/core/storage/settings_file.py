@@ -1,4 +1,4 @@
-"""The file of the settings: read field by field, written whole, shared by several windows."""
+"""The settings file: read field by field, written atomically, shared by several windows."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FILE: Final = "settings.json"
 """Name of the file in the user's folder."""
 
 VERSION: Final = 1
-"""Of the file's form."""
+"""Version of the file's format."""
 
 _VERSION_KEY: Final = "format_version"
 _MOST_BYTES: Final = 1 << 20
@@ -33,7 +33,8 @@ _MOST_BYTES: Final = 1 << 20
 def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
     """Read the settings; invalid entries get defaults.
 
-    Returns a note for each thing that was lost; then the bad file is kept as ``NAME.bak``.
+    Returns:
+        The settings, and a note for each loss; then the bad file is kept as ``NAME.bak``.
     """
     file = read_json(path, _MOST_BYTES)
     if file.state == "missing":
@@ -59,13 +60,14 @@ def read_settings(path: Path) -> tuple[Settings, tuple[SettingsNote, ...]]:
 
 
 def write_settings(path: Path, settings: Settings, base: Settings | None = None) -> Path | None:
-    """Write the settings whole or not at all; only what differs from its default is in the file.
+    """Write the settings atomically; the file contains only values that differ from the defaults.
 
     Args:
-        base: The settings as this process last read or wrote them. What another process has
-            changed since stays, unless this one has changed the same setting.
+        base: The settings as this process last read or wrote them. Another process's changes since
+            then are kept, unless this one has changed the same setting.
 
-    Returns the copy of a file that held another value of the same setting; None where none did.
+    Returns:
+        The copy of a file with another value of the same setting; None if there was none.
     """
     with os_errors_as(
         SettingsError,
@@ -88,7 +90,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
 
 
 def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]:
-    """Take over what another process has changed; whether both have changed the same."""
+    """Merge another process's changes; return whether both have changed the same setting."""
     file = read_json(path, _MOST_BYTES)
     if file.state != "whole":
         return ours, False
@@ -110,7 +112,7 @@ def _merged(path: Path, ours: Settings, base: Settings) -> tuple[Settings, bool]
 
 
 def _renamed(facts: Facts) -> Facts:
-    """Read the names of earlier versions."""
+    """Convert setting names of earlier versions."""
     current = dict(facts)
     objective = current.pop("objective", None)
     if objective == "paper":

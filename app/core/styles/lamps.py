@@ -1,8 +1,8 @@
 """Studio lamps as environments: their size, and the lighting ratio.
 
-A lamp's size and the lighting ratio are the photographer's choice; where a style's lamps stand is
-the style's own. Sizes are angles as the sitter sees them: a beauty dish at one metre is as hard as
-a large umbrella far away.
+The photographer chooses lamp size and lighting ratio; the positions of the lamps belong to the
+style. Sizes are angles as the sitter sees them: a beauty dish at one metre is as hard as a large
+umbrella far away.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from app.core.text import tr
 
 _FINE: Final = 8  # samples per texel and direction
 _LEAST_DIAMETER_DEG: Final = 2.0
-_FILL_DEG: Final = 90.0  # across, in front at the height of the lens
+_FILL_DEG: Final = 90.0  # diameter of the fill, in front at the height of the lens
 
 SOFTNESS_DEG: Final = {"hard": 10.0, "medium": 30.0, "large": 45.0}
-"""Lamp sizes with names."""
+"""Named lamp sizes, deg."""
 
 MODIFIERS_M: Final = {"dish": 0.55, "softbox": 0.6, "umbrella": 1.0, "octabox": 1.2, "window": 2.0}
-"""Width of what is put before a lamp, m."""
+"""Width of light modifiers, m."""
 
 RATIOS: Final = (2.0, 3.0, 4.0, 8.0)
-"""Lighting ratios that are offered, (key + fill) to fill."""
+"""Available lighting ratios, (key + fill) to fill."""
 
 SIZES_DEG: Final = (2.0, 90.0)
 RATIO_RANGE: Final = (1.5, 32.0)
@@ -43,16 +43,16 @@ class Studio:
     """Lamps of a photographer's studio. The default is each style's own, as in the paper.
 
     Attributes:
-        softness_deg: Diameter of every lamp as the sitter sees it; None is each style's own.
-        ratio: Incident light of key and fill over that of the fill alone; None is no fill but what
-            a style has of its own.
+        softness_deg: Diameter of every lamp as the sitter sees it; None for each style's own.
+        ratio: Incident light of key and fill over that of the fill alone; None for no fill other
+            than the style's own.
     """
 
     softness_deg: float | None = None
     ratio: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what no studio has."""
+        """Raise an error for impossible values."""
         size, ratio = self.softness_deg, self.ratio
         if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
@@ -66,7 +66,7 @@ class Studio:
             )
 
     def fit_for(self, style: Style) -> Studio:
-        """What of it a style bears: its own lamps where others would make another style of it."""
+        """Return the studio for a style: its own lamps where others would change the style."""
         if style.signature.areas:
             return AS_PUBLISHED
         size = style.key_diameter_deg
@@ -142,10 +142,10 @@ SIZE_KEYS: Final = (
     "paper", "hard", "medium", "large",
     "dish@1", "softbox@1", "umbrella@1.5", "octabox@1.5", "window@3",
 )  # fmt: skip
-"""Lamp sizes that are offered, as `parse_softness` reads them."""
+"""Available lamp sizes, in the format of `parse_softness`."""
 
 RATIO_KEYS: Final = ("none", *(f"{ratio:g}:1" for ratio in RATIOS))
-"""Lighting ratios that are offered, as `parse_ratio` reads them."""
+"""Available lighting ratios, in the format of `parse_ratio`."""
 
 
 def choice_keys(studio: Studio) -> tuple[str, str]:
@@ -184,19 +184,20 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     """Return the environment of one distant lamp of a style, at turn 0.
 
     Args:
-        lamp: Its azimuth counts toward the sitter's left, against the panorama's.
+        lamp: Its azimuth counts toward the sitter's left, opposite to the panorama's.
         shape: (H, W) of the environment.
 
     Returns:
-        (H, W) float64. Radiance of a round lamp of the lamp's diameter, true to area on the texel
-        grid, whose radiance times solid angle sums to the lamp's power.
+        (H, W) float64. Radiance of a round lamp of the lamp's diameter, with exact area on the
+        texel
+        grid; radiance times solid angle sums to the lamp's power.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)
     elevation = np.pi * (0.5 - (np.arange(height * _FINE) + 0.5) / (height * _FINE))
     at, up = np.radians(-lamp.azimuth_deg), np.radians(lamp.elevation_deg)
     radius = np.radians(max(lamp.diameter_deg, _LEAST_DIAMETER_DEG)) / 2
-    # Only the rows of texels that the lamp reaches.
+    # Only the rows of texels that the lamp covers.
     near = (np.abs(elevation - up) <= radius).reshape(height, _FINE).any(axis=1)
     elevation = elevation.reshape(height, _FINE)[near].ravel()
     cosine = np.sin(up) * np.sin(elevation)[:, None] + np.cos(up) * np.outer(
@@ -213,7 +214,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
-    """Return the index of the style with mirrored lamps; None without one."""
+    """Return the index of the style with mirrored lamps; None if there is none."""
     target = sorted(_facts(lamp, -1.0) for lamp in style.lamps)
     for position, other in enumerate(styles):
         if sorted(_facts(lamp) for lamp in other.lamps) == target:
@@ -222,7 +223,7 @@ def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
 
 
 def mirror_rows(styles: Sequence[Style]) -> list[int]:
-    """Return the index of each style's mirror image; its own without one."""
+    """Return the index of each style's mirror image; its own if there is none."""
     twins = (mirror_index(styles, style) for style in styles)
     return [row if twin is None else twin for row, twin in enumerate(twins)]
 

@@ -24,9 +24,10 @@ from app.core.styles.styles import Style
 from app.core.text import tr
 
 _MAX_RANK: Final = 256
-_TOLERANCE: Final = 0.003  # of the contrast under any single texel that matters
-_RELEVANT: Final = 0.003  # texels that give less than this share of the strongest contrast do not
-_BASIS_DIGITS: Final = 12  # binary; changes match by less than 0.02 points
+_TOLERANCE: Final = 0.003  # of the contrast under any single relevant texel
+# texels with less than this share of the strongest contrast are irrelevant
+_RELEVANT: Final = 0.003
+_BASIS_DIGITS: Final = 12  # binary digits; changes match by less than 0.02 points
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,7 @@ class SearchBasis:
         even, odd: (E, Q, W / 2), (O, Q, W / 2) float32. Left halves of the rows that are even and
             odd under mirroring.
         paired: Whether even row r and odd row r are the parts of one row (a head without symmetry).
+        error: Largest missing share of a relevant texel's contrast.
     """
 
     even: Float32
@@ -50,12 +52,12 @@ def build_basis(
 ) -> SearchBasis:
     """Build the search basis of a head.
 
-    The weights of the targets are in its span, so that match never exceeds 100. What is kept is
-    chosen by grey light; coloured light is held by the same basis pictures.
+    The weights of the targets are in its span, so that match never exceeds 100. The basis is chosen
+    for grey light; coloured light uses the same basis pictures.
 
     Args:
         weights: (S, P) float64. Target weights over the region, 0 elsewhere.
-        region: (P,) float64. How much each pixel counts.
+        region: (P,) float64. Weight of each pixel.
     """
     face = region > 0
     root_region = np.sqrt(region[face])
@@ -64,7 +66,7 @@ def build_basis(
     texels = transport.texel_basis.astype(np.float64)
     mixed = colours.mixed.reshape(len(texels), -1).astype(np.float64)
     parity = parity_of(transport) if transport.header.symmetric else None
-    # Even and odd pictures of a symmetric head are orthogonal: treated apart, rounding and
+    # Even and odd pictures of a symmetric head are orthogonal: treated separately, rounding and
     # nearly equal eigenvalues cannot mix them.
     parts = [np.ones(len(texels), bool)] if parity is None else [parity > 0, parity < 0]
     pictures, tinted, wishes = [], [], []
@@ -91,18 +93,23 @@ def _centred(pixels: Float32, root: Float64) -> Float64:
 def _compress(
     pictures: list[Float64], tinted: list[Float64], wishes: list[Float64]
 ) -> tuple[Float64, float]:
-    """Keep the directions in picture space that hold the contrast of every single texel.
+    """Keep the directions in picture space that contain the contrast of every single texel.
 
-    Per parity part, `pictures` is (K, T), one column per texel, `tinted` (K, U) the same for the
-    second part of coloured light, and `wishes` (K, S). Returns the kept rows (rank, T + U) and
-    the largest share of a relevant texel's contrast that they miss.
+    Args:
+        pictures: (K, T) per parity part. One column per texel.
+        tinted: (K, U) per parity part. The same for the second part of coloured light.
+        wishes: (K, S) per parity part. The targets.
+
+    Returns:
+        The kept rows, (rank, T + U), and the largest share of a relevant texel's contrast that they
+        miss.
     """
     exact = np.sqrt(sum((part**2).sum(axis=0) for part in pictures))
     relevant = exact > _RELEVANT * exact.max()
     rows: list[Float64] = []
     merits: list[Float64] = []
     for part, tint, wish in zip(pictures, tinted, wishes, strict=True):
-        # Split into parity parts, a left and a right style ask for the same directions.
+        # Split into parity parts, a left and a right style have the same directions.
         first = _orthonormal(wish)
         scaled = part[:, relevant] / exact[relevant]
         u, s, _ = np.linalg.svd(scaled - first @ (first.T @ scaled), full_matrices=False)
@@ -146,17 +153,17 @@ def build_pack(
 ) -> StylePack:
     """Pre-integrate styles against a transport (eqs. 6 and 3).
 
-    The quality C is taken over the whole head, as in the paper; match, strength and signatures
-    over the face. On a symmetric head a style and its mirror image are made exact mirrors of each
+    The quality C is computed over the whole head, as in the paper; match, strength and signatures
+    over the face. On a symmetric head, a style and its mirror image are made exact mirrors of each
     other, and a style that is its own mirror image exactly even.
 
     Args:
         targets: (S, P, 3) float. Their target pictures on the head's pixels, linear Rec. 709, any
             scale per style.
-        shape: Of the same head.
+        shape: Shape of the same head.
 
     Raises:
-        StyleError: If a target picture asks for nothing, or does not fit the head.
+        StyleError: If a target picture is uniform, or does not fit the head.
         TransportError: If the head has no face.
     """
     if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
@@ -167,7 +174,7 @@ def build_pack(
     parts = _make_parts(transport, colours, face, styles, targets)
     area_rows = colours.integrate(face.areas)
     mean = colours.integrate(share)
-    # No skin takes colours there in a way of its own: all light counts as grey.
+    # There is no skin there to colour the light, so all light counts as grey.
     area_rows[AROUND, : transport.environment_shape[0]] = maps_around(transport.environment_shape)
     if transport.header.symmetric:
         area_rows = _mirror_exact(area_rows, [AREAS.index(mirror_area(name)) for name in AREAS])
@@ -204,7 +211,7 @@ def build_pack(
 
 
 class _PackParts(NamedTuple):
-    """What is made of target pictures; the arrays are those of `StylePack`."""
+    """Data derived from target pictures; the arrays are those of `StylePack`."""
 
     pictures: Floats  # (S, P, 3), exact mirrors of each other
     weights: Float64  # (S, P), over the face region
@@ -247,7 +254,7 @@ def _make_parts(
 
 @dataclass(frozen=True, eq=False)
 class StudioPacks:
-    """Packs of a head for other studio lamps: prepared once, then quick."""
+    """Packs of a head for other studio lamps: slow to prepare, then fast."""
 
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
@@ -263,16 +270,16 @@ class StudioPacks:
 
     @cached_property
     def _own(self) -> Float64:
-        """(R,) relations of all styles in their own targets, stops."""
+        """Relations of all styles in their own targets, (R,) stops."""
         flat = self.pack.targets.reshape(len(self.pack.styles), -1, 3)[:, self.transport.pixels]
         return self._relations(_luminance(self.transport, flat))
 
     def pack_for(self, studio: Studio, others: Mapping[str, Studio] | None = None) -> StylePack:
         """Return the pack with targets under other lamps.
 
-        Signatures follow: what a style's own target shows under these lamps is wanted, and the
-        least is to it as it is with the style's own lamps. A style whose target would not show it
-        any more, or be taken for another one, keeps its own lamps.
+        Signatures are adapted: the target is the style's own picture under these lamps, with limits
+        in the same proportion as with the style's own lamps. A style whose target would no longer
+        show it, or would be mistaken for another one, keeps its own lamps.
 
         Args:
             others: Choices for single styles, by name.
@@ -313,7 +320,7 @@ class StudioPacks:
         )
 
     def _studio_pictures(self, studios: Sequence[Studio]) -> Floats:
-        """(S, P, 3) pictures of the head in the studios."""
+        """Return pictures of the head in the studios, (S, P, 3)."""
         shape = self.transport.environment_shape
         lights = [
             studio_light(style, studio, shape)
@@ -324,7 +331,7 @@ class StudioPacks:
         return np.ascontiguousarray(pictures.transpose(2, 1, 0))
 
     def _relations(self, luminance: Float64) -> Float64:
-        """(R,) relations of each style in its own picture, of (S, P)."""
+        """Return relations of each style in its own picture, (R,), from luminance (S, P)."""
         stops = stops_of(self._face.areas @ luminance.T)
         return np.concatenate(
             [
@@ -334,7 +341,7 @@ class StudioPacks:
         )
 
     def _show_themselves(self, parts: _PackParts, styles: Sequence[Style]) -> Bools:
-        """(S,) whether a target has its own signature whole, and no other style explains it."""
+        """Return whether targets have their full signature, and no other style fits, (S,)."""
         face, luminance = self._face, _luminance(self.transport, parts.pictures)
         centred = luminance - (luminance @ face.region / face.region.sum())[:, None]
         norms = np.outer(parts.weight_norm, np.sqrt(centred**2 @ face.region))
@@ -353,7 +360,7 @@ class StudioPacks:
 
 
 def _luminance(transport: Transport, pictures: Floats) -> Float64:
-    """(S, P) of (S, P, 3) linear Rec. 709."""
+    """Return luminance, (S, P), of (S, P, 3) linear Rec. 709."""
     weights = np.asarray(transport.header.luminance_weights)
     return np.asarray(pictures.astype(np.float64) @ weights)
 
@@ -372,7 +379,7 @@ def _mirror_pictures(transport: Transport, styles: Sequence[Style], targets: Flo
 
 
 def _mirror_exact(rows: Float32, twins: Sequence[int | None]) -> Float32:
-    """Take what rounding has left off mirror symmetry."""
+    """Remove rounding errors from the mirror symmetry."""
     exact = rows.copy()
     for here, there in enumerate(twins):
         if there is not None:

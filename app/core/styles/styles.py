@@ -1,10 +1,9 @@
 """Styles: classic studio set-ups as lamps around the sitter, one TOML file per style or pair.
 
-A file's name without its ending is the style's name, as used on the command line. Built-in styles
-travel with the program: of a pair the left one, from which the right one follows. A folder of the
-user's own may add to them. Files are read by
-`app.core.styles.style_file`, strictly: an unknown key or a lamp inside the sitter is an error with
-a sentence, never a guess.
+A file's name without its suffix is the style's name, as used on the command line. Built-in styles
+ship with the program: of a pair only the left one, from which the right one is derived. A folder of
+the user may add to them. `app.core.styles.style_file` reads the files strictly: an unknown key or a
+lamp inside the sitter is an error, never guessed around.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ def mirror_name(name: str) -> str:
 
 
 def _with_mirrors(*names: str) -> tuple[str, ...]:
-    """Name each style and, after a left one, the right one that is its mirror image."""
+    """Return the names with, after each left one, the right one that is its mirror image."""
     return tuple(each for name in names for each in dict.fromkeys((name, mirror_name(name))))
 
 
@@ -66,12 +65,12 @@ NAMES: Final = (
     *_with_mirrors("left-rembrandt", "left-kicker", "left-window"),
     *("hair-light", "double-rim", "silhouette"),
 )
-"""All built-in styles, in the order in which they are listed everywhere."""
+"""All built-in styles, in the order of all lists."""
 
 RARE: Final = frozenset(
     _with_mirrors("below", "top", "left-below-side", "hair-light", "silhouette")
 )
-"""Built-in styles that a portrait photographer seldom wants: never proposed first."""
+"""Built-in styles that portrait photographers rarely want: never suggested first."""
 
 _MAX_USER_STYLES: Final = 200
 _OTHER_SIDE: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
@@ -81,7 +80,7 @@ def mirror(style: Style) -> Style:
     """Return a style mirrored left to right.
 
     Returns:
-        Name, side, every lamp's azimuth, and the words left and right exchanged.
+        With name, side, every lamp's azimuth, and the words left and right exchanged.
     """
     around = style.key_azimuth_deg
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
@@ -110,12 +109,12 @@ def _other_way(words: str) -> str:
 
 
 def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
-    """Load the built-in styles and, after them, the user's own by name.
+    """Load the built-in styles, followed by the user's own by name.
 
     Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
 
     Raises:
-        StyleError: When a file is missing or not valid, or a user's style takes a built-in name.
+        StyleError: If a file is missing or invalid, or a user's style has a built-in name.
     """
     built_in = _built_in()
     if user_folder is None or not user_folder.is_dir():
@@ -154,10 +153,10 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
     """Select styles by name.
 
     Args:
-        names: Iterable[str] or None. Names wanted; None or none at all means every style.
+        names: Names to select; None or empty for every style.
 
     Raises:
-        StyleError: When a name is unknown, with the nearest known name.
+        StyleError: If a name is unknown, with the nearest known name.
     """
     name_set = set(names or ())
     all_names = [style.name for style in styles]

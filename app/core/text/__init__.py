@@ -1,4 +1,4 @@
-"""Translation: whole sentences with placeholders, in the language that the program speaks."""
+"""Translation: whole sentences with placeholders, in the program's language."""
 
 from typing import Final
 
@@ -9,15 +9,15 @@ from app.core.base.paths import resources
 __all__ = ["LANGUAGES", "TextError", "set_language", "tr", "tr_plural"]
 
 LANGUAGES: Final = ("en", "test")
-"""The languages that the program speaks."""
+"""The languages of the program."""
 
 
 class TextError(CoreError):
-    """A language that the program does not speak."""
+    """A language without a catalogue."""
 
 
 def set_language(language: str) -> None:
-    """Speak a language from now on; raises `TextError` when there is no catalogue of it."""
+    """Set the language; raise `TextError` if it has no catalogue."""
     try:
         speak(language, resources() / "locale")
     except OSError as error:
