@@ -1,8 +1,9 @@
 """The turn seen from above, as plain data: positions of people and light.
 
-Up in the drawing is the photographer's view at the start. A photographer who walks around the
-sitter starts at the bottom and looks at the sitter, so that their left is on the left. In a selfie
-the camera is ahead, at the top: the photographer is in the middle, and the camera moves around.
+Up in the drawing is the direction of the photographer's view at the start. A photographer who walks
+around the sitter starts at the bottom and looks at the sitter, so that their left is on the left.
+In a selfie the camera is ahead, at the top: the photographer is in the middle, and the camera moves
+around.
 """
 
 from __future__ import annotations

@@ -410,7 +410,7 @@ def _beside(way: Float64) -> tuple[Float64, Float64]:
 
 
 def _cross(first: Float64, second: Float64) -> Float64:
-    """Return the cross product of (..., 3), as `numpy.cross` does in five times the time."""
+    """Return the cross product of (..., 3), five times as fast as `numpy.cross`."""
     a, b, c = first[..., 0], first[..., 1], first[..., 2]
     x, y, z = second[..., 0], second[..., 1], second[..., 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)

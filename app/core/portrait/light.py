@@ -195,7 +195,7 @@ def _solid_angles(rows: int, columns: int) -> Float64:
 def _lamps(fine: Float32, whole: Float32) -> list[tuple[Lamp, Bools]]:
     """Find the lamps of a panorama and their positions, the brightest first.
 
-    From the brightest down, so that the sun is found inside its own glow.
+    The search goes from the brightest down, so that the sun is found inside its own glow.
     """
     solid = _solid_angles(*fine.shape[:2])
     lamps: list[tuple[Lamp, Bools]] = []

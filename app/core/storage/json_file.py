@@ -151,7 +151,8 @@ def dump(facts: Facts) -> bytes:
     Examples:
         >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
         {
-         "name": "Café", "turns": [1,2.5]
+         "name": "Café",
+         "turns": [1,2.5]
         }
     """
     try:

@@ -225,7 +225,11 @@ def fill_hidden(
 
 
 def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
-    """Return the unusual difference of most pixels of neighbouring frames, stops."""
+    """Return the difference of neighbouring frames that exceeds the tolerance for most pixels.
+
+    Returns:
+        Stops; 0 if none does.
+    """
     usual = []
     for k in range(len(frames) - 1):
         off = predictions.apart(frames[k], frames[k + 1], k)

@@ -1,1 +1,1 @@
-"""Finish a panorama: lamps, sun, tripod, doubts."""
+"""Finish a panorama: find lamps, restore the sun, mask the tripod, report doubts."""
