@@ -23,7 +23,7 @@ from app.core.base.paths import resources
 from app.core.localization import features
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
-from app.ui.screens.turn import heading_tracker
+from app.ui.screens.turn.live import heading_tracker
 from app.ui.screens.turn.screen_view import TurnScreen
 from tests.helpers.watchdog import WatchedApplication
 from tests.helpers.whole_window import OneWebcam, open_light, opened, until

@@ -241,7 +241,7 @@ _WAYS: Final[dict[str, Callable[[Any, Any, Path], object]]] = {
     **dict.fromkeys(DOORS[:4], _drop),
     "measured by Probe": lambda app, presenter, path: presenter.open_files([path]),
     "like this photo": lambda app, presenter, path: presenter.like.take([path]),
-    "photo of Turn": lambda app, presenter, path: presenter._shots.take([path]),
+    "photo of Turn": lambda app, presenter, path: presenter.shots.take([path]),
     "video of Turn": lambda app, presenter, path: presenter.sources.choose_video(path),
     "lamp of Light": lambda app, presenter, path: presenter.lamps.take([path]),
     "style into Styles": lambda app, presenter, path: presenter.files.import_style(path),

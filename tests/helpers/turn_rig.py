@@ -30,7 +30,7 @@ from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
-from app.ui.screens.turn import heading_tracker
+from app.ui.screens.turn.live import alignment, heading_tracker
 from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnState, TurnView
 from tests.helpers.immediate_runner import ImmediateRunner
@@ -96,6 +96,7 @@ def see_what_is_written(patch: pytest.MonkeyPatch) -> None:
     """Let the program read what `frame_of` wrote, in place of looking at pictures."""
     patch.setattr(heading_tracker, "find_heading", read_heading)
     patch.setattr(heading_tracker, "find_sitter", read_sitter)
+    patch.setattr(alignment, "find_sitter", read_sitter)
     patch.setattr(heading_tracker, "build_index", lambda *_: object())
     patch.setattr(heading_tracker, "keep_index", lambda *_: None)
 

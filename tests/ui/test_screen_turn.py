@@ -20,10 +20,11 @@ from app.core.base.paths import resources
 from app.core.localization.photo_location import PhotoLocation
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
-from app.ui.screens.turn import photos as shots
-from app.ui.screens.turn.parts_view import ShotsSheet, StandQuestion
+from app.ui.screens.turn.live.question_view import CameraQuestion
+from app.ui.screens.turn.photos import photo_check
+from app.ui.screens.turn.photos.photos import ShotRow, ShotsState
+from app.ui.screens.turn.photos.photos_view import ShotsSheet
 from app.ui.screens.turn.screen_view import TurnScreen
-from app.ui.screens.turn.state import ShotRow, ShotsState
 from app.ui.theme import set_theme, theme
 from app.ui.theme.theme import ThemeName
 from app.ui.widgets.buttons import IconButton
@@ -131,11 +132,11 @@ def test_segmented_by_mouse_and_by_keyboard(make: Callable[..., Shown]) -> None:
 
 def test_the_question_is_answered_by_mouse(make: Callable[..., Shown]) -> None:
     shown = make(camera_looks="ask")
-    assert shown.screen.findChildren(StandQuestion) == []
+    assert shown.screen.findChildren(CameraQuestion) == []
     shown.turn_to(0.0)
     question = shown.screen.left.question
     assert question is not None
-    assert shown.screen.left.live.geometry().contains(question.geometry().center())
+    assert shown.screen.left.wells.live.geometry().contains(question.geometry().center())
     click(question.answers["me"], Qt.MouseButton.LeftButton)
     assert shown.rig.model.settings.camera_looks == "me"
     assert question.isHidden()
@@ -169,7 +170,7 @@ def test_lost_says_what_to_do_and_left_behind_too(make: Callable[..., Shown]) ->
     shown.rig.presenter._tracker.track = replace(track, left_behind=True)
     shown.tick()
     assert column._sentence.text().startswith("The camera has not moved.")
-    assert shown.screen.left.quality == "The camera has not moved."
+    assert shown.screen.left.tools.quality.text() == "The camera has not moved."
 
 
 def test_the_frame_is_what_the_camera_sees_and_the_number_the_sitters(
@@ -184,7 +185,7 @@ def test_the_frame_is_what_the_camera_sees_and_the_number_the_sitters(
     assert state is not None
     assert state.now_deg == pytest.approx(turn, abs=0.6)
     assert state.frame_deg == pytest.approx(turn - 10.0, abs=0.8)
-    assert shown.screen.left.quality == "Heading certain"
+    assert shown.screen.left.tools.quality.text() == "Heading certain"
 
 
 @pytest.mark.parametrize("size", [FULL, COMPACT])
@@ -205,7 +206,7 @@ def test_the_photo_is_asked_for_and_told_of(
     assert not line.lister.isVisible()
     turn = whole(shown.rig.goal) - 3
     taken = PhotoLocation("found", wrap(turn + 180.0), float(turn), 0.0, 60.0, 0.9)
-    monkeypatch.setattr(shots, "locate_photo", lambda *_: taken)
+    monkeypatch.setattr(photo_check, "locate_photo", lambda *_: taken)
     photo = write_photo(tmp_path / "IMG_7.jpg", np.full((300, 400, 3), 90, np.uint8))
     monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(photo)], ""))
     click(line.opener, Qt.MouseButton.LeftButton)
@@ -230,17 +231,17 @@ def test_the_photo_is_asked_for_and_told_of(
 
 def test_alignment_by_mouse_and_opacity_by_keyboard(make: Callable[..., Shown]) -> None:
     shown = make()
-    align, overlay = shown.screen.left._align, shown.screen.left._overlay
+    align, overlay = shown.screen.left.tools.align, shown.screen.left.tools.opacity
     assert not align.isEnabled()
     assert align.toolTip() == "There is no live picture to lay over the goal."
     shown.turn_to(shown.rig.goal - 10.0)
     click(align, Qt.MouseButton.LeftButton)
     shown.tick(2)
     assert align.text() == "Stop alignment"
-    before = shown.screen.left.live.picture
+    before = shown.screen.left.wells.live.picture
     press(overlay, Qt.Key.Key_Home)
     shown.tick(2)
-    goal, live = shown.screen.left.goal.picture, shown.screen.left.live.picture
+    goal, live = shown.screen.left.wells.goal.picture, shown.screen.left.wells.live.picture
     assert before is not None
     assert goal is not None
     assert live is not None
@@ -275,15 +276,15 @@ def test_a_real_webcam_has_no_demo_slider(make: Callable[..., Shown]) -> None:
 def test_unplugged_is_dim_with_its_sentence(make: Callable[..., Shown]) -> None:
     shown = make()
     shown.turn_to(10.0)
-    picture = shown.screen.left.live.picture
+    picture = shown.screen.left.wells.live.picture
     shown.rig.webcam.unplug()
     shown.tick()
-    assert shown.screen.left.live.dim
-    assert shown.screen.left.live.picture is picture
-    assert shown.screen.left.live.message.startswith("Webcam disconnected.")
+    assert shown.screen.left.wells.live.dim
+    assert shown.screen.left.wells.live.picture is picture
+    assert shown.screen.left.wells.live.message.startswith("Webcam disconnected.")
     assert shown.screen.column._sentence.text().startswith("Webcam disconnected.")
     shown.turn_to(10.0)
-    assert not shown.screen.left.live.dim
+    assert not shown.screen.left.wells.live.dim
 
 
 def test_empty_has_the_button_that_fills_it(make: Callable[..., Shown]) -> None:
@@ -307,7 +308,7 @@ def test_the_clock_runs_only_while_it_can_be_seen(make: Callable[..., Shown]) ->
 def test_webcams_can_be_chosen_from_a_menu(make: Callable[..., Shown]) -> None:
     shown = make(webcams=2)
     shown.turn_to(0.0)
-    click(shown.screen.left._more, Qt.MouseButton.LeftButton)
+    click(shown.screen.left.wells.more, Qt.MouseButton.LeftButton)
     menu = shown.screen.left.findChild(Menu)
     assert menu is not None
     actions = {action.text(): action for action in menu.actions()}
@@ -355,8 +356,8 @@ def test_as_designed_at_the_full_size(make: Callable[..., Shown]) -> None:
     shown.rig.webcam.send(np.full((400, 600, 3), 90, np.uint8))
     shown.tick(2)
     left = shown.screen.left
-    assert (left.live.width(), left.live.height()) == (404, 269)
-    assert left.goal.x() - left.live.x() == 420
+    assert (left.wells.live.width(), left.wells.live.height()) == (404, 269)
+    assert left.wells.goal.x() - left.wells.live.x() == 420
     # The strip with the walk from above beside it, as wide as the pictures together.
     assert (left.strip_size.width(), left.strip_size.height()) == (534, 220)
     plan = left.plan.geometry()
@@ -369,8 +370,11 @@ def test_as_designed_at_the_full_size(make: Callable[..., Shown]) -> None:
 def test_wells_keep_the_whole_width_of_a_wider_camera(make: Callable[..., Shown]) -> None:
     shown = make()
     shown.turn_to(0.0)
-    assert (shown.screen.left.live.width(), shown.screen.left.live.height()) == (404, 227)
-    picture = shown.screen.left.live.picture
+    assert (shown.screen.left.wells.live.width(), shown.screen.left.wells.live.height()) == (
+        404,
+        227,
+    )
+    picture = shown.screen.left.wells.live.picture
     assert picture is not None
     assert picture.shape == (227, 404, 3)
 
@@ -402,21 +406,34 @@ def test_nothing_overlaps_or_leaves_its_column(
     left = shown.screen.left
     room = shown.screen._left_scroll.viewport().width()
     assert left.demo is not None
-    parts = [left.live, left.goal, left.strip, left.plan, left._align, left._quality]
+    parts = [
+        left.wells.live,
+        left.wells.goal,
+        left.strip,
+        left.plan,
+        left.tools.align,
+        left.tools.quality,
+    ]
     apart(left, room, [*parts, left.shots, left.demo])
     column = shown.screen.column
     assert column.width() <= shown.screen._right.width()
     if scale == 1.0:
         assert column.height() <= size[1], "without scrolling"
         assert left.height() <= size[1]
-    wide = left.live.width()
-    shown.rig.presenter.toggle_align()
+    wide = left.wells.live.width()
+    shown.rig.presenter.alignment.toggle()
     shown.tick(2)
     for _ in range(3):  # the column's new height reaches the area that scrolls it
         QApplication.processEvents()
         shown.screen.grab()
-    assert left.live.width() > 1.5 * wide, "the alignment fills the left half"
-    parts = [left.live, left._align, left._modes, left._overlay, left._quality]
+    assert left.wells.live.width() > 1.5 * wide, "the alignment fills the left half"
+    parts = [
+        left.wells.live,
+        left.tools.align,
+        left.tools.modes,
+        left.tools.opacity,
+        left.tools.quality,
+    ]
     apart(left, shown.screen._left_scroll.viewport().width(), [*parts, left.shots, left.demo])
     if scale == 1.0:
         assert left.height() <= size[1]
@@ -458,25 +475,25 @@ def test_alignment_fills_the_left_half_in_three_ways(make: Callable[..., Shown])
     shown = make(reduce_motion=True)
     shown.turn_to(shown.rig.goal - 10.0)
     left = shown.screen.left
-    assert not left._modes.isVisible()
-    click(left._align, Qt.MouseButton.LeftButton)
+    assert not left.tools.modes.isVisible()
+    click(left.tools.align, Qt.MouseButton.LeftButton)
     shown.tick(2)
-    hidden = [left.goal, left.strip, left.plan, left._swap]
+    hidden = [left.wells.goal, left.strip, left.plan, left.tools.swap]
     assert [one for one in hidden if one.isVisible()] == []
-    assert left.live.width() == 824
-    assert left._overlay.isVisible()
-    press(left._modes, Qt.Key.Key_End)
+    assert left.wells.live.width() == 824
+    assert left.tools.opacity.isVisible()
+    press(left.tools.modes, Qt.Key.Key_End)
     shown.tick(2)
-    assert (left._modes.key, left._overlay.isVisible()) == ("blink", False)
-    live = left.live.picture
-    press(left._swap, Qt.Key.Key_Space)
+    assert (left.tools.modes.key, left.tools.opacity.isVisible()) == ("blink", False)
+    live = left.wells.live.picture
+    press(left.tools.swap, Qt.Key.Key_Space)
     shown.tick(2)
     assert live is not None
-    assert left.live.picture is not None
-    assert np.abs(live.astype(int) - left.live.picture).max() > 10
+    assert left.wells.live.picture is not None
+    assert np.abs(live.astype(int) - left.wells.live.picture).max() > 10
     shown.rig.presenter.back()
     shown.tick(2)
-    assert left.goal.isVisible()
+    assert left.wells.goal.isVisible()
     assert left.plan.isVisible()
 
 
@@ -493,7 +510,7 @@ def test_in_a_selfie_the_arrows_go_the_way_of_the_mirrored_strip(
 def test_the_live_picture_is_drawn_as_it_came(make: Callable[..., Shown]) -> None:
     shown = make()
     shown.turn_to(0.0)
-    area = shown.screen.left.live.geometry()
+    area = shown.screen.left.wells.live.geometry()
     image = shown.image()
     left = QColor(image.pixel(area.x() + 60, area.center().y())).red()
     right = QColor(image.pixel(area.right() - 60, area.center().y())).red()

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.devices.webcam import LiveSource, WebcamError, WebcamState
-from app.ui.screens.turn.source_view import SourceSheet
+from app.ui.screens.turn.live.source_view import SourceSheet
 from app.ui.theme import apply, set_theme
 from tests.unit.test_presenter_turn_sources import PHONE, Rig, shot
 

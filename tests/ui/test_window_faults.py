@@ -32,7 +32,7 @@ from app.ui.plots.guidance import BigDegrees
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.canvas_view import PaintCanvas
 from app.ui.screens.styles.cards_view import DamagedCard, StyleCard
-from app.ui.screens.turn.parts_view import Well
+from app.ui.screens.turn.live.live_view import Well
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text

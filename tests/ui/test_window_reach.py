@@ -21,7 +21,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.parts_view import StandQuestion
+from app.ui.screens.turn.live.question_view import CameraQuestion
 from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme
 from app.ui.theme.theme import Theme
@@ -249,7 +249,7 @@ def overlapping(root: QWidget) -> list[str]:
 def asks(widget: QWidget) -> bool:
     """Whether it belongs to the question of the Turn screen, a panel that covers what is below."""
     parent = widget.parentWidget()
-    return isinstance(parent, StandQuestion) or (parent is not None and asks(parent))
+    return isinstance(parent, CameraQuestion) or (parent is not None and asks(parent))
 
 
 @pytest.mark.parametrize("running", ["empty", "place"], indirect=True)

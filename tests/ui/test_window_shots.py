@@ -17,7 +17,7 @@ from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.places.files.shots import is_frame, read_shots
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.parts_view import ShotsLine, ShotsSheet
+from app.ui.screens.turn.photos.photos_view import ShotsLine, ShotsSheet
 from app.ui.shell.frame import DropVeil
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text

@@ -28,8 +28,9 @@ from app.core.portrait.head import Head
 from app.core.solver.style_signature import Grade
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
-from app.ui.screens.turn import heading_tracker
-from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
+from app.ui.screens.turn.live import alignment, face, heading_tracker
+from app.ui.screens.turn.live.alignment import Aligner
+from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 from tests.helpers.turn_rig import UNSEEN, Rig, frame_of, read_heading, read_sitter
 
 Bytes = NDArray[np.uint8]
@@ -368,8 +369,8 @@ class Table:
         self.answer: Alignment = shifted(0.0)
         self.sitter: Sitter | None = None
         self.asked: list[dict[str, Any]] = []
-        patch.setattr(heading_tracker, "align", self._align)
-        patch.setattr(heading_tracker, "find_sitter", lambda *_: self.sitter)
+        patch.setattr(alignment, "align", self._align)
+        patch.setattr(alignment, "find_sitter", lambda *_: self.sitter)
         self.aligner = Aligner(services, MagicMock())
 
     def _align(self, target: Bytes, view: Bytes, **how: Any) -> Alignment:
@@ -444,11 +445,11 @@ def test_the_overlay_ends(table: Table) -> None:
 
 def test_a_picture_that_cannot_be_laid(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
     table.look()
-    monkeypatch.setattr(heading_tracker, "align", MagicMock(side_effect=ValueError))
+    monkeypatch.setattr(alignment, "align", MagicMock(side_effect=ValueError))
     table.look()
     assert table.aligner.alignment is UNSURE
-    monkeypatch.setattr(heading_tracker, "find_sitter", MagicMock(side_effect=CoreError("Gone.")))
-    monkeypatch.setattr(heading_tracker, "align", table._align)
+    monkeypatch.setattr(alignment, "find_sitter", MagicMock(side_effect=CoreError("Gone.")))
+    monkeypatch.setattr(alignment, "align", table._align)
     table.look()
     assert table.corner() == 0.0
 
@@ -461,10 +462,10 @@ def faces(monkeypatch: pytest.MonkeyPatch) -> list[Check]:
     """What is read of a face; the last one again and again."""
     found = [shown(0.0, "nearly", 71.6)]
     monkeypatch.setattr(heading_tracker, "find_sitter", with_face(200.0))
-    monkeypatch.setattr(heading_tracker, "find_faces", lambda *_, **__: (LARGE,))
-    monkeypatch.setattr(heading_tracker, "graded_by", lambda *_: None)
-    monkeypatch.setattr(heading_tracker, "promise_of_place", lambda *_: MagicMock())
-    monkeypatch.setattr(heading_tracker, "check_face", lambda *_, **__: found[-1])
+    monkeypatch.setattr(face, "find_faces", lambda *_, **__: (LARGE,))
+    monkeypatch.setattr(face, "graded_by", lambda *_: None)
+    monkeypatch.setattr(face, "promise_of_place", lambda *_: MagicMock())
+    monkeypatch.setattr(face, "check_face", lambda *_, **__: found[-1])
     return found
 
 
@@ -504,7 +505,7 @@ def test_it_is_read_four_times_a_second_at_most(
 ) -> None:
     rig, read = face_rig(monkeypatch), MagicMock(return_value=faces[0])
     rig.turn_to(20.0)
-    monkeypatch.setattr(heading_tracker, "check_face", read)
+    monkeypatch.setattr(face, "check_face", read)
     for _ in range(50):
         rig.webcam.send(frame_of(-160.0))
         rig.tick()
@@ -582,7 +583,7 @@ def test_a_face_is_held_against_where_its_nose_is_to_point(
     aside: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     promised = MagicMock()
-    monkeypatch.setattr(heading_tracker, "promise_of_place", promised)
+    monkeypatch.setattr(face, "promise_of_place", promised)
     aside.turn_to(20.0)
     result = aside.model.result
     assert result is not None

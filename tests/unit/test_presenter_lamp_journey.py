@@ -21,7 +21,7 @@ from app.ui.screens.light.jobs import take_in_hand
 from app.ui.screens.light.pictures import Answers, InHand, LampPosition, portrait_with
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
-from app.ui.screens.turn.photos import _ShotContext
+from app.ui.screens.turn.photos.photo_check import shot_context
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig
@@ -142,8 +142,8 @@ def test_a_photograph_is_judged_with_the_lamp(way: Journey) -> None:
     way.go()
     rig = way.turn
     rig.model.update(place_folder=rig.services.folders.home)
-    asked = rig.presenter._shots._context()
-    assert isinstance(asked, _ShotContext)
+    asked = shot_context(rig.model, None, rig.services.today())
+    assert asked is not None
     assert asked.title.endswith(" with the LED panel")
     assert asked.result.match == way.plan.result.match
     assert asked.goal.lamp

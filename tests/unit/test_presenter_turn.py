@@ -24,7 +24,8 @@ from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
 from app.ui.presenters.model import Step
 from app.ui.screens.registry import screen
-from app.ui.screens.turn import heading_tracker, pictures
+from app.ui.screens.turn import pictures
+from app.ui.screens.turn.live import heading_tracker
 from app.ui.screens.turn.state import TurnSizes
 from tests.helpers.turn_rig import Rig, frame_of, lit_from
 from tests.helpers.waiting import until
@@ -235,8 +236,8 @@ def test_no_webcam_shows_the_whole_turn_and_the_goal_twice(
     assert (state.guidance.number, state.guidance.number_words) == (goal, "")
     assert state.pictures.live is state.pictures.goal
     assert state.pictures.goal is not None
-    assert not state.tools.can_align
-    assert state.tools.quality == "No webcam"
+    assert not state.alignment.available
+    assert state.live.quality == "No webcam"
 
 
 def test_a_webcam_plugged_in_later_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -272,14 +273,14 @@ def test_lost_after_a_second_number_and_arrow_go(rig: Rig) -> None:
     assert state.guidance.number is None
     assert state.guidance.sign == "none"
     point = "Point the camera past the sitter at the background."
-    assert state.guidance.sentence == state.tools.quality == point
+    assert state.guidance.sentence == state.live.quality == point
     assert state.scale.now_deg is None
     goal = rig.goal
     assert state.guidance.advice == (
         f"Or go by eye until Live looks like Goal: {whole(goal)}° clockwise from the start."
     )
     back = rig.turn_to(20.0)
-    assert (back.tools.quality, back.guidance.advice) == ("Heading certain", "")
+    assert (back.live.quality, back.guidance.advice) == ("Heading certain", "")
 
 
 def test_the_sitters_place_in_the_picture_counts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -294,7 +295,7 @@ def test_the_sitters_place_in_the_picture_counts(monkeypatch: pytest.MonkeyPatch
         assert state.scale.camera_deg == pytest.approx(40.0 - beside, abs=0.2)
     state = rig.point(wrap(40.0 + 180.0), None)
     assert state.scale.now_deg == 40.0
-    assert state.tools.quality == "Heading doubtful, no sitter seen"
+    assert state.live.quality == "Heading doubtful, no sitter seen"
 
 
 def test_who_is_in_the_picture_of_a_camera_that_looks_back(
@@ -304,7 +305,7 @@ def test_who_is_in_the_picture_of_a_camera_that_looks_back(
     rig = Rig(monkeypatch, camera_looks="me")
     rig.start()
     state = rig.point(40.0, 15.0)
-    assert (state.scale.now_deg, state.tools.quality) == (40.0, "Heading certain")
+    assert (state.scale.now_deg, state.live.quality) == (40.0, "Heading certain")
     rig.presenter.set_mode("selfie")
     rig.point(100.0)
     # In selfie mode they are the sitter.
@@ -319,7 +320,7 @@ def test_a_camera_left_behind_is_said_to_be(rig: Rig) -> None:
     state = rig.tick()
     assert state.guidance.phase is Phase.LEFT
     assert state.guidance.sentence.startswith("The camera has not moved.")
-    assert state.tools.quality == "The camera has not moved."
+    assert state.live.quality == "The camera has not moved."
     assert (state.guidance.number, state.scale.now_deg) == (None, None)
     # It is still asked to turn, so that whoever watches over it goes on.
     assert rig.presenter._guidance.asked_deg is not None
@@ -401,11 +402,11 @@ def test_in_the_light_is_not_left_by_a_tremble(rig: Rig) -> None:
 
 def test_alignment_gives_way_to_side_by_side_when_nothing_is_known(rig: Rig) -> None:
     rig.turn_to(20.0)
-    rig.presenter.toggle_align()
+    rig.presenter.alignment.toggle()
     rig.lose()
     state = rig.tick(30)
     assert state.live.tag == "Live alone until the background is found"
-    rig.presenter.toggle_align()
+    rig.presenter.alignment.toggle()
     alone = rig.tick(2).pictures.live
     assert alone is not None
     assert state.pictures.live is not None
@@ -446,7 +447,7 @@ def test_it_runs_only_while_the_screen_is_in_front(rig: Rig) -> None:
 def test_another_webcam_is_taken_and_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
     rig = Rig(monkeypatch, webcams=2)
     rig.start()
-    assert rig.tick().tools.webcams == ((0, "Webcam 1"), (1, "Webcam 2"))
+    assert rig.tick().menu.webcams == ((0, "Webcam 1"), (1, "Webcam 2"))
     rig.presenter.choose_webcam(1)
     assert rig.webcams[0].closed == 1
     assert rig.model.settings.webcam == 1
@@ -504,7 +505,7 @@ def test_a_blank_panorama_leaves_the_number(monkeypatch: pytest.MonkeyPatch) -> 
     state = rig.turn_to(0.0)
     assert state.guidance.number == abs(whole(rig.goal))
     assert state.guidance.pill == "No heading here"
-    assert "There is nothing in this panorama." in state.tools.quality
+    assert "There is nothing in this panorama." in state.live.quality
 
 
 # -- which way it looks ------------------------------------------------------------------------
@@ -580,17 +581,17 @@ def test_pictures_have_the_sizes_that_are_asked_for(rig: Rig) -> None:
 def test_live_is_laid_over_the_goal_as_strongly_as_asked(rig: Rig) -> None:
     rig.presenter.measure(TurnSizes((72, 128), (60, 300), (40, 40)))
     alone = rig.turn_to(20.0).pictures
-    rig.presenter.toggle_align()
-    rig.presenter.set_opacity(25)
+    rig.presenter.alignment.toggle()
+    rig.presenter.alignment.set_opacity(25)
     over = rig.tick(2)
-    assert over.tools.aligning
+    assert over.alignment.on
     assert over.live.tag == "Live over the goal. Not yet aligned"
     assert alone.live is not None
     assert alone.goal is not None
     assert over.pictures.live is not None
     mixed = 0.25 * alone.live[5:] + 0.75 * alone.goal[5:]
     assert np.abs(mixed - over.pictures.live[5:]).max() <= 2.0
-    rig.presenter.toggle_align()
+    rig.presenter.alignment.toggle()
     again = rig.tick(2).pictures.live
     assert again is not None
     assert np.array_equal(again, alone.live)
@@ -602,9 +603,9 @@ def test_live_and_goal_are_split_with_live_on_the_left(rig: Rig) -> None:
     for mode in ("walk", "selfie"):
         rig.presenter.set_mode(mode)
         alone = rig.turn_to(20.0).pictures
-        rig.presenter.toggle_align()
-        rig.presenter.set_align_mode("split")
-        rig.presenter.set_opacity(25)
+        rig.presenter.alignment.toggle()
+        rig.presenter.alignment.set_mode("split")
+        rig.presenter.alignment.set_opacity(25)
         state = rig.tick(2)
         assert state.live.tag.startswith("Live on the left, goal on the right")
         assert alone.live is not None
@@ -614,21 +615,21 @@ def test_live_and_goal_are_split_with_live_on_the_left(rig: Rig) -> None:
         # The mark between them is two pixels wide.
         assert np.array_equal(made[5:, :31], alone.live[5:, :31])
         assert np.array_equal(made[5:, 33:], alone.goal[5:, 33:])
-        rig.presenter.toggle_align()
+        rig.presenter.alignment.toggle()
 
 
 def test_live_and_goal_blink_or_are_swapped_by_hand(rig: Rig) -> None:
     rig.turn_to(20.0)
-    rig.presenter.toggle_align()
-    rig.presenter.set_align_mode("blink")
+    rig.presenter.alignment.toggle()
+    rig.presenter.alignment.set_mode("blink")
     seen = [rig.tick(1, 0.1).live.tag.partition(".")[0] for _ in range(24)]
     assert set(seen) == {"Live", "Goal"}
     assert sum(one != other for one, other in pairwise(seen)) in (3, 4)
-    assert not rig.state.tools.swaps
+    assert not rig.state.alignment.swaps
     rig.model.set("reduce_motion", True)
     still = {rig.tick(1, 0.1).live.tag.partition(".")[0] for _ in range(24)}
-    assert (still, rig.state.tools.swaps) == ({"Live"}, True)
-    rig.presenter.swap()
+    assert (still, rig.state.alignment.swaps) == ({"Live"}, True)
+    rig.presenter.alignment.swap()
     assert rig.tick(1, 0.1).live.tag.startswith("Goal.")
 
 
@@ -658,7 +659,7 @@ def test_every_text_has_one_number_and_no_sign(monkeypatch: pytest.MonkeyPatch) 
                 state = rig.turn_to(turn)
                 column, scale = state.guidance, state.scale
                 texts = [column.number_words, column.direction, column.walk, column.company]
-                texts += [column.pill, column.sentence, column.advice, state.tools.quality]
+                texts += [column.pill, column.sentence, column.advice, state.live.quality]
                 texts += [scale.goal_words, scale.now_words, scale.arc_words, scale.description]
                 texts += [state.live.live, state.live.goal, state.live.message, state.live.tag]
                 texts += [state.plan_words.title, state.plan_words.description]
@@ -778,8 +779,8 @@ def test_the_demo_camera_at_the_demo_location(
             assert state.scale.now_deg is not None
             assert abs(difference(state.scale.now_deg, put)) <= 1.0
             assert not state.live.asking
-            assert state.tools.demo_deg == whole(put)
-            assert state.tools.quality.startswith("Heading ")
+            assert state.demo_deg == whole(put)
+            assert state.live.quality.startswith("Heading ")
             assert state.live.live == "webcam"
     finally:
         rig.presenter.leave()
@@ -787,7 +788,7 @@ def test_the_demo_camera_at_the_demo_location(
 
 
 def test_demo_steps_are_counted_from_where_the_photographer_stands(rig: Rig) -> None:
-    assert rig.state.tools.demo_deg is None
+    assert rig.state.demo_deg is None
     rig.presenter.demo_step(1.0)
     webcam = SimulatedWebcam(resources() / "demo" / "location" / "views")
     rig.devices.simulated = webcam
@@ -795,4 +796,4 @@ def test_demo_steps_are_counted_from_where_the_photographer_stands(rig: Rig) -> 
     rig.presenter.demo_turn(-10.0)
     assert webcam.turn_deg == pytest.approx(20.0)
     rig.presenter.demo_step(10.0)
-    assert rig.state.tools.demo_deg == 0
+    assert rig.state.demo_deg == 0

@@ -24,8 +24,8 @@ from app.core.portrait.head import Head
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.registry import screen
-from app.ui.screens.turn import photos as shots
-from app.ui.screens.turn.photos import DROP_WORDS
+from app.ui.screens.turn.photos import photo_check, photos
+from app.ui.screens.turn.photos.photos import DROP_WORDS
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 
@@ -60,7 +60,7 @@ def taken_at(patch: pytest.MonkeyPatch, turn: float | None, sitter: float | None
     taken = PhotoLocation("unsure")
     if turn is not None:
         taken = PhotoLocation("found", wrap(turn + 180.0), wrap(turn), sitter, 60.0, 0.93)
-    patch.setattr(shots, "locate_photo", lambda *_: taken)
+    patch.setattr(photo_check, "locate_photo", lambda *_: taken)
 
 
 def test_a_known_turn_in_a_sentence(
@@ -101,13 +101,13 @@ def test_mirrored_photo_is_read_as_the_place_shows(
         seen.append(bool(picture[0, 0, 0] < picture[0, -1, 0]))
         return ()
 
-    monkeypatch.setattr(shots, "find_faces", looked)
+    monkeypatch.setattr(photo_check, "find_faces", looked)
     ramp = np.repeat(np.linspace(0, 255, 400).astype(np.uint8)[None], 300, axis=0)
     write_photo(photo, np.repeat(ramp[..., None], 3, axis=2))
     mirror, kept = PhotoLocation("found", 180.0, 0.0, 0.0, 60.0, 0.93, mirrored=True), []
     assert rig.place_controller.photo_taker is not None
     for taken in (mirror, replace(mirror, mirrored=False), PhotoLocation("unsure")):
-        monkeypatch.setattr(shots, "locate_photo", lambda *_, taken=taken: taken)
+        monkeypatch.setattr(photo_check, "locate_photo", lambda *_, taken=taken: taken)
         assert rig.place_controller.photo_taker([photo])
         kept.append(read_shots(place)[0][-1].mirrored)
     rig.presenter.set_mirrored(True)
@@ -138,7 +138,7 @@ def test_a_photo_in_the_light_makes_the_turn_done_until_it_is_removed(
     rig.tick()
     # Wherever the camera is now: the picture is taken.
     assert done()
-    rig.presenter.remove_shot(rig.state.shots.rows[0].key)
+    rig.presenter.shots.remove(rig.state.shots.rows[0].key)
     rig.tick()
     assert not done()
 
@@ -179,10 +179,10 @@ def seen(patch: pytest.MonkeyPatch, rig: Rig, **shown: Any) -> None:
     shown_light = FaceLight(POSE, 40.0, 35.0, "front", ratio_stops=1.8)
     # The ratio that the Styles screen states, not the one read off its picture.
     promised = SimpleNamespace(light=shown_light, ratio_stops=2.0)
-    patch.setattr(shots, "find_faces", lambda *_: (FACE,))
-    patch.setattr(shots, "graded_by", lambda *_: None)
-    patch.setattr(shots, "promise_of_place", lambda *_: promised)
-    patch.setattr(shots, "check_face", lambda *_: Check(light, **shown))
+    patch.setattr(photo_check, "find_faces", lambda *_: (FACE,))
+    patch.setattr(photo_check, "graded_by", lambda *_: None)
+    patch.setattr(photo_check, "promise_of_place", lambda *_: promised)
+    patch.setattr(photo_check, "check_face", lambda *_: Check(light, **shown))
 
 
 def test_where_no_background_shows_the_face_tells_the_turn(
@@ -293,9 +293,9 @@ def test_photos_that_come_into_a_folder_are_checked(
                 raise CoreError("The folder is gone.")
             return [SimpleNamespace(path=path) for path in looks.pop(0)]
 
-    monkeypatch.setattr(shots, "WatchedFolder", Folder)
-    monkeypatch.setattr(shots, "wait", lambda *_: None)
-    rig.presenter.watch(tmp_path)
+    monkeypatch.setattr(photos, "WatchedFolder", Folder)
+    monkeypatch.setattr(photos, "wait", lambda *_: None)
+    rig.presenter.shots.watch(tmp_path)
     assert [row.name for row in rig.state.shots.rows] == ["IMG_1.jpg"]
     assert "gone" in str(rig.notify.tell_error.call_args)
 
@@ -305,7 +305,7 @@ def test_a_blank_room_is_unsure(rig: Rig, photo: Path, monkeypatch: pytest.Monke
         raise CoreError("There is nothing in this panorama.")
 
     rig.presenter._tracker.index = None
-    monkeypatch.setattr(shots, "build_index", blank)
+    monkeypatch.setattr(photo_check, "build_index", blank)
     rig.presenter.open_photos([photo])
     assert rig.state.shots.rows[0].icon == "help"
 
@@ -314,7 +314,7 @@ def test_removed_undone_and_done_again(rig: Rig, photo: Path, place: Path) -> No
     rig.presenter.open_photos([photo, write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
     names = [row.name for row in rig.state.shots.rows]
     assert names == ["IMG_2.jpg", "IMG_1.jpg"]
-    rig.presenter.remove_shot(rig.state.shots.rows[1].key)
+    rig.presenter.shots.remove(rig.state.shots.rows[1].key)
     assert [row.name for row in rig.state.shots.rows] == ["IMG_2.jpg"]
     assert [one.name for one in read_shots(place)[0]] == ["IMG_2.jpg"]
     message, told = rig.notify.tell.call_args[0][0], rig.notify.tell.call_args[1]
@@ -334,7 +334,7 @@ def test_the_place_opened_again_has_them(
     rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rig.presenter.open_photos([photo, write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
-    rig.presenter.remove_shot(rig.state.shots.rows[0].key)
+    rig.presenter.shots.remove(rig.state.shots.rows[0].key)
     sentence = rig.state.shots.rows[0].sentence
     rig.model.update(place_folder=None)
     assert rig.state.shots.rows == ()
@@ -352,25 +352,25 @@ def test_the_place_opened_again_has_them(
 def test_a_panorama_is_opened_as_a_place(rig: Rig, photo: Path, tmp_path: Path) -> None:
     wide = tmp_path / "R0010001.jpg"
     assert cv2.imwrite(str(wide), np.zeros((512, 1024, 3), np.uint8))
-    assert rig.presenter._shots.take([wide])
+    assert rig.presenter.shots.take([wide])
     rig.place_controller.open_as_place.assert_called_once_with((wide,))
     rig.place_controller.open_as_place.reset_mock()
-    assert rig.presenter._shots.take([photo, wide])
+    assert rig.presenter.shots.take([photo, wide])
     rig.place_controller.open_as_place.assert_called_once_with((photo, wide))
     assert rig.state.shots.rows == ()
     for other in ("studio.exr", "notes.txt", "folder"):
-        assert not rig.presenter._shots.take([tmp_path / other])
-    assert not rig.presenter._shots.take([])
-    assert not rig.presenter._shots.take([photo] * 21)
+        assert not rig.presenter.shots.take([tmp_path / other])
+    assert not rig.presenter.shots.take([])
+    assert not rig.presenter.shots.take([photo] * 21)
 
 
 def test_without_a_place_or_a_goal_nothing_is_taken(rig: Rig, photo: Path) -> None:
     rig.model.update(chosen=None, goal_deg=None)
-    assert not rig.presenter._shots.take([photo])
+    assert not rig.presenter.shots.take([photo])
     rig.presenter.open_photos([photo])
     rig.place_controller.open_paths.assert_called_once_with([photo])
     rig.model.update(place_folder=None)
-    assert not rig.presenter._shots.take([photo])
+    assert not rig.presenter.shots.take([photo])
 
 
 def test_what_is_no_picture_is_told_and_nothing_is_kept(
@@ -378,7 +378,7 @@ def test_what_is_no_picture_is_told_and_nothing_is_kept(
 ) -> None:
     bad = tmp_path / "bad.jpg"
     bad.write_bytes(b"\xff\xd8\xff\xe0 cut off")
-    assert rig.presenter._shots.take([bad])
+    assert rig.presenter.shots.take([bad])
     assert "damaged" in str(rig.notify.tell_error.call_args[0][0])
     assert rig.state.shots.busy == ""
     assert rig.state.shots.rows == ()
@@ -395,7 +395,7 @@ def test_a_place_left_meanwhile_keeps_its_photo(
         rig.model.update(place_folder=other)
         return PhotoLocation("unsure")
 
-    monkeypatch.setattr(shots, "locate_photo", slow)
+    monkeypatch.setattr(photo_check, "locate_photo", slow)
     rig.presenter.open_photos([photo])
     assert rig.state.shots.rows == ()
     assert len(read_shots(place)[0]) == 1
@@ -442,9 +442,9 @@ def test_esc_goes_back_where_one_came_from(rig: Rig) -> None:
         assert rig.model.step == step
     rig.model.update(step=Step.TURN)
     rig.turn_to(20.0)
-    rig.presenter.toggle_align()
+    rig.presenter.alignment.toggle()
     rig.presenter.back()
-    assert (rig.model.step, rig.tick().tools.aligning) == (Step.TURN, False)
+    assert (rig.model.step, rig.tick().alignment.on) == (Step.TURN, False)
 
 
 def test_a_dropped_photo_goes_to_whoever_takes_photos(rig: Rig, photo: Path) -> None:

@@ -17,8 +17,8 @@ from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamSta
 from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
-from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.source import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
+from app.ui.screens.turn.live.camera import LiveCamera
+from app.ui.screens.turn.live.source import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.turn_rig import FakeWebcam
 

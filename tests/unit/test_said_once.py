@@ -25,8 +25,8 @@ from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.probe.notices import plan_parts
-from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.source import NO_WEBCAMS
+from app.ui.screens.turn.live.camera import LiveCamera
+from app.ui.screens.turn.live.source import NO_WEBCAMS
 from app.ui.shell.commands import Commands
 from app.words.verdict import verdict_sentence
 from tests.helpers.styles_screen import Table, scene_light
@@ -45,7 +45,7 @@ def test_sound_is_on_only_where_there_is_a_loudspeaker(monkeypatch: pytest.Monke
     rig.start()
     frame = FramePresenter(rig.services)
     assert frame.resolve().status.startswith("Sound on")
-    assert rig.tick().tools.sounds
+    assert rig.tick().menu.sounds
     deaf = replace(rig.services, sounds=Sounds())
     frame = FramePresenter(deaf)
     assert frame.resolve().status == "No sound output"
@@ -199,5 +199,5 @@ def test_a_network_camera_is_not_called_a_webcam(monkeypatch: pytest.MonkeyPatch
     assert state.live.live == "network camera"
     rig.webcam.unplug()
     state = rig.tick()
-    said = f"{state.live} {state.guidance} {state.tools.quality}"
+    said = f"{state.live} {state.guidance} {state.live.quality}"
     assert "ebcam" not in said.replace(rig.webcam.name, "").replace("sentence_icon='webcam'", "")

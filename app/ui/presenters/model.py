@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
+from app.core.guidance.guide import Goal
 from app.core.places.place import Place
 from app.core.portrait.head import Head
 from app.core.solver.lens_search import STRAIGHT, LensWish
@@ -18,6 +19,7 @@ from app.core.storage.library import DamagedItem
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import Studio
 from app.core.text import tr
+from app.words.phrases.quantities import lower_first
 from app.words.portrait.heads import head_title
 
 if TYPE_CHECKING:
@@ -290,9 +292,14 @@ class Model:
         return next((one for one in self.results if one.name == self.chosen), None)
 
     @property
+    def own_style(self) -> UserStyle | None:
+        """The chosen style where it is one of the user's own."""
+        return next((style for style in self.user_styles if style.name == self.chosen), None)
+
+    @property
     def pack_style(self) -> str | None:
         """The chosen style in the pack: the origin of a copy without strokes."""
-        own = next((one for one in self.user_styles if one.name == self.chosen), None)
+        own = self.own_style
         return self.chosen if own is None else own.copy_of or self.chosen
 
     @property
@@ -320,6 +327,16 @@ class Model:
         if self.goal_deg is not None:
             return self.goal_deg
         return None if self.result is None else self.result.turn_refined_deg
+
+    @property
+    def goal(self) -> Goal | None:
+        """The turn to go to, with its arc and the lamp to hold there; None where there is none."""
+        turn, plan, result = self.target_turn_deg, self.lamp_plan, self.goal_result
+        if turn is None:
+            return None
+        arc = result.arc_at(turn) if result is not None and result.attainable else None
+        lamp = "" if plan is None else lower_first(plan.hold)
+        return Goal(turn, arc, lamp, 0.0 if result is None else result.yaw_deg)
 
     @property
     def aim(self) -> tuple[Path | None, str | None, float] | None:

@@ -112,6 +112,14 @@ def add(layout: QBoxLayout, *items: Item) -> None:
                 layout.addWidget(part, stretch)
 
 
+def fold(line: QBoxLayout, beside: bool, gap: int = 0) -> None:
+    """Put the items of a line side by side, or below each other; a gap of 0 stays as it is."""
+    way = QBoxLayout.Direction
+    line.setDirection(way.LeftToRight if beside else way.TopToBottom)
+    if gap:
+        line.setSpacing(px(gap if beside else 8))
+
+
 def _filled(
     layout: _Box, items: tuple[Item, ...], into: QWidget | None, gap: float | None, margins: Margins
 ) -> _Box:

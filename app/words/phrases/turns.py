@@ -19,6 +19,7 @@ from app.core.base.catalogue import tr
 from app.core.guidance.mode import Mode
 
 _FAR_DEG: Final = 90  # further off, the turn is neither short nor too far
+_SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))
 
 
 _WALKING: Final = {
@@ -228,6 +229,16 @@ def likeness_words(match: int, best: int) -> str:
         # Another turn than the best is the better likeness, but its light is too flat.
         return tr("match {match}, chosen {best}", match=match, best=best)
     return tr("match {match} of best {best}", match=match, best=best)
+
+
+def sureness_words(confidence: float) -> str:
+    """Write how certain a heading is; `confidence` is 0 to 1.
+
+    Examples:
+        >>> sureness_words(0.999), sureness_words(0.84), sureness_words(0.4)
+        ('certain', 'likely', 'doubtful')
+    """
+    return next(words for least, words in _SURENESS if confidence >= least)
 
 
 def _beside(to_go: int, goal: int) -> _Beside:

@@ -24,7 +24,7 @@ from app.devices.webcam.files import FilmWriter
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.screens.probe.state import Live
-from app.ui.screens.turn.camera import LiveCamera
+from app.ui.screens.turn.live.camera import LiveCamera
 
 KEY: Final = "filming"
 _EVERY_S: Final = 0.35

@@ -1,32 +1,32 @@
-"""From what the camera sees to what is said, seen and heard: the guidance of this moment."""
+"""The right column: how far to turn, which way to walk, and whether the light is reached."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
-
-import numpy as np
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.beeps import Cue, Sound, cue, samples
 from app.core.guidance.guide import FRESH, Goal, Guide, HeadingSource, Phase, Reading, guide
 from app.core.guidance.mode import Mode
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
 from app.core.text import tr
 from app.ui.presenters.services import Services
-from app.ui.screens.turn.state import Guidance, LiveWords, Sign
-from app.words.guidance import DIRECTIONS, guide_words, trouble_line
+from app.ui.screens.turn.live.source_words import SourceWords, source_words
+from app.words.guidance import DIRECTIONS, guide_words
 from app.words.phrases.turns import turn_words
 
 if TYPE_CHECKING:
     from app.core.localization.tracking import Track
-    from app.ui.screens.turn.camera import LiveCamera
-    from app.ui.screens.turn.heading_tracker import HeadingTracker
+    from app.ui.screens.turn.live.camera import LiveCamera
+    from app.ui.screens.turn.live.heading_tracker import HeadingTracker
+
+Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
+"""The arrow, or what replaces it."""
 
 Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
-"""Why there is no heading: the panorama is being learnt, no picture was looked at yet, it is not
-known which way the camera looks, or there is nothing in the panorama to find it by."""
+"""Why there is no heading: the panorama is being learnt, no picture was located yet, it is unknown
+which way the camera looks, or the panorama shows nothing to find it by."""
 
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "learning": (tr("Learning the background"), "refresh"),
@@ -36,60 +36,52 @@ _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "blank": (tr("No heading here"), "warning"),
 }
 _ICONS: Final = {Phase.LOST: "target", Phase.LEFT: "walk", Phase.AWAY: "warning"}
-
-
-class _SourceWords(NamedTuple):
-    """What a kind of live source is called, and what is said of it."""
-
-    noun: str
-    starting: str
-    gone_words: str
-    remedy: str
-    missing: str
-
-
-_SOURCES: Final = {
-    "webcam": _SourceWords(
-        tr("webcam"),
-        tr("Starting the webcam"),
-        tr("Webcam disconnected"),
-        tr("Plug it back in to continue."),
-        tr("No webcam"),
-    ),
-    "network": _SourceWords(
-        tr("network camera"),
-        tr("Connecting to the network camera"),
-        tr("Network camera lost"),
-        tr("Turnlight connects again by itself."),
-        tr("No network camera"),
-    ),
-    "video": _SourceWords(
-        tr("video"),
-        tr("Opening the video"),
-        tr("The video stopped"),
-        tr("Choose it again."),
-        tr("No video"),
-    ),
-}
-_SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))
 _LEFT: Final = tr("The best is a little to your left.")
 _RIGHT: Final = tr("The best is a little to your right.")
 _REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
 _COARSE: Final = (36, 48)
-_HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
-_PAUSE_S: Final = 3.0  # between two sentences that are announced
-_LOOPS: Final = 8  # of the steady tone, one second each, whose end joins its start
-_EARLY_S: Final = 0.04  # rather cut the tone a little than let it fall silent
+_HIDING: Final = 0.55  # of the picture: a larger sitter hides too much of the background
+_PAUSE_S: Final = 3.0  # between two announcements
+
+
+@dataclass(frozen=True, slots=True)
+class Guidance:
+    """What the right column shows.
+
+    Attributes:
+        number: Whole degrees; None to show a sentence instead.
+        number_words: "to go", "to the best", or empty.
+        walk, company: "Walk to your left", "The sitter turns with you."; may be empty.
+        pill, pill_icon: "Not in the light yet"; empty for none.
+        inside: In the light: the column turns green.
+        spoken, announced: The same for a screen reader; `announced` changes at most every 3 s.
+    """
+
+    phase: Phase = Phase.STARTING
+    sign: Sign = "none"
+    number: int | None = None
+    number_words: str = ""
+    direction: str = ""
+    walk: str = ""
+    company: str = ""
+    pill: str = ""
+    pill_icon: str = "bulb"
+    inside: bool = False
+    sentence: str = ""
+    sentence_icon: str = "webcam"
+    advice: str = ""
+    spoken: str = ""
+    announced: str = ""
 
 
 class GuidanceController:
-    """Knows the turn of this moment, and what the guidance needs to remember.
+    """Decides what to do next, from the heading of the moment and the guidance before.
 
     Attributes:
-        guide: What was said last; None while there is nothing to turn to.
-        asked_deg: How far it is to the light, deg, whatever is shown; None where unknown.
-        from_deg: Turn of the photograph that was checked last, deg; 0 is the start. Without a
-            heading the number counts from there.
+        guide: The last guidance; None while there is no goal.
+        asked_deg: Turn to the light, deg, even where it is not shown; None while unknown.
+        from_deg: Turn of the last photo, deg; 0 is the start. Without a heading the number
+            counts from there.
     """
 
     def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
@@ -115,9 +107,9 @@ class GuidanceController:
 
     @property
     def asking(self) -> bool:
-        """Whether it is to be said which way the camera looks.
+        """Whether to ask which way the camera looks.
 
-        In a selfie the photographer is the sitter, and either answer would be the same.
+        In a selfie photographer and sitter are the same person, and so are both answers.
         """
         live = self._camera.source is HeadingSource.LIVE
         return live and self.mode is Mode.WALK and self._camera.looks == "ask"
@@ -129,7 +121,7 @@ class GuidanceController:
 
     @property
     def track(self) -> Track | None:
-        """What is known of where the camera points; None before the first picture."""
+        """Where the camera points; None before the first picture."""
         track = self._tracker.track
         return track if track is not None and track.raw is not None else None
 
@@ -138,23 +130,23 @@ class GuidanceController:
         self._memory, self.asked_deg, self.from_deg = FRESH, None, 0.0
 
     def advance(self, goal: Goal, yaw_deg: float | None = None) -> Guide:
-        """Work out what to say now, and remember what the next moment needs.
+        """Return the guidance of this moment.
 
-        `yaw_deg`: how the sitter's face is turned; None where none is read.
+        `yaw_deg`: of the sitter's face, deg; None where it is unknown.
         """
         self.hindrance, reading = self._reading()
         reading = replace(reading, yaw_deg=yaw_deg)
         if reading.source is not HeadingSource.LIVE:
             self.asked_deg = None
         elif reading.turn_deg is not None:
-            # Whatever is shown: a camera that was left behind is still asked to turn.
+            # Even a camera that was left behind should turn.
             guidance, _ = guide(goal, replace(reading, left_behind=False))
             self.asked_deg = None if guidance.until_light is None else float(guidance.until_light)
         self.guide, self._memory = guide(goal, reading, self._memory)
         return self.guide
 
     def axis_turn(self, guidance: Guide) -> float | None:
-        """Where the camera's axis points, as a turn beside the one that is shown, deg."""
+        """Return the camera's axis as a turn, beside the turn shown; deg."""
         track, turn = self.track, self._turn()
         if track is None or track.heading_deg is None or turn is None or guidance.now is None:
             return None
@@ -186,7 +178,7 @@ class GuidanceController:
         return track.turn_deg(self.looks, self.mode, self._services.model.front_deg)
 
     def column(self, guidance: Guide) -> Guidance:
-        """Write the right column, and what a reader is told: a sentence in some seconds."""
+        """Write the right column, and for a screen reader a sentence every few seconds."""
         words = self._column(guidance)
         plan = self._services.model.lamp_plan
         if guidance.hold and plan is not None:
@@ -206,7 +198,7 @@ class GuidanceController:
             return self._sentence(guidance)
         words = guide_words(guidance, self.mode)
         if guidance.hold and guidance.lamp:
-            # The lamp is what counts now, in words that can be read from afar.
+            # Now the lamp matters, in words large enough to read from afar.
             return Guidance(
                 phase=guidance.phase,
                 inside=True,
@@ -230,7 +222,7 @@ class GuidanceController:
         )
         if not guidance.inside:
             return base
-        # "4° to the best": the number itself is drawn large.
+        # "4° to the best", of which the number is drawn large.
         base = replace(base, number_words=tr("to the best"), pill_icon="check", inside=True)
         if guidance.lamp:
             return base
@@ -240,18 +232,20 @@ class GuidanceController:
         return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
 
     def _sentence(self, guidance: Guide) -> Guidance:
-        """Say one sentence, without a number: what is wrong with the picture counts first."""
+        """Write one sentence without a number: first what is wrong with the picture."""
         error = self._camera.error
         if error is not None and guidance.phase is Phase.LOST:
             message, icon = str(error), "warning"
         else:
             is_away = guidance.phase is Phase.AWAY
-            message = _gone_words(self._source_words) if is_away else guide_words(guidance).headline
+            message = (
+                self._source_words.lost_sentence if is_away else guide_words(guidance).headline
+            )
             icon = _ICONS.get(guidance.phase, "webcam")
         return Guidance(guidance.phase, sentence=message, sentence_icon=icon, spoken=message)
 
     def _whole_turn(self, guidance: Guide) -> Guidance:
-        """Without a heading the whole turn is shown, to be made by eye."""
+        """Write the whole turn where there is no heading: it is made by eye."""
         source = self._source_words
         starting = guidance.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
@@ -272,7 +266,7 @@ class GuidanceController:
         )
 
     def _advice(self, guidance: Guide) -> str:
-        """Say what can be done while the heading is not known: go by the pictures."""
+        """Write what to do while the heading is lost: compare the pictures."""
         if guidance.phase is Phase.LEFT:
             return tr("This camera isn't moving with you, so the turn can't be measured.")
         if guidance.phase is not Phase.LOST:
@@ -287,115 +281,10 @@ class GuidanceController:
             )
         return by_eye
 
-    def live_words(self) -> LiveWords:
-        """Say what the two wells show; in a selfie both are mirrored."""
-        source, error = self._camera.source, self._camera.error
-        words, selfie = self._source_words, self.mode is Mode.SELFIE
-        view_words = tr("what the camera should see")
-        if selfie:
-            view_words = tr("what the camera should see, mirrored")
-        if source is HeadingSource.LIVE:
-            message, brief = ("", "") if error is None else (str(error), error.message)
-            live = tr("{source}, mirrored", source=words.noun) if selfie else words.noun
-            return LiveWords(live, view_words, message=message, brief=brief)
-        if source is HeadingSource.AWAY:
-            gone_words = _gone_words(words)
-            return LiveWords(
-                tr("last picture"), view_words, message=gone_words, brief=words.gone_words, dim=True
-            )
-        if source is HeadingSource.STARTING:
-            return LiveWords(words.starting, view_words)
-        message = tr("{trouble}. Turn by the number.", trouble=words.missing)
-        brief = words.missing
-        if error is not None and error.code != "no-webcam":
-            message, brief = str(error), error.message
-        live = tr("{trouble}: the goal", trouble=words.missing)
-        return LiveWords(live, view_words, message=message, brief=brief)
-
-    def quality(self, guidance: Guide) -> tuple[str, str]:
-        """Say how well the heading is known, in words and with an icon."""
-        source, tracker, track = self._camera.source, self._tracker, self.track
-        words = self._source_words
-        if source is HeadingSource.AWAY:
-            return words.gone_words, "warning"
-        if source is HeadingSource.NONE:
-            return words.missing, "webcam"
-        if source is HeadingSource.STARTING:
-            return words.starting, "webcam"
-        if tracker.error is not None:
-            return str(tracker.error), "warning"
-        if tracker.learning:
-            return tr("Learning the background of this place…"), "refresh"
-        if guidance.phase in (Phase.LOST, Phase.LEFT):
-            wrong = self._camera.error
-            return trouble_line(guidance.phase) if wrong is None else wrong.message, "target"
-        if track is None or track.heading_deg is None:
-            return tr("Looking for the background"), "target"
-        sureness = confidence_words(track.confidence)
-        if self.sees_sitter and track.sitter is None:
-            return tr("Heading {sureness}, no sitter seen", sureness=sureness), "target"
-        return tr("Heading {sureness}", sureness=sureness), "target"
-
     @property
-    def _source_words(self) -> _SourceWords:
-        return _SOURCES.get(self._camera.chosen.kind, _SOURCES["webcam"])
-
-
-def _gone_words(words: _SourceWords) -> str:
-    """Say that a source stopped, and what to do about it."""
-    return f"{words.gone_words}. {words.remedy}" if words.remedy else f"{words.gone_words}."
+    def _source_words(self) -> SourceWords:
+        return source_words(self._camera.chosen.kind)
 
 
 def _sign(guidance: Guide) -> Sign:
     return "check" if guidance.inside else guidance.direction
-
-
-def confidence_words(confidence: float) -> str:
-    """Write how sure a heading is, from 0 to 1, in a word.
-
-    Examples:
-        >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
-        ('certain', 'likely', 'doubtful')
-    """
-    return next(words for least, words in _SURENESS if confidence >= least)
-
-
-class Beeper:
-    """Plays what a guide asks for, as the settings allow."""
-
-    def __init__(self, services: Services) -> None:
-        self._services = services
-        self._playing: Sound = "none"
-        self._next_s = 0.0
-
-    def tick(self, guidance: Guide | None) -> None:
-        """Play the next sound if it is time for it.
-
-        `guidance`: what the screen says; None for nothing to be heard.
-        """
-        settings = self._services.model.settings
-        target_cue = Cue("none") if guidance is None or not settings.sounds else cue(guidance)
-        if target_cue.sound == "none":
-            self.stop()
-            return
-        now = self._services.clock.now()
-        every = target_cue.every_s or _LOOPS - _EARLY_S
-        if target_cue.sound == self._playing:
-            # Nearer than before, the next beep comes sooner than it was meant to.
-            self._next_s = min(self._next_s, now + every)
-            if now < self._next_s:
-                return
-        elif self._playing == "steady":
-            self._services.sounds.stop()
-        self._playing, self._next_s = target_cue.sound, now + every
-        volume = settings.volume / 100.0
-        sound = samples(target_cue.sound, target_cue.step)
-        if target_cue.sound == "steady":
-            sound = np.tile(sound, _LOOPS)
-        self._services.sounds.play(sound, volume)
-
-    def stop(self) -> None:
-        """Be quiet."""
-        if self._playing != "none":
-            self._playing = "none"
-            self._services.sounds.stop()

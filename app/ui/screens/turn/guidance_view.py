@@ -1,4 +1,4 @@
-"""The right column: arrow, degrees, direction, what to do with one's feet, target and now."""
+"""The right column: arrow, degrees, direction, which way to walk, and the portraits."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QColor, QFont, QPainter
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.plots.guidance import BigDegrees, TurnArrow
+from app.ui.screens.turn.portraits_view import Portraits
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import SegmentedChoice
-from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.layouts import column, row, stacked
 from app.ui.widgets.paint import MIDDLE, PaintedWidget, box, put_text, text_width
@@ -21,15 +21,14 @@ from app.ui.widgets.paint import MIDDLE, PaintedWidget, box, put_text, text_widt
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.ui.screens.turn.state import Guidance, Pictures, StyleWords
-
+    from app.ui.screens.turn.guidance import Guidance
 
 _LEAST: Final = 12
 _MIDDLE: Final = Qt.AlignmentFlag.AlignHCenter
 
 
 def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
-    """Give the largest font up to a size in which a line fits a width."""
+    """Return the largest font, up to a size, in which a line fits a width."""
     t = theme()
     while size > _LEAST and text_width(t.font(size, weight), text) > width:
         size -= 1
@@ -37,7 +36,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
 
 
 class LargeWords(PaintedWidget):
-    """One line in the middle, as large as designed or as fits."""
+    """A centred line, as large as designed or as fits."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
         super().__init__()
@@ -47,10 +46,7 @@ class LargeWords(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
-        """Change what it says.
-
-        `role` is the token of its colour, `size` that of its type; None keeps the old one.
-        """
+        """Set the text, its colour and its size; None keeps the old one."""
         new = (text, role or self._role, size or self._size)
         if new != (self.words, self._role, self._size):
             self.words, self._role, self._size = new
@@ -63,7 +59,7 @@ class LargeWords(PaintedWidget):
         return QSize(text_width(font, self.words), self.height())
 
     def minimumSizeHint(self) -> QSize:
-        """Get smaller rather than wider than there is room."""
+        """Shrink rather than exceed the room."""
         return QSize(0, self.height())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -74,7 +70,7 @@ class LargeWords(PaintedWidget):
 
 
 class Pill(PaintedWidget):
-    """When the light begins, or that it has."""
+    """Whether the light is reached, in a rounded box."""
 
     def __init__(self, factor: float) -> None:
         super().__init__()
@@ -84,7 +80,7 @@ class Pill(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set(self, text: str, icon: str, filled: bool) -> None:
-        """Change it."""
+        """Set text, icon and fill."""
         if (text, icon, filled) != (self.words, self._icon, self.filled):
             self.words, self._icon, self.filled = text, icon, filled
             self.setAccessibleName(text)
@@ -113,21 +109,21 @@ class Pill(PaintedWidget):
 
 
 DESIGNED: Final = QSize(480, 804)
-"""Size that the sizes of type are designed for."""
+"""Size of the column at which type has its designed size."""
 
 _MODES: Final = (
     (tr("I walk around the sitter"), tr("Selfie: I turn myself")),
     (tr("I walk around"), tr("I turn myself")),
     (tr("I walk"), tr("Selfie")),
 )
-"""Words of the two modes, and shorter ones for where there is less room."""
+"""Names of the two modes, then shorter ones for less room."""
 
 _KEYS: Final = ("walk", "selfie")
-_LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
+_LONG_DIRECTION: Final = 11  # letters; a longer direction is set smaller
 
 
 class GuideColumn(QWidget):
-    """Everything that has to be read from three metres."""
+    """Shows what must be legible from three metres."""
 
     def __init__(self, factor: float, set_mode: Callable[[str], None]) -> None:
         super().__init__()
@@ -138,11 +134,12 @@ class GuideColumn(QWidget):
         self._pages = stacked(self._turn_page(), self._sentence_page())
         self._pages.setAccessibleName(tr("What to do"))
         upper = ((self._mode, 0, _MIDDLE), self._gap(16, 8), self._pages, ...)
-        lower = (self._gap(12, 8), self._pictures_row())
+        self.portraits = Portraits(factor)
+        lower = (self._gap(12, 8), self.portraits.layout)
         column(*upper, *lower, into=self, margins=self._gap(24, 12))
 
     def _gap(self, length: float, least: float = 0.0) -> float:
-        """Give a designed length as it is at this factor."""
+        """Return a designed length at this factor."""
         return max(length * self._factor, least)
 
     def _px(self, length: float, least: float = 0.0) -> int:
@@ -181,30 +178,8 @@ class GuideColumn(QWidget):
         whole.addStretch(2)
         return page
 
-    def _pictures_row(self) -> QHBoxLayout:
-        self._target, self._now = Picture(tr("Target")), Picture(tr("Now"))
-        for picture in (self._target, self._now):
-            picture.setFixedSize(self._px(132, 64), self._px(136, 66))
-        self._target.set_tag(tr("Target"))
-        self._title = Text("", self._size(20, 14), 600, elide=True)
-        self._side = Text("", self._size(14), role="dim", wrap=True)
-        narrow = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        narrow.setHeightForWidth(True)
-        self._side.setSizePolicy(narrow)  # its longest word must not widen the column
-        self._match = Text("", self._size(14), 600, elide=True)
-        self._match_goal = Text("", self._size(14), role="dim", elide=True)
-        self._face = Text("", self._size(14), 600, elide=True)
-        title = (..., self._title, self._side, self._gap(8, 4))
-        words = column(*title, self._match, self._match_goal, self._face, ...)
-        return row(self._target, self._now, self._gap(8), (words, 1), gap=self._gap(8))
-
-    @property
-    def picture_size(self) -> QSize:
-        """Of target and now, logical pixels."""
-        return self._target.size()
-
     def fit(self, width: int) -> None:
-        """Take shorter words where the segmented control would be wider than there is room."""
+        """Choose the longest names of the modes that fit a width."""
         room = width - 2 * self._px(24, 12) - 2 * px(6)
         for words in _MODES:
             for key, text in zip(_KEYS, words, strict=True):
@@ -213,11 +188,11 @@ class GuideColumn(QWidget):
                 break
 
     def set_mode(self, mode: str) -> None:
-        """Say who moves."""
+        """Show who moves."""
         self._mode.choose(mode)
 
     def show_guidance(self, guidance: Guidance) -> None:
-        """Say what to do."""
+        """Show what to do."""
         before, self._last = self._last, guidance
         self._pages.setCurrentIndex(1 if guidance.sentence else 0)
         self._sentence.set_text(guidance.sentence)
@@ -229,7 +204,7 @@ class GuideColumn(QWidget):
         if before is None or number != (before.number, before.number_words):
             self._degrees.set_value(*number)
         long = len(guidance.direction) > _LONG_DIRECTION
-        # On the green of the light amber would not be read.
+        # Amber is illegible on green.
         ink: Role = "text" if guidance.inside else "amber"
         self._direction.set_words(guidance.direction, ink, self._size(44 if long else 56))
         self._walk.set_words(guidance.walk)
@@ -238,22 +213,10 @@ class GuideColumn(QWidget):
         self._speak(guidance, before)
 
     def _speak(self, guidance: Guidance, before: Guidance | None) -> None:
-        """Give the whole in one sentence; a reader is told of a new one when it has time."""
+        """Describe all in one sentence for a screen reader, and announce a new one."""
         self._pages.setAccessibleDescription(guidance.spoken)
         last_words = "" if before is None else before.announced
         if guidance.announced and guidance.announced != last_words and QAccessible.isActive():
             event = QAccessibleAnnouncementEvent(self._pages, guidance.announced)
             event.setPoliteness(QAccessible.AnnouncementPoliteness.Polite)
             QAccessible.updateAccessibility(event)
-
-    def show_style(self, words: StyleWords, pictures: Pictures) -> None:
-        """Show the style beside what there is of it."""
-        self._target.set_picture(pictures.target)
-        self._now.set_picture(pictures.now)
-        self._now.set_tag(words.now_tag)
-        self._now.setAccessibleName(words.now_tag)
-        self._title.set_text(words.title)
-        self._side.set_text(words.side)
-        self._match.set_text(words.match)
-        self._match_goal.set_text(words.match_at_goal)
-        self._face.say(words.face)

@@ -1,4 +1,4 @@
-"""View of the Turn screen: two columns, and a clock that asks the presenter to continue."""
+"""The Turn screen: pictures on the left, guidance on the right, and a clock."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.core.text import tr
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.turn.guidance_view import DESIGNED, GuideColumn
-from app.ui.screens.turn.live_view import LeftColumn
-from app.ui.screens.turn.parts_view import ShotsSheet
+from app.ui.screens.turn.left_view import LeftColumn
+from app.ui.screens.turn.photos.photos_view import ShotsSheet
 from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnSizes, TurnState
 from app.ui.theme import px, theme
@@ -29,11 +29,11 @@ _COMPACT_COLUMN: Final = 400
 _WIDEST_SIDE: Final = 560
 _VERY_WIDE: Final = 2400
 _FACTORS: Final = (0.45, 3.0)
-_STEPS: Final = 20  # of the factor in 1: the column is not rebuilt with every pixel
+_STEPS: Final = 20  # per unit of the factor: the column is not rebuilt with every pixel
 
 
 class TurnScreen(SheetHost):
-    """Guides the turn."""
+    """Shows a `TurnState` in two columns."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -88,8 +88,11 @@ class TurnScreen(SheetHost):
         if before is None or state.scale != before.scale or state.pictures.strip is not strip:
             self.left.show_scale(state.scale, state.pictures)
         self.left.plan.set_plan(state.plan, state.plan_words)
-        if before is None or state.tools != before.tools:
-            self.left.show_tools(state.tools)
+        if before is None or state.alignment != before.alignment:
+            self.left.show_alignment(state.alignment)
+        self.left.show_menu(state.menu)
+        if before is None or state.demo_deg != before.demo_deg:
+            self.left.show_demo(state.demo_deg)
         self.left.shots.show_shots(state.shots)
         if isinstance(self.sheet, ShotsSheet):
             self.sheet.show_shots(state.shots)
@@ -105,35 +108,35 @@ class TurnScreen(SheetHost):
             plain = "amberfill" if theme().contrast else "panel"
             self._right.set_fill("okfill" if state.guidance.inside else plain)
             self.left.shots.set_main(state.guidance.inside)
-        self.column.show_style(state.style, state.pictures)
+        self.column.portraits.show_style(state.style, state.pictures)
 
     def ask_photos(self) -> None:
-        """Ask which photographs were taken, and open them."""
+        """Let the user choose photos, and check them."""
         paths = ask_files(self, _OPEN_PHOTO, PHOTO_FILTER)
         if paths:
             self.presenter.open_photos(paths)
 
     def ask_folder(self) -> None:
-        """Ask into which folder photographs come, and watch it."""
+        """Let the user choose a folder, and watch it for photos."""
         folder = ask_folder(self, tr("Watch a folder for photos"))
         if folder is not None:
-            self.presenter.watch(folder)
+            self.presenter.shots.watch(folder)
 
     def _list_shots(self) -> None:
         presenter = self.presenter
-        sheet = ShotsSheet(self.window(), presenter.remove_shot, presenter.set_mirrored)
+        sheet = ShotsSheet(self.window(), presenter.shots.remove, presenter.set_mirrored)
         if self._state is not None:
             sheet.show_shots(self._state.shots)
         self.put_over(sheet)
 
     def ask_source(self) -> None:
-        """Ask for another live camera, and how wide it sees."""
-        from app.ui.screens.turn.source_view import SourceSheet
+        """Let the user choose another live camera, and its field of view."""
+        from app.ui.screens.turn.live.source_view import SourceSheet
 
         self.put_over(SourceSheet(self.window(), self.presenter.sources))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Divide the room: the large words grow with it."""
+        """Divide the room; the large type grows with it."""
         super().resizeEvent(event)
         self._arrange()
 
@@ -166,7 +169,7 @@ class TurnScreen(SheetHost):
             self._show_right(self._state, None)
 
     def _measure(self) -> None:
-        """Tell how large pictures are on this screen."""
+        """Report the sizes of the pictures to the presenter."""
         ratio = self.devicePixelRatioF()
 
         def pixels(size: QSize) -> tuple[int, int]:
@@ -177,16 +180,16 @@ class TurnScreen(SheetHost):
             TurnSizes(
                 pixels(self.left.well_size),
                 pixels(self.left.strip_size),
-                pixels(self.column.picture_size),
+                pixels(self.column.portraits.size),
             )
         )
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Run while it can be seen; keys belong to the screen until something takes them."""
+        """Run while visible; the screen has the keys until a control takes them."""
         super().showEvent(event)
         self._clock.start()
         self._arrange()
-        # Later: whoever brings the screen to the front moves the focus after this.
+        # Later: what brings the screen to the front moves the focus after this.
         QTimer.singleShot(0, self, self._take_keys)
 
     def _take_keys(self) -> None:
@@ -200,7 +203,7 @@ class TurnScreen(SheetHost):
         self._clock.stop()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Arrows that no control takes move the demo's camera."""
+        """Move the demo's camera with arrow keys that no control uses."""
         steps = {Qt.Key.Key_Right: 1.0, Qt.Key.Key_Left: -1.0}
         step = steps.get(Qt.Key(event.key()))
         if step is None or self.left.demo is None:

@@ -1,72 +1,49 @@
-"""After the shot: photographs are opened, judged, listed, and kept with the place."""
+"""Check my shot: photos taken at the place are opened, checked, listed and saved with it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.angles import difference, whole, wrap
+from app.core.base.angles import difference, whole
 from app.core.base.arrays import Bytes
-from app.core.base.errors import CoreError
 from app.core.base.progress import PhraseReport, Token
 from app.core.base.remarks import Remark
-from app.core.faces.finder import find_faces
-from app.core.faces.shot_check import Check, Promise, check_face, graded_by, promise_of_place
-from app.core.guidance.guide import Goal
-from app.core.localization.features import HeadingIndex, build_index, read_index
-from app.core.localization.photo_location import (
-    PHOTO_ENDINGS,
-    Photo,
-    PhotoLocation,
-    is_panorama,
-    judge,
-    lens_azimuth,
-    locate_photo,
-    read_photo,
-)
-from app.core.measure.film.comparison import (
-    GLANCES,
-    beside,
-    looks_mirrored,
-)
-from app.core.measure.film.film import MOST_FRAMES, WIDTH, flipped, read_film
-from app.core.measure.film.frames import film_frames
+from app.core.localization.features import HeadingIndex
+from app.core.localization.photo_location import PHOTO_ENDINGS, is_panorama
 from app.core.measure.film.movie_header import VIDEO_ENDINGS
 from app.core.places.files.shots import (
     Shot,
-    add_shot,
     is_frame,
-    keep_film_frames,
     mark_shot,
     purge_shots,
     read_shots,
     thumbnail_of,
 )
-from app.core.portrait.head import Head
-from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult
 from app.core.text import tr
 from app.devices.clock import wait
 from app.devices.watched_folder.watch import WatchedFolder
 from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo_stack import Undoable
-from app.ui.screens.turn.guidance import confidence_words
-from app.ui.screens.turn.state import ShotRow, ShotsState, goal_of, own_style
-from app.words.measure.ways import beside_words, mirror_words
+from app.ui.screens.turn.photos.photo_check import (
+    ShotContext,
+    check_film,
+    check_photo,
+    shot_context,
+)
 from app.words.phrases.directions import key_words, ratio_words
 from app.words.phrases.quantities import time_words
-from app.words.phrases.turns import likeness_words, taken_words
+from app.words.phrases.turns import likeness_words, sureness_words, taken_words
 from app.words.remarks import sentences
 from app.words.shortfall import grade_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
-
 
 DROP_WORDS: Final = tr("Drop the photo you took, a film of the turn, or a panorama")
 """What may be dropped while the screen is in front."""
@@ -76,29 +53,52 @@ _WATCH: Final = "turn-watch"
 _POLL_S: Final = 0.5
 _MOST_PICTURES: Final = 200
 _SAME_GOAL_DEG: Final = 0.5
-_READ: Final = 0.6  # of the way: what follows is copying
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _ShotContext:
-    """What a photograph is judged by: all as it was when it was opened."""
+@dataclass(frozen=True, slots=True)
+class ShotRow:
+    """One line of the list.
 
-    folder: Path
-    light: PlaceLight = field(repr=False)
-    index: HeadingIndex | None = field(repr=False)
-    result: StyleResult = field(repr=False)
-    goal: Goal
-    front_deg: float
-    title: str
-    now: datetime
-    head: Head = field(repr=False)
-    lamp: bool  # a second light is added to the place's
-    mirrored: bool  # what is taken to be a mirror image where the place does not tell
-    pack_style: str = ""  # the name under which the pack knows the style
+    Attributes:
+        sentence: "In the light, 3° short of the best".
+        face: What the face shows, and what the style promises; may be empty.
+        new: Checked last.
+        again: It missed the light: the sitter may turn again.
+        pictured: There is a thumbnail, (h, w, 3) uint8 sRGB.
+    """
+
+    key: str
+    name: str
+    sentence: str
+    detail: str
+    face: str = ""
+    icon: str = "target"
+    inside: bool = False
+    new: bool = False
+    again: bool = False
+    pictured: bool = False
+    thumbnail: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ShotsState:
+    """The photos of the open place, the last one first.
+
+    Attributes:
+        busy: What is being done; empty for nothing.
+        before, after: The last two of one style.
+        mirrored: A new photo counts as a mirror image where its background does not tell.
+    """
+
+    rows: tuple[ShotRow, ...] = ()
+    busy: str = ""
+    before: ShotRow | None = None
+    after: ShotRow | None = None
+    mirrored: bool = False
 
 
 class Shots:
-    """The photographs of the open place."""
+    """Checks and lists the photos of the open place."""
 
     def __init__(
         self,
@@ -118,10 +118,10 @@ class Shots:
         self._busy = 0
         self._latest = ""
 
-    # -- which place ---------------------------------------------------------------------------
+    # -- the open place ------------------------------------------------------------------------
 
     def follow(self) -> None:
-        """Show the photographs of the place that is open now."""
+        """Show the photos of the place that is open now."""
         folder = self._services.model.place_folder
         if folder == self._folder:
             return
@@ -171,13 +171,12 @@ class Shots:
     # -- opening -------------------------------------------------------------------------------
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Take photographs that were dropped or chosen; leave everything else.
+        """Check photos that were dropped or chosen; a panorama among them is opened as a place.
 
-        Returns whether it is being seen to: panoramas among them will be opened as a place all the
-        same.
+        Returns whether the files are photos or a film, and there is a goal to check them against.
         """
         if len(paths) == 1 and paths[0].suffix.lower() in VIDEO_ENDINGS:
-            return self._hold_film(paths[0])
+            return self._check_film(paths[0])
         is_photo = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
         if not paths or not is_photo or len(paths) > _MOST_AT_ONCE or self._context() is None:
             return False
@@ -185,33 +184,19 @@ class Shots:
         self._run(lambda token, report: _panorama_among(files), partial(self._sorted, files))
         return True
 
-    def _hold_film(self, video: Path) -> bool:
-        """Hold a film of the turn against the place, and keep its frames as photographs."""
+    def _check_film(self, video: Path) -> bool:
+        """Check a film of the turn, and list its frames as photos."""
         context = self._context()
         if context is None:
             return False
 
-        def work(token: Token, report: PhraseReport) -> tuple[tuple[str, ...], tuple[Shot, ...]]:
-            index = context.index or build_index(context.light.display, token)
-            fits = looks_mirrored(film_frames(video, GLANCES, WIDTH), index)
-            mirrored = context.mirrored if fits is None else fits
-
-            def frames(most: int) -> Iterator[tuple[float, float, Bytes]]:
-                plain = film_frames(video, most, WIDTH)
-                return flipped(plain) if mirrored else plain
-
-            film = read_film(frames(MOST_FRAMES), token, report)
-            results = film.results(context.head.pack)
-            result = beside(film, results, frames(GLANCES), context.light, context.head.pack, index)
-            keep_film_frames(context.folder, film, results, context.now, result.offset_deg)
-            words = mirror_words(context.mirrored, fits), beside_words(result)
-            return tuple(filter(None, words)), read_shots(context.folder)[0]
-
         def done(answer: tuple[tuple[str, ...], tuple[Shot, ...]]) -> None:
-            self._read(context.folder, answer[1], answer[0])
+            messages, shots = answer
+            self._read(context.folder, shots, messages)
             self._ended()
 
-        self._run(work, done, tr("Looking at the film {name}", name=video.name))
+        title = tr("Looking at the film {name}", name=video.name)
+        self._run(partial(check_film, video, context), done, title)
         return True
 
     def _sorted(self, paths: tuple[Path, ...], panorama: bool) -> None:
@@ -227,36 +212,15 @@ class Shots:
         if context is None:
             return
         title = tr("Looking where the photo was taken: {name}", name=path.name)
-        self._run(partial(_make_shot, path, context), partial(self._store, context), title)
+        self._run(partial(check_photo, path, context), partial(self._store, context), title)
 
-    def _context(self) -> _ShotContext | None:
-        model = self._services.model
-        goal, result, plan = goal_of(model), model.goal_result, model.lamp_plan
-        if model.place_folder is None or model.light is None or model.head is None:
-            return None
-        if goal is None or result is None:
-            return None
-        own = own_style(model)
-        title = own.title if own is not None else result.title
-        return _ShotContext(
-            model.place_folder,
-            model.light,
-            self._index(),
-            result,
-            goal,
-            model.front_deg,
-            title if plan is None else tr("{style} with {lamp}", style=title, lamp=plan.lamp),
-            self._services.today(),
-            model.head,
-            plan is not None,
-            model.settings.mirrored,
-            model.pack_style or result.name,
-        )
+    def _context(self) -> ShotContext | None:
+        return shot_context(self._services.model, self._index(), self._services.today())
 
     def _run(
         self, work: Callable[[Token, PhraseReport], T], done: Callable[[T], None], title: str = ""
     ) -> None:
-        """Look at what was given, and say so meanwhile."""
+        """Queue a job, and show that it runs."""
         self._busy += 1
         self._changed()
         failed, on_cancel = self._failed, self._ended
@@ -270,7 +234,7 @@ class Shots:
         self._services.notify.tell_error(error)
         self._ended()
 
-    def _store(self, context: _ShotContext, shot: Shot) -> None:
+    def _store(self, context: ShotContext, shot: Shot) -> None:
         if context.folder == self._folder:
             self._shots = (*(one for one in self._shots if one.key != shot.key), shot)
             self._pictures.pop(shot.key, None)
@@ -279,28 +243,28 @@ class Shots:
         self._ended()
 
     def prove(self, style: str | None, goal_facing_deg: float) -> bool:
-        """Whether one of them was taken in the light of a style, at a goal."""
+        """Return whether a photo was taken in the light of a style, at a goal."""
         shots = (one for one in self._shots if one.style == style and one.facing_deg is not None)
         goals = (one.goal_facing_deg for one in shots if one.outside_deg == 0)
         return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
 
     def filmed(self, style: str | None) -> ShotRow | None:
-        """Give the frame in which a film of the turn shows a style."""
+        """Return the frame of a film in which a style is best; None without a film."""
         frames = (shot for shot in self._shots if shot.style == style and is_frame(shot))
         return next((self._row(shot) for shot in frames), None)
 
     def last(self) -> Shot | None:
-        """Give the photograph that was checked last, until one turns again."""
+        """Return the photo checked last; None once the guidance starts again."""
         return next((one for one in self._shots if one.key == self._latest), None)
 
     def settle(self) -> None:
-        """Tell of it no longer: its degrees would contradict those of the guidance."""
+        """Stop showing the last photo: its degrees would contradict those of the guidance."""
         self._latest = ""
 
-    # -- a folder that photographs come into ---------------------------------------------------
+    # -- a watched folder ----------------------------------------------------------------------
 
     def watch(self, folder: Path) -> None:
-        """Take photographs that come into a folder from now on, as from a tethering program."""
+        """Check photos that arrive in a folder from now on, as from a tethering program."""
         clock = self._services.clock
         folders: list[WatchedFolder] = []
 
@@ -327,7 +291,7 @@ class Shots:
     # -- removing ------------------------------------------------------------------------------
 
     def remove(self, key: str) -> None:
-        """Take a photograph off the list; can be undone."""
+        """Remove a photo from the list; can be undone."""
         shot = next((one for one in self._shots if one.key == key), None)
         folder = self._folder
         if shot is None or folder is None:
@@ -361,7 +325,7 @@ class Shots:
     # -- what is shown -------------------------------------------------------------------------
 
     def resolve(self) -> ShotsState:
-        """Work out what is shown of them."""
+        """Return the list."""
         shots = self._shots[::-1]
         rows = tuple(self._row(shot) for shot in shots)
         busy = tr("Looking where the photo was taken…") if self._busy else ""
@@ -397,7 +361,7 @@ class Shots:
 
     def _detail(self, shot: Shot) -> str:
         when = shot.taken_at or shot.added_at
-        # A camera that states no zone means the clock on the wall.
+        # A camera that states no time zone shows local time.
         moment = datetime.fromisoformat(when)
         today = self._services.today()
         local = moment if moment.tzinfo is not None else moment.replace(tzinfo=today.tzinfo)
@@ -407,7 +371,7 @@ class Shots:
         if shot.by_face:
             parts.append(tr("turn by the light on the face"))
         elif shot.found:
-            parts.append(tr("heading {sureness}", sureness=confidence_words(shot.confidence)))
+            parts.append(tr("heading {sureness}", sureness=sureness_words(shot.confidence)))
             if shot.sitter_deg is None:
                 parts.append(tr("no sitter seen: taken to be in the middle"))
         if shot.mirrored:
@@ -416,7 +380,7 @@ class Shots:
 
 
 def _face_words(shot: Shot) -> str:
-    """Write what the face in a photograph shows beside what was promised; "" without one."""
+    """Write what the face shows, and what the style promises; empty without a face."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)
@@ -429,103 +393,6 @@ def _face_words(shot: Shot) -> str:
 
 
 def _panorama_among(paths: tuple[Path, ...]) -> bool:
-    """Look at all of them: one that cannot be read is told before anything is done."""
+    """Return whether one of them is a panorama; raises before any work if one is unreadable."""
     shapes = [is_panorama(path) for path in paths]
     return any(shapes)
-
-
-def _make_shot(path: Path, context: _ShotContext, token: Token, report: PhraseReport) -> Shot:
-    """Read, locate, judge and keep a photograph: work for another thread."""
-    report(0.0, tr("Reading the photo"))
-    photo = read_photo(path, token)
-    location = _located(photo, context, token, lambda done, words: report(_READ * done, words))
-    token.check()
-    mirrored = location.mirrored if location.status == "found" else context.mirrored
-    photo = photo.flipped if mirrored else photo
-    shot = _judged(
-        _shot_of(path, photo, location, context), _checked(photo, location, context), context
-    )
-    return add_shot(
-        context.folder,
-        path,
-        shot,
-        photo.picture,
-        token,
-        lambda done, words: report(_READ + (1.0 - _READ) * done, words),
-    )
-
-
-def _checked(
-    photo: Photo, location: PhotoLocation, context: _ShotContext
-) -> tuple[Check, Promise] | None:
-    """Hold the largest face against what the style promised here."""
-    faces = find_faces(photo.picture)
-    if not faces or context.lamp:
-        return None
-    name, (goal, arc) = context.pack_style, context.goal.facing(context.front_deg)
-    pack = graded_by(context.head.name, context.head.pack, name)
-    promise = promise_of_place(context.light, goal, arc, pack, name, context.head.transport)
-    lens = lens_azimuth(location, faces[0], photo.picture.shape[1])
-    return check_face(photo.picture, faces[0], promise, photo.focal_px, lens), promise
-
-
-def _located(
-    photo: Photo, context: _ShotContext, token: Token, report: PhraseReport
-) -> PhotoLocation:
-    index = context.index
-    try:
-        display = context.light.display
-        index = index or read_index(context.folder, display) or build_index(display, token)
-    except CoreError:
-        # A blank room all around: nothing is found in it.
-        return PhotoLocation("unsure")
-    return locate_photo(photo, index, token, report)
-
-
-def _shot_of(path: Path, photo: Photo, location: PhotoLocation, context: _ShotContext) -> Shot:
-    return Shot(
-        name=path.name,
-        added_at=context.now.isoformat(),
-        found=location.status == "found",
-        style=context.result.name,
-        title=context.title,
-        goal_facing_deg=wrap(context.goal.turn_deg + context.front_deg),
-        taken_at=None if photo.taken_at is None else photo.taken_at.isoformat(),
-        heading_deg=location.heading_deg,
-        facing_deg=location.facing_deg,
-        sitter_deg=location.sitter_deg,
-        fov_deg=location.fov_deg,
-        focal_mm=photo.focal_mm,
-        confidence=location.confidence,
-        mirrored=location.mirrored if location.status == "found" else context.mirrored,
-    )
-
-
-def _judged(
-    shot: Shot, check_and_promise: tuple[Check, Promise] | None, context: _ShotContext
-) -> Shot:
-    """Add how far off the light it was, and what the face shows."""
-    inside = False
-    if check_and_promise is not None:
-        check, promise = check_and_promise
-        by_face = not shot.found and check.facing_deg is not None
-        inside = by_face and check.standing == "inside"
-        shot = replace(
-            shot,
-            found=shot.found or by_face,
-            # Of the lens that would see this face as it is to be seen.
-            facing_deg=shot.facing_deg
-            if check.facing_deg is None
-            else wrap(check.facing_deg + context.goal.yaw_deg),
-            by_face=by_face,
-            grade=check.grade,
-            key_deg=check.light.azimuth_deg,
-            key_promised_deg=promise.light.azimuth_deg,
-            ratio_stops=check.light.ratio_stops,
-            ratio_promised_stops=promise.ratio_stops,
-        )
-    if shot.facing_deg is None:
-        return shot
-    verdict = judge(wrap(shot.facing_deg - context.front_deg), context.goal, context.result)
-    outside = 0 if inside else verdict.outside_deg
-    return replace(shot, outside_deg=outside, match=verdict.match, best=verdict.best)

@@ -15,7 +15,7 @@ from app.devices.webcam.files import check_video
 from app.devices.webcam.network_connection import LONGEST_ADDRESS
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
 from app.ui.presenters.services import Services
-from app.ui.screens.turn.camera import LiveCamera
+from app.ui.screens.turn.live.camera import LiveCamera
 
 Item: TypeAlias = tuple[str, str, str, str]
 """Key, words, second line, icon: a line of a list field."""

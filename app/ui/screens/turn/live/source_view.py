@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QMargins, QObject, QSize, Qt
 from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.turn.source import VIDEO_FILES, SourcesPresenter, SourcesState
+from app.ui.screens.turn.live.source import VIDEO_FILES, SourcesPresenter, SourcesState
 from app.ui.theme import px
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button

@@ -1,0 +1,96 @@
+"""The goal in pictures: what the camera should see there, and the background around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bytes
+from app.core.guidance.mode import Mode
+from app.core.localization.heading_conversion import Looks, heading_of_turn
+from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
+from app.core.solver.place_light import PlaceLight
+
+STRIP_DEG: Final = 150.0
+"""Width of the background strip."""
+
+TARGET_WIDTH: Final = 720
+"""Columns of the goal that the live picture is aligned with."""
+
+
+@dataclass(frozen=True, slots=True)
+class TurnScene:
+    """What goal and strip depend on, besides the panorama.
+
+    Attributes:
+        goal_deg: Whole degrees of turn.
+        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
+        well, strip: Rows and columns of the pictures.
+    """
+
+    goal_deg: float
+    front_deg: float
+    looks: Looks
+    mode: Mode
+    fov_deg: float
+    camera_m: float
+    well: tuple[int, int]
+    strip: tuple[int, int]
+
+    @property
+    def panorama_fov_deg(self) -> float:
+        """Part of the panorama that fills the camera's picture, deg."""
+        lens = Lens(self.fov_deg, (self.well[1], self.well[0]))
+        wide = goal_lens(lens, camera_m=self.camera_m, looks=self.looks, mode=self.mode)
+        return wide.fov_deg
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GoalViews:
+    """Views of a panorama for a scene, all (h, w, 3) uint8 sRGB.
+
+    Attributes:
+        goal: What the camera should see, in the size of the well; not mirrored.
+        goal_view: The same as shown: mirrored in selfie mode.
+        target: The same for alignment, `TARGET_WIDTH` columns; not mirrored.
+        strip: 150° of background with the goal in the middle; mirrored like `goal_view`.
+    """
+
+    scene: TurnScene
+    goal: Bytes = field(repr=False)
+    goal_view: Bytes = field(repr=False)
+    target: Bytes = field(repr=False)
+    strip: Bytes = field(repr=False)
+
+
+def views_of(light: PlaceLight, scene: TurnScene) -> GoalViews:
+    """Draw goal and strip."""
+    rows, columns = scene.well
+    goal = _goal(light, scene, (columns, rows))
+    target = _goal(light, scene, (TARGET_WIDTH, max(round(TARGET_WIDTH * rows / columns), 1)))
+    azimuth = heading_of_turn(
+        scene.goal_deg, looks=scene.looks, mode=scene.mode, front_deg=scene.front_deg
+    )
+    size = (scene.strip[1], scene.strip[0])
+    strip = mirrored(strip_view(light.display, azimuth, size, STRIP_DEG), scene.mode)
+    return GoalViews(scene, goal, mirrored(goal, scene.mode), target, strip)
+
+
+def _goal(light: PlaceLight, scene: TurnScene, size: tuple[int, int]) -> Bytes:
+    return goal_view(
+        light.display,
+        scene.goal_deg,
+        Lens(scene.fov_deg, size),
+        camera_m=scene.camera_m,
+        looks=scene.looks,
+        mode=scene.mode,
+        front_deg=scene.front_deg,
+    )
+
+
+def mirrored(picture: Bytes, mode: Mode) -> Bytes:
+    """Mirror a picture in selfie mode, like a mirror on the wall."""
+    return np.asarray(cv2.flip(picture, 1), np.uint8) if mode is Mode.SELFIE else picture

@@ -1,0 +1,203 @@
+"""Where the live camera points.
+
+A job at a time locates the newest picture; pictures that arrive meanwhile are skipped. The `Track`
+goes into the job and comes back with the answer, so threads share nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.base.arrays import Bytes
+from app.core.base.errors import CoreError
+from app.core.localization.features import HeadingIndex, build_index, keep_index, read_index
+from app.core.localization.heading import UNSURE, find_heading
+from app.core.localization.sitter import find_sitter
+from app.core.localization.tracking import LOST, Seeing, Track, missed, track
+from app.core.solver.place_light import PlaceLight
+from app.core.text import tr
+from app.ui.presenters.services import Services
+
+if TYPE_CHECKING:
+    from app.devices.webcam import WebcamFrame
+
+
+_INDEX: Final = "turn-index"
+_KEEP: Final = "turn-index-keep"
+_HEADING: Final = "turn-heading"
+_LEARNING: Final = tr("Learning the background")
+_PLACES: Final = 3  # whose indexes stay in memory, about 5 MB each
+_COARSE: Final = 4
+
+
+class HeadingTracker:
+    """Locates the newest picture in the panorama.
+
+    Attributes:
+        track: Result of the last picture; None before the first.
+        index: The panorama's feature points; None until they are learnt.
+        error: Why there is no index.
+    """
+
+    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._changed = changed
+        self._light: PlaceLight | None = None
+        self._folder: Path | None = None
+        self._indexes: OrderedDict[bytes, HeadingIndex] = OrderedDict()
+        self._frame: Bytes | None = None
+        self._on = False
+        self._round = 0
+        self.track: Track | None = None
+        self.index: HeadingIndex | None = None
+        self.error: CoreError | None = None
+
+    @property
+    def learning(self) -> bool:
+        """Whether the index is being built."""
+        return self._light is not None and self.index is None and self.error is None
+
+    def learn(self, light: PlaceLight, folder: Path | None = None) -> None:
+        """Build the index of a panorama, or read it from the folder of its place.
+
+        `folder`: None while the place is not saved.
+        """
+        before, self._folder = self._folder, folder
+        if light is self._light:
+            if folder != before:
+                self._keep()
+            return
+        self._light, self.error = light, None
+        self.forget()
+        key = _key(light)
+        self.index = self._indexes.get(key)
+        if self.index is not None:
+            self._indexes.move_to_end(key)
+            self._services.runner.cancel(_INDEX)
+            self._keep()
+            self._changed()
+            return
+        self._services.runner.submit(
+            _INDEX,
+            lambda token, report: (
+                (None if folder is None else read_index(folder, light.display))
+                or build_index(light.display, token, report)
+            ),
+            title=_LEARNING,
+            done=lambda index: self._learnt(light, key, index),
+            failed=lambda error: self._not_learnt(light, error),
+            cancelled=lambda: self._cancelled(light),
+        )
+
+    def start(self) -> None:
+        """Locate pictures from now on."""
+        self._on = True
+
+    def stop(self) -> None:
+        """Locate no more pictures; the index stays."""
+        self._on = False
+        self._services.runner.cancel(_HEADING)
+        self.forget()
+
+    def forget(self) -> None:
+        """Drop the track."""
+        self.track, self._frame = None, None
+        self._round += 1  # a job still running is obsolete
+
+    def look(
+        self,
+        frame: WebcamFrame,
+        fov_deg: float | None,
+        *,
+        sees_sitter: bool = True,
+        asked_deg: float | None = None,
+    ) -> None:
+        """Locate a picture, unless one is being located.
+
+        Args:
+            fov_deg: Horizontal field of view, deg; None to estimate it.
+            asked_deg: Turn still to go to the light, deg; None where none is needed.
+        """
+        index, picture = self.index, frame.picture
+        if not self._on or index is None or not self._new(picture):
+            return
+        if self._services.runner.running(_HEADING):
+            return
+        self._frame, state, this = picture, self.track or LOST, self._round
+        now_s = self._services.clock.now()
+        self._services.runner.submit(
+            _HEADING,
+            lambda token, report: track(
+                picture,
+                index,
+                fov_deg,
+                state,
+                now_s,
+                sees_sitter=sees_sitter,
+                asked_deg=asked_deg,
+                seeing=Seeing(find_heading, find_sitter),
+            ),
+            done=lambda result: self._located(this, result),
+            # A picture that fails is one without a heading.
+            failed=lambda error: self._located(this, replace(missed(state, now_s), raw=UNSURE)),
+        )
+
+    def _new(self, picture: Bytes) -> bool:
+        """Whether to locate a picture: the same one again only if its heading is pending."""
+        return picture is not self._frame or (self.track is not None and self.track.pending)
+
+    def _located(self, this: int, track: Track) -> None:
+        if self._on and this == self._round:
+            self.track = track
+            self._changed()
+
+    def _learnt(self, light: PlaceLight, key: bytes, index: HeadingIndex) -> None:
+        self._indexes[key] = index
+        while len(self._indexes) > _PLACES:
+            self._indexes.popitem(last=False)
+        if light is self._light:
+            self.index = index
+            self._keep()
+            self._changed()
+
+    def _keep(self) -> None:
+        light, folder, index = self._light, self._folder, self.index
+        if light is not None and folder is not None and index is not None:
+            self._services.runner.submit(
+                _KEEP, lambda token, report: keep_index(folder, light.display, index)
+            )
+
+    def _not_learnt(self, light: PlaceLight, error: Exception) -> None:
+        if light is not self._light:
+            return
+        if isinstance(error, CoreError):
+            self.error = error
+        else:
+            self.error = CoreError(
+                tr("The background cannot be learnt."), tr("Turn by the number.")
+            )
+            self._services.notify.tell_error(error)
+        self._changed()
+
+    def _cancelled(self, light: PlaceLight) -> None:
+        """Report that the user cancelled; entering the screen tries again."""
+        if light is self._light:
+            self.error = CoreError(
+                tr("The background was not learnt."),
+                tr("Leave this step and come back to try again."),
+            )
+            self._light = None
+            self._changed()
+
+
+def _key(light: PlaceLight) -> bytes:
+    """Return a hash of a panorama, the same when its place is opened again."""
+    coarse = np.ascontiguousarray(light.display[::_COARSE, ::_COARSE])
+    return hashlib.blake2b(coarse.tobytes(), digest_size=16).digest()

@@ -1,0 +1,153 @@
+"""The Live and Goal pictures: what is written on them, and how certain the heading is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.guidance.guide import Guide, HeadingSource, Phase
+from app.core.guidance.mode import Mode
+from app.core.text import tr
+from app.ui.screens.turn.live.source_words import source_words
+from app.words.guidance import trouble_line
+from app.words.phrases.turns import sureness_words
+
+if TYPE_CHECKING:
+    from app.ui.presenters.services import Services
+    from app.ui.screens.turn.guidance import GuidanceController
+    from app.ui.screens.turn.live.camera import LiveCamera
+    from app.ui.screens.turn.live.heading_tracker import HeadingTracker
+
+ASPECT: Final = 1.5
+"""Columns over rows of the live picture, at least; a taller one is cropped at top and bottom."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveWords:
+    """The words on and above the Live and Goal pictures.
+
+    Attributes:
+        live, goal: Beside the two headings: "webcam".
+        name: The camera's name.
+        message, brief: What is wrong and what to do; only what is wrong.
+        tag: How the live picture lies on the goal.
+        dim: The picture is an old one.
+        asking: Ask which way the camera looks.
+        aspect: Columns over rows of both pictures.
+        quality, quality_icon: "Heading certain".
+    """
+
+    live: str = ""
+    goal: str = tr("what the camera should see")
+    name: str = ""
+    message: str = ""
+    brief: str = ""
+    tag: str = ""
+    dim: bool = False
+    asking: bool = False
+    aspect: float = ASPECT
+    quality: str = ""
+    quality_icon: str = "target"
+
+
+@dataclass(frozen=True, slots=True)
+class CameraMenu:
+    """The menu of the live picture.
+
+    Attributes:
+        webcams: Index and name of each.
+        webcam: Index of the one in use; -1 for another source.
+        looks: ``sitter``, ``me`` or ``ask``.
+        sounds: The guidance can be heard.
+    """
+
+    webcams: tuple[tuple[int, str], ...] = ()
+    webcam: int = 0
+    looks: str = "ask"
+    sounds: bool = True
+
+
+class LivePanel:
+    """Writes on the Live and Goal pictures.
+
+    `aspect`: columns over rows of both.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        camera: LiveCamera,
+        tracker: HeadingTracker,
+        guidance: GuidanceController,
+    ) -> None:
+        self._services = services
+        self._camera = camera
+        self._tracker = tracker
+        self._guidance = guidance
+        self.aspect = ASPECT
+
+    def resolve(self, guide: Guide, tag: str) -> LiveWords:
+        """Return the words; `tag`: how the live picture lies on the goal."""
+        quality, icon = self._quality(guide)
+        return replace(
+            self._words(),
+            name=self._camera.name,
+            tag=tag,
+            asking=self._guidance.asking,
+            aspect=self.aspect,
+            quality=quality,
+            quality_icon=icon,
+        )
+
+    def menu(self) -> CameraMenu:
+        """Return the menu of the live picture."""
+        sounds = self._services.model.settings.sounds and self._services.sounds.available
+        camera = self._camera
+        return CameraMenu(camera.listed, camera.index, camera.looks, sounds)
+
+    def _words(self) -> LiveWords:
+        """Describe both pictures; in selfie mode they are mirrored."""
+        source, error = self._camera.source, self._camera.error
+        words, selfie = source_words(self._camera.chosen.kind), self._guidance.mode is Mode.SELFIE
+        goal = tr("what the camera should see")
+        if selfie:
+            goal = tr("what the camera should see, mirrored")
+        if source is HeadingSource.LIVE:
+            message, brief = ("", "") if error is None else (str(error), error.message)
+            live = tr("{source}, mirrored", source=words.noun) if selfie else words.noun
+            return LiveWords(live, goal, message=message, brief=brief)
+        if source is HeadingSource.AWAY:
+            message = words.lost_sentence
+            return LiveWords(tr("last picture"), goal, message=message, brief=words.lost, dim=True)
+        if source is HeadingSource.STARTING:
+            return LiveWords(words.starting, goal)
+        message = tr("{trouble}. Turn by the number.", trouble=words.missing)
+        brief = words.missing
+        if error is not None and error.code != "no-webcam":
+            message, brief = str(error), error.message
+        live = tr("{trouble}: the goal", trouble=words.missing)
+        return LiveWords(live, goal, message=message, brief=brief)
+
+    def _quality(self, guide: Guide) -> tuple[str, str]:
+        """Return how certain the heading is, and an icon."""
+        source, tracker, track = self._camera.source, self._tracker, self._guidance.track
+        words = source_words(self._camera.chosen.kind)
+        if source is HeadingSource.AWAY:
+            return words.lost, "warning"
+        if source is HeadingSource.NONE:
+            return words.missing, "webcam"
+        if source is HeadingSource.STARTING:
+            return words.starting, "webcam"
+        if tracker.error is not None:
+            return str(tracker.error), "warning"
+        if tracker.learning:
+            return tr("Learning the background of this place…"), "refresh"
+        if guide.phase in (Phase.LOST, Phase.LEFT):
+            error = self._camera.error
+            return trouble_line(guide.phase) if error is None else error.message, "target"
+        if track is None or track.heading_deg is None:
+            return tr("Looking for the background"), "target"
+        sureness = sureness_words(track.confidence)
+        if self._guidance.sees_sitter and track.sitter is None:
+            return tr("Heading {sureness}, no sitter seen", sureness=sureness), "target"
+        return tr("Heading {sureness}", sureness=sureness), "target"

@@ -1,0 +1,77 @@
+"""The live picture in its well, alone or over the goal."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from app.core.base.arrays import Bytes, Float64
+from app.core.guidance.mode import Mode
+from app.core.localization.align import laid_over
+from app.ui.screens.turn.goal import TARGET_WIDTH, mirrored
+
+
+class LiveOverlay(NamedTuple):
+    """The goal under the live picture.
+
+    Attributes:
+        goal: (h, w, 3) uint8 in the size of the well, not mirrored.
+        homography: (3, 3) float64, from pixels of the live picture to those of a target with
+            `TARGET_WIDTH` columns; None while they are not aligned.
+        opacity: Of the live picture, 0 to 1; its share of the width where they are split.
+        split: Live on the left, the goal on the right.
+    """
+
+    goal: Bytes
+    homography: Float64 | None
+    opacity: float
+    split: bool = False
+
+
+def live_picture(
+    picture: Bytes, size: tuple[int, int], mode: Mode, overlay: LiveOverlay | None = None
+) -> Bytes:
+    """Fit the live picture into its well: the whole width, cropped at top and bottom.
+
+    Args:
+        picture: (H, W, 3) uint8 sRGB, as the camera sees it.
+        size: Rows and columns of the well.
+
+    Returns:
+        (rows, columns, 3) uint8.
+    """
+    rows, columns = size
+    high = max(round(picture.shape[0] * columns / picture.shape[1]), 1)
+    method = cv2.INTER_AREA if columns < picture.shape[1] else cv2.INTER_LINEAR
+    small = np.asarray(cv2.resize(picture, (columns, high), interpolation=method), np.uint8)
+    scale = columns / picture.shape[1]
+    if overlay is None:
+        return mirrored(_fitted(small, rows), mode)
+    if not overlay.split:
+        return mirrored(_over(small, overlay, scale), mode)
+    result = mirrored(_over(small, overlay._replace(opacity=1.0), scale), mode).copy()
+    cut = round(overlay.opacity * result.shape[1])
+    result[:, cut:] = mirrored(overlay.goal, mode)[:, cut:]
+    result[:, max(cut - 1, 0) : cut + 1] = 255
+    return result
+
+
+def _over(small: Bytes, overlay: LiveOverlay, scale: float) -> Bytes:
+    columns = overlay.goal.shape[1]
+    if overlay.homography is None:
+        return laid_over(overlay.goal, _fitted(small, overlay.goal.shape[0]), None, overlay.opacity)
+    share = columns / TARGET_WIDTH
+    to_well = np.diag([share, share, 1.0]) @ overlay.homography @ np.diag([1 / scale, 1 / scale, 1])
+    return laid_over(overlay.goal, small, np.asarray(to_well, np.float64), overlay.opacity)
+
+
+def _fitted(picture: Bytes, rows: int) -> Bytes:
+    """Crop a picture to a height around its middle; pad a lower one with its edge rows."""
+    high = picture.shape[0]
+    if high >= rows:
+        top = (high - rows) // 2
+        return np.ascontiguousarray(picture[top : top + rows])
+    above = (rows - high) // 2
+    return np.pad(picture, ((above, rows - high - above), (0, 0), (0, 0)), mode="edge")

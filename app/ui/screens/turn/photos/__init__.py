@@ -1,0 +1,1 @@
+"""Photos taken at the place: how far each was from the light."""
