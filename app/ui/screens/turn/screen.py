@@ -72,6 +72,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._place_controller = place_controller
         self._sizes = TurnSizes()
         self._on = False
+        self._state: TurnState | None = None
         self._camera = LiveCamera(services, self._refresh)
         self._tracker = HeadingTracker(services, self._refresh)
         self._guidance = GuidanceController(services, self._camera, self._tracker)
@@ -81,7 +82,9 @@ class TurnPresenter(Presenter[TurnView]):
         self._images = TurnImages(services, self._refresh)
         self._beeper = Beeper(services)
         self.sources = SourcesPresenter(services, self._camera, self._source_taken)
-        self.shots = Shots(services, place_controller, lambda: self._tracker.index, self._refresh)
+        self.shots = Shots(
+            services, place_controller, lambda: self._tracker.index, self._show_shots
+        )
         services.model.changed.connect(self._model_changed)
 
     def enter(self) -> None:
@@ -281,7 +284,7 @@ class TurnPresenter(Presenter[TurnView]):
         empty, action = self._empty()
         goal = model.goal
         if empty or goal is None or model.light is None:
-            self._guidance.guide = None
+            self._guidance.guide = self._state = None
             return TurnState(empty, action, self._guidance.mode.value)
         check = self._face.check
         guide = self._guidance.advance(goal, None if check is None else check.light.pose.yaw_deg)
@@ -292,7 +295,7 @@ class TurnPresenter(Presenter[TurnView]):
         mode, axis = self._guidance.mode, self._guidance.axis_turn(guide)
         style, pictures = self._with_film(style_words(model, guide.now, check), guide)
         plan, words = walk_plan(model, guide, goal, mode, self._guidance.from_deg)
-        return TurnState(
+        self._state = TurnState(
             stale=model.goal_computing,
             mode=mode.value,
             guidance=self._guidance.column(guide),
@@ -307,6 +310,15 @@ class TurnPresenter(Presenter[TurnView]):
             shots=self.shots.resolve(),
             pictures=pictures,
         )
+        return self._state
+
+    def _show_shots(self) -> None:
+        """Show the photos at once; a film's frame as Now follows with the next tick."""
+        if self._state is None:
+            self._refresh()
+        elif self._view is not None and self._in_front:
+            self._state = replace(self._state, shots=self.shots.resolve())
+            self._view.show_state(self._state)
 
     def _source_taken(self) -> None:
         """Drop what the camera before showed."""
