@@ -24,7 +24,7 @@ from app.core.portrait.face_light import (
     light_flow,
     lighting_ratio,
 )
-from app.core.portrait.gallery_portraits import value_at
+from app.core.solver.peaks import value_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.transport import Transport, render, to_image
 from app.words.shortfall import reason_sentence

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.core.portrait.display_pictures import WELL
-from app.core.portrait.gallery_portraits import framing, greyed, portraits, value_at
-from app.core.solver.peaks import shift
+from app.core.portrait.gallery_portraits import framing, greyed, portraits
+from app.core.solver.peaks import shift, value_at
 from app.core.solver.place_light import picture_at
 from benchmarks.speed.plain_portrait import portrait
 from tests.helpers.styles_screen import head, scene_light

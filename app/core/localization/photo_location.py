@@ -34,7 +34,7 @@ from app.core.localization.heading import (
 from app.core.localization.heading_conversion import assumed_fov, offset_angle, turn_of_heading
 from app.core.localization.picture_file import RAW_ENDINGS, PictureFile, picture_size, read_picture
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
-from app.core.portrait.gallery_portraits import value_at
+from app.core.solver.peaks import value_at
 from app.core.solver.solve import StyleResult
 from app.core.text import tr
 

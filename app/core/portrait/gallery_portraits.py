@@ -23,7 +23,6 @@ from app.core.base.colour import FloatImage
 from app.core.environment.environment import SHAPE, solid_angles
 from app.core.portrait import display_pictures as pictures
 from app.core.portrait.display_pictures import WELL
-from app.core.solver.peaks import shift
 from app.core.solver.transport import Transport, load_named
 from app.core.styles.lamps import far_lamp
 from app.core.styles.styles import Style
@@ -319,18 +318,6 @@ def greyed(picture: Bytes) -> Bytes:
         (h, w, 3) uint8. sRGB; the background grey stays as it is.
     """
     return colour.to_bytes(pictures.greyed(picture.astype(np.float32) / np.float32(255.0)))
-
-
-def value_at(curve: Float64, turn_deg: float) -> float:
-    """Interpolate a curve between grid turns, band-limited.
-
-    Args:
-        curve: (64,) float64. Values at turns of 5.625 k degrees.
-
-    Returns:
-        The value; at a turn of the grid exactly the curve's own.
-    """
-    return float(shift(curve, turn_deg)[0])
 
 
 def _encoded(linear: Float32) -> Float32:

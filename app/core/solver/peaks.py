@@ -164,6 +164,18 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
     return np.concatenate([right[::_FINE], left[(_REACH - 1) * _FINE : 0 : -_FINE]])
 
 
+def value_at(curve: Float64, turn_deg: float) -> float:
+    """Interpolate a curve between grid turns, band-limited.
+
+    Args:
+        curve: (64,) float64. Values at turns of 5.625 k degrees.
+
+    Returns:
+        The value; at a turn of the grid exactly the curve's own.
+    """
+    return float(shift(curve, turn_deg)[0])
+
+
 def best_index(objective: Float64, eligible: Bools) -> int:
     """Return the index of the grid turn with the largest objective.
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
-from app.core.portrait.gallery_portraits import value_at
 from app.core.portrait.head import Head
 from app.core.second_light.added_light import AddedLight, NearField, near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
@@ -25,6 +24,7 @@ from app.core.second_light.search_kernel import LampTables
 from app.core.second_light.turned_head import seen_aside
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.lens_search import STRAIGHT, LensWish
+from app.core.solver.peaks import value_at
 from app.core.solver.place_light import Facing, PlaceLight, picture_at, turned
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.style_signature import Grade

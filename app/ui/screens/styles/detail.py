@@ -22,8 +22,8 @@ from app.core.portrait.face_light import (
     glare,
     lighting_ratio,
 )
-from app.core.portrait.gallery_portraits import exposure_in_mean_light, value_at
-from app.core.solver.peaks import best_index
+from app.core.portrait.gallery_portraits import exposure_in_mean_light
+from app.core.solver.peaks import best_index, value_at
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import LIMITS

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import difference, whole
 from app.core.base.arrays import Bytes
-from app.core.portrait.gallery_portraits import value_at
 from app.core.portrait.head import Head
+from app.core.solver.peaks import value_at
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.text import tr
 from app.ui.presenters.model import COMPUTING, LampPlan, Model
