@@ -1,8 +1,8 @@
-"""Connections that keep a deadline, however slowly a camera talks.
+"""Connections with a deadline, however slowly a camera sends.
 
-The time limits of `requests` start again with every byte, also within a header or the length of a
-chunk, so that a camera which drips holds its client for hours. Here every read from the socket
-watches a deadline on the injected clock, and can be ended from another thread.
+The timeouts of `requests` restart with every byte, even inside a header, so that a camera that
+trickles could hold its client for hours. Here every read from the socket has a deadline on the
+injected clock, and another thread can end it.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _STEP_S: Final = 0.1  # of real time: a closed stream ends within this
 
 
 class Watch:
-    """Until when a connection may keep its reader waiting.
+    """The deadline of a connection.
 
-    `clock`: whose time counts. Real time counts as well, since a virtual clock stands still while a
-    real connection is waited for.
+    It passes on `clock` or in real time, since a virtual clock stands still while a real connection
+    is slow.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -36,12 +36,12 @@ class Watch:
         self._closed = False
 
     def allow(self, seconds: float) -> None:
-        """Move the deadline to so many seconds from now."""
+        """Set the deadline to so many seconds from now."""
         self._deadline = self._clock.now() + seconds
         self._real_deadline = time.monotonic() + seconds
 
     def close(self) -> None:
-        """End a wait that is under way, and every later one; from any thread."""
+        """End the current wait and all later ones; callable from any thread."""
         self._closed = True
 
     @property
@@ -55,11 +55,11 @@ class Watch:
         return self._clock.now() > self._deadline or time.monotonic() > self._real_deadline
 
     def wait_for(self, connection: socket.socket, silence_s: float | None) -> None:
-        """Wait until something can be read.
+        """Wait until there is something to read.
 
-        `silence_s`: longest silence in seconds of either time; None for no limit but the deadline.
-        Raises `ConnectionAbortedError` when the watch was closed; `TimeoutError` when the deadline
-        or the longest silence is over.
+        `silence_s`: timeout in seconds; None for no limit but the deadline. Raises
+        `ConnectionAbortedError` when the watch is closed; `TimeoutError` after the deadline or the
+        timeout.
         """
         start, real_start = self._clock.now(), time.monotonic()
         while True:
@@ -77,9 +77,9 @@ class Watch:
 
 
 class BoundedSocket(socket.socket):
-    """A connected socket that is read under a watch.
+    """A connected socket with a `Watch`.
 
-    `patient`: whether only the watch limits a silence, and not the socket's own timeout too.
+    `patient`: whether to ignore the socket's own timeout.
     """
 
     watch: Watch | None = None
@@ -91,18 +91,18 @@ class BoundedSocket(socket.socket):
         self.settimeout(limit)
 
     def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
-        """Take what has come, or wait for it."""
+        """Read bytes, and wait for them if necessary."""
         return _receive(self, lambda: super(BoundedSocket, self).recv_into(buffer, nbytes, flags))
 
 
 class BoundedTls(ssl.SSLSocket):
-    """The same, encrypted; made by a context whose `sslsocket_class` it is."""
+    """An encrypted socket with a `Watch`; the `sslsocket_class` of an SSL context."""
 
     watch: Watch | None = None
     patient = False
 
     def recv_into(self, buffer: Any, nbytes: int | None = None, flags: int = 0) -> int:
-        """Take what has come, or wait for it."""
+        """Read bytes, and wait for them if necessary."""
         return _receive(self, lambda: super(BoundedTls, self).recv_into(buffer, nbytes, flags))
 
 
@@ -122,12 +122,12 @@ def _receive(connection: BoundedSocket | BoundedTls, receive: Callable[[], int])
 
 
 def pending(connection: socket.socket) -> bool:
-    """Whether something was received that is still to be decrypted."""
+    """Whether received bytes are waiting to be decrypted."""
     return isinstance(connection, ssl.SSLSocket) and connection.pending() > 0
 
 
 class WatchedAdapter(HTTPAdapter):
-    """Carries requests over watched connections; kept alive, never tried again."""
+    """Sends requests over connections with a `Watch`, kept alive and without retries."""
 
     def __init__(self) -> None:
         self.watch: Watch | None = None
@@ -136,7 +136,7 @@ class WatchedAdapter(HTTPAdapter):
     def init_poolmanager(
         self, connections: int, maxsize: int, block: bool = False, **pool_kwargs: Any
     ) -> None:
-        """Make connections of our own kind; called by `requests`."""
+        """Create the pool of bounded connections; called by `requests`."""
         transport = self
 
         class Connection(HTTPConnection):
@@ -158,7 +158,7 @@ class WatchedAdapter(HTTPAdapter):
         self.poolmanager.pool_classes_by_scheme = {"http": Pool}
 
     def close(self) -> None:
-        """Close all connections now; urllib3 would wait until no reply is held any more."""
+        """Close all connections now; urllib3 would wait until every reply is released."""
         pools = self.poolmanager.pools
         for key in pools.keys():  # noqa: SIM118 - its keys are a safe copy, it cannot be iterated
             pool = pools.get(key)

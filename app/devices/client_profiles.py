@@ -1,13 +1,12 @@
-"""What each camera model needs of a client, as data.
+"""The properties of each camera model that a client needs, as data.
 
-Sources: Ricoh's Web API v2.1 specification and its own client library for the Theta S to X; the
-SC2 and the A1 are not documented and described with care: whatever such a camera refuses is left
-out, and a bracket that is refused is shot as single pictures.
+Sources: Ricoh's Web API v2.1 specification and its client library for the Theta S to X. SC2 and A1
+are not documented: options that such a camera refuses are skipped, and a bracket that it refuses
+becomes single photos.
 
-Insta360's cameras answer to the same protocol. Their own bracket (`hdr`) steps as it likes, so
-single pictures are taken of them. Stitching is asked for where `photoStitchingSupport` offers it;
-most models stitch HDR pictures only (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches
-the others.
+Insta360 cameras have the same protocol. Their own bracket (`hdr`) chooses its steps, so they take
+single photos. Stitching is switched on if `photoStitchingSupport` offers it; most models stitch HDR
+photos only (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches the others.
 """
 
 from __future__ import annotations
@@ -20,10 +19,10 @@ from app.core.measure.plan.planner import CameraLimits
 from app.devices.theta.messages import Info
 
 WIDEST: Final = 8192
-"""Columns of the largest picture that a camera is asked for, unless it has no smaller one."""
+"""Columns of the largest photo to request, unless the camera has no smaller one."""
 
 KELVIN: Final = 5000
-"""Colour temperature that white balance is locked to."""
+"""Colour temperature of the fixed white balance."""
 
 Style: TypeAlias = Literal["native", "watched", "single", "insta-hdr"]
 
@@ -49,8 +48,8 @@ _THETA: Final = (
 )
 _STITCHED: Final = (*_THETA, "_imageStitching", "_topBottomCorrection")
 
-# What a client knows besides, of some models. The SC2 drops the connection when pictures follow
-# each other too fast.
+# More properties of some models. The SC2 drops the connection when photos follow each other too
+# fast.
 _BESIDES: Final[dict[str, dict[str, Any]]] = {
     "S": {"min_firmware": (1, 62), "bracket_firmware": (1, 82)},
     "SC": {"bracket_firmware": (1, 10)},
@@ -65,17 +64,17 @@ class ModelProfile:
     """One model, or one model with one kind of firmware.
 
     * `name`: short: "S", "V-old", "generic".
-    * `bracket`: how it brackets: by itself and says when it is done; by itself without ever saying
-      so; not at all; or in a way that is of no use here. The last two are shot as single pictures.
-    * `overhead_s`: time a frame takes besides its exposure, in seconds.
-    * `asks_support`: whether the camera is asked for its picture sizes, apertures and shooting
-      methods: a Theta that is not known here.
-    * `picture`: columns and rows of the JPEG to ask for; None leaves it to the camera.
-    * `rest_s`: rest between single pictures, in seconds.
-    * `settle_s`: rest between changing options and taking a picture, in seconds.
-    * `poll_s`: time between two questions how far it is, in seconds.
-    * `user_prefix`: letters between "THETA" and the serial number in the digest user name; "" where
-      there is no password or the letters are not known.
+    * `bracket`: "native" reports the end of its own bracket, "watched" does not; "single" has none,
+      and "insta-hdr" one that cannot be used. The last two take single photos.
+    * `overhead_s`: duration of a frame besides its exposure, in seconds.
+    * `asks_support`: whether to request photo sizes, apertures and shooting methods, for a Theta
+      that is not in the table.
+    * `picture`: columns and rows of the JPEG; None leaves them to the camera.
+    * `rest_s`: pause between single photos, in seconds.
+    * `settle_s`: pause between a change of options and a photo, in seconds.
+    * `poll_s`: pause between two status requests, in seconds.
+    * `user_prefix`: letters between "THETA" and the serial number in the digest user name; "" if
+      there is no password or the letters are unknown.
     """
 
     name: str
@@ -104,16 +103,16 @@ class ModelProfile:
 
     @property
     def brackets_itself(self) -> bool:
-        """Whether its own bracket is used."""
+        """Whether to use the camera's own bracket."""
         return self.bracket in ("native", "watched")
 
     def user_name(self, serial: str) -> str:
-        """Return the digest user name, "" where it is not known."""
+        """Return the digest user name, "" if unknown."""
         return f"THETA{self.user_prefix}{serial}" if self.user_prefix else ""
 
 
 def _theta(facts: CameraFacts) -> ModelProfile:
-    """Read a row of the table of cameras as a client does."""
+    """Return the profile of a row of the camera table."""
     itself = facts.native_bracket
     keys = _OLD_KEYS if facts.old_bracket else _NEW_KEYS
     apertures = ("aperture",) if len(facts.limits.apertures) > 1 else ()
@@ -151,7 +150,7 @@ _V_OLD: Final = replace(
     min_firmware=(2, 0),
     bracket_firmware=(2, 0),
 )
-# Like a V, in its own network as well; what else it can it says itself.
+# Like a V, also in a local network; it states its other properties itself.
 _UNKNOWN_THETA: Final = replace(
     _V,
     name="theta",
@@ -191,7 +190,7 @@ def profile_named(name: str) -> ModelProfile:
     """Find a profile by its short name.
 
     `name`: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
-    Returns the profile; that of any OSC camera where there is none of that name.
+    Returns the profile of a generic OSC camera for any other name.
 
     Examples:
         >>> profile_named("SC2").bracket
@@ -201,10 +200,10 @@ def profile_named(name: str) -> ModelProfile:
 
 
 def profile_for(info: Info) -> ModelProfile:
-    """Choose the profile of a camera by what it says of itself.
+    """Return the profile that matches a camera's description.
 
-    That of any OSC camera where the model is not known. A model whose firmware is too old for a
-    bracket of its own has "single" for its style.
+    An unknown model has the profile of a generic OSC camera. A model whose firmware is too old for
+    its own bracket has the style "single".
     """
     if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")

@@ -1,7 +1,7 @@
-"""Time as clients and simulators see it: real, sped up, or virtual.
+"""Clocks for clients and simulators: real or virtual.
 
-Every wait, timeout, poll and rate in `app.devices` goes through a `Clock`, so that a capture of
-half a minute with all its timeouts can be tried hundreds of times in a second or two.
+Every wait, timeout, poll and rate in `app.devices` uses a `Clock`, so that tests run hundreds of
+captures with all their timeouts in a few seconds.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Clock(Protocol):
         """Return the time in seconds."""
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass; nothing happens for zero or less."""
+        """Sleep; return at once for zero or less."""
 
 
 class SystemClock:
@@ -33,13 +33,13 @@ class SystemClock:
         return time.monotonic()
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass."""
+        """Sleep."""
         if seconds > 0.0:
             time.sleep(seconds)
 
 
 class VirtualClock:
-    """Time that passes only when somebody sleeps.
+    """A clock that moves only when `sleep` is called.
 
     `start`: first reading in seconds.
 
@@ -59,16 +59,16 @@ class VirtualClock:
         return self._now
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass at once."""
+        """Move the time forward without waiting."""
         if seconds > 0.0:
             with self._lock:
                 self._now += seconds
 
 
 def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
-    """Wait in short steps, so that cancelling is felt.
+    """Wait in short steps, so that cancelling takes effect soon.
 
-    Raises `Cancelled` when the token was cancelled.
+    Raises `Cancelled` when the token is cancelled.
     """
     end = clock.now() + seconds
     while True:

@@ -1,8 +1,7 @@
-"""Errors of cameras and networks: one clear sentence, what to do next, and a code.
+"""Errors of cameras and networks: one sentence, a hint and a code.
 
-They are a family of their own, apart from `CoreError`: the command line ends with 3 for these. None
-derives from `RuntimeError` or `OSError`, so that no job runner and no library can mistake one for
-its own failure.
+They are not `CoreError`s: commands end with exit code 3. None derives from `RuntimeError` or
+`OSError`, so that no job runner and no library mistakes one for its own failure.
 """
 
 from __future__ import annotations
@@ -14,17 +13,17 @@ from typing import Final, TypeVar
 from app.core.text import tr
 
 DISK: Final = frozenset({"disk", "disk-full"})
-"""Codes of errors that are this computer's own: its disk takes no more."""
+"""Codes of errors of this computer: its disk cannot be written."""
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 class DeviceError(Exception):
-    """A camera or the way to it fails, and what to do about it.
+    """A failure of a camera or of the connection to it.
 
     * `hint`: what to do next, as a second sentence.
-    * `code`: stable word for programs: the camera's own error code where it gave one
-      ("disabledCommand"), else ours ("timeout", "not-a-camera").
+    * `code`: a stable word for programs: the camera's own error code ("disabledCommand"), or one of
+      this program ("timeout", "not-a-camera").
 
     Examples:
         >>> print(DeviceError("The camera does not answer.", "Switch its Wi-Fi on."))
@@ -40,24 +39,24 @@ class DeviceError(Exception):
         self.code = code or self.default_code
 
     def __str__(self) -> str:
-        """Return the message, followed by the hint where there is one."""
+        """Return the message, followed by the hint if there is one."""
         return f"{self.message} {self.hint}" if self.hint else self.message
 
 
 class Unreachable(DeviceError):
-    """Nothing answers in time, or the connection broke: trying again later may help."""
+    """Nothing answers in time, or the connection broke; a later attempt may succeed."""
 
     default_code = "unreachable"
 
 
 class NotACamera(DeviceError):
-    """Something answers, but it is no camera of this kind: a router, a web page."""
+    """The device that answers is not such a camera but for example a router."""
 
     default_code = "not-a-camera"
 
 
 class PasswordNeeded(DeviceError):
-    """The camera wants a user name and password, or refuses the ones it was given."""
+    """The camera requires a user name and password, or refuses the ones it received."""
 
     default_code = "password"
 
@@ -88,13 +87,13 @@ class CameraNotReady(DeviceError):
 
 
 class CaptureFailed(DeviceError):
-    """A bracket could not be taken or is not what was asked for; what there is was kept."""
+    """A bracket failed or differs from the plan; the files on disk stay."""
 
     default_code = "capture-failed"
 
 
 class DownloadFailed(DeviceError):
-    """A file could not be brought over whole; what came was kept and can be continued."""
+    """A file could not be downloaded completely; the partial download can be resumed."""
 
     default_code = "download-failed"
 
@@ -102,15 +101,15 @@ class DownloadFailed(DeviceError):
 _Failed = TypeVar("_Failed", bound=DeviceError)
 
 LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
-"""Errors after which the camera may be there all the same, once it has answered."""
+"""Errors that may be temporary once the camera has answered."""
 
 
 def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
-    """Say why a folder takes no file, in the same words whatever was to be written there."""
+    """Return the error of a folder that cannot be written, with the same sentence everywhere."""
     reason = (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
     hint = tr("Check the folder and its disk, then try again.")
     if error.errno in _NO_ROOM:
-        hint = tr("Make room on the disk, then try again.")
+        hint = tr("Free some disk space, then try again.")
     return kind(
         tr("Cannot write into {folder}: {reason}.", folder=folder, reason=reason), hint, "disk"
     )

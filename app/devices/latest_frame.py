@@ -1,6 +1,6 @@
-"""A place for one thing, the newest: frames go from a camera's thread to whoever looks at them.
+"""A mailbox for the newest frame of a camera's thread.
 
-A slow reader sees fewer frames, never older ones, and nothing grows.
+A slow reader sees fewer frames, never old ones, and no queue grows.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ T = TypeVar("T")
 class Mailbox(Generic[T]):
     """Holds the newest item until it is taken; any number of threads may use it.
 
-    Its waits are on the machine's own clock: they hand something over between two threads of this
-    process, and no time of a camera's is in them.
+    It waits on the machine's own clock, since it only connects two threads of this process.
 
     Examples:
         >>> box: Mailbox[str] = Mailbox()
@@ -32,15 +31,15 @@ class Mailbox(Generic[T]):
         self._item: T | None = None
 
     def put(self, item: T) -> None:
-        """Put an item in, in place of one that was not taken."""
+        """Put an item in; it replaces one that was not taken."""
         with self._changed:
             self._item = item
             self._changed.notify()
 
     def get(self, timeout_s: float = 0.0) -> T | None:
-        """Take the newest item; None when there is none in time.
+        """Take the newest item; None if there is none in time.
 
-        `timeout_s`: how long to wait for one, in real seconds; 0 looks only.
+        `timeout_s`: how long to wait in real seconds; 0 does not wait.
         """
         with self._changed:
             if timeout_s > 0.0:

@@ -1,7 +1,7 @@
-"""Passwords of cameras: kept in the system's own keyring or nowhere, and answered as a digest.
+"""Passwords of cameras: saved in the system's keyring or nowhere, and sent as a digest.
 
-Nothing is written into a file or a log, here or anywhere else in the program. A keyring that is
-missing, locked or broken is no error: the user is asked again the next time.
+No password is ever written into a file or a log. If the keyring is missing, locked or broken, the
+user types the password again next time.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _WHERE: Final = tr(
 )
 
 SERVICE: Final = "Turnlight camera"
-"""Under which passwords are kept in the keyring."""
+"""Service name of the passwords in the keyring."""
 
 _LONGEST: Final = 256
 _MOST_BYTES: Final = 4096
 _PATIENCE_S: Final = 30.0
 _NOT_KEPT: Final = tr(
-    "This computer offers no keyring that can be used, so the camera's password is not remembered."
+    "No keyring is available on this computer, so the camera's password is not saved."
 )
 _NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
 _SET_FIRST: Final = tr(
@@ -58,22 +58,22 @@ class Credentials:
 
 
 def password_needed() -> PasswordNeeded:
-    """Say that the camera wants a password and none was given."""
+    """Return the error of a camera that requires a password."""
     return PasswordNeeded(tr("The camera needs its user name and password."), _WHERE)
 
 
 def password_refused() -> PasswordNeeded:
-    """Say that the camera does not accept the password it was given."""
+    """Return the error of a camera that refuses the password."""
     return PasswordNeeded(
         tr("The camera does not accept this user name and password."), _WHERE, "password-refused"
     )
 
 
 class Digest(HTTPDigestAuth):
-    """Answers to a camera's challenges (RFC 7616 with MD5 and the others `requests` knows).
+    """Answers to a camera's challenges (RFC 7616, with the algorithms of `requests`).
 
-    Only the arithmetic of `requests` is used. Its own handling of a 401 reads a body of any size
-    and sends again by itself, both of which need limits here.
+    Only the arithmetic of `requests` is used: its own handling of a 401 reads a body of any size,
+    and repeats the request by itself.
     """
 
     def __init__(self, credentials: Credentials) -> None:
@@ -86,10 +86,10 @@ class Digest(HTTPDigestAuth):
         return bool(self._challenge)
 
     def take(self, header: str) -> bool:
-        """Keep a challenge.
+        """Store a challenge.
 
-        Returns whether it says that only the last nonce was too old, and not the password wrong.
-        Raises `PasswordNeeded` when it is no challenge that can be answered.
+        Returns whether only the last nonce was too old, so that the password is not wrong. Raises
+        `PasswordNeeded` for an invalid challenge.
         """
         self._challenge = {}
         match = _SCHEME.search(header[:_LONGEST_CHALLENGE])
@@ -106,9 +106,9 @@ class Digest(HTTPDigestAuth):
         return fields.get("stale", "").lower() == "true"
 
     def answer(self, method: str, url: str) -> str:
-        """Give the Authorization header for a request.
+        """Return the Authorization header of a request.
 
-        Raises `PasswordNeeded` when the camera wants an unknown algorithm.
+        Raises `PasswordNeeded` for an unknown algorithm.
         """
         self.init_per_thread_state()
         self._thread_local.chal = self._challenge
@@ -119,15 +119,14 @@ class Digest(HTTPDigestAuth):
 
 
 def wants_digest(header: str) -> bool:
-    """Tell whether a WWW-Authenticate header asks for a digest."""
+    """Return whether a WWW-Authenticate header requests a digest."""
     return _SCHEME.search(header[:_LONGEST_CHALLENGE]) is not None
 
 
 class Passwords:
     """Passwords by the camera's user name or serial number.
 
-    `patience_s`: real seconds that a keyring may take, for instance while it asks the user to
-    unlock it.
+    `patience_s`: timeout of the keyring in real seconds; it may ask the user to unlock it.
     """
 
     def __init__(
@@ -137,16 +136,16 @@ class Passwords:
         self._patience_s = patience_s
 
     def get(self, account: str) -> str | None:
-        """Look a password up. None where none is kept or the keyring cannot be used."""
+        """Return a password; None if none is saved or the keyring cannot be used."""
         password = self._try(lambda ring: ring.get_password(SERVICE, account)) if account else None
         return password if isinstance(password, str) and _sound(password) else None
 
     def set(self, account: str, password: str) -> bool:
-        """Keep a password."""
+        """Save a password; return whether that worked."""
 
         def keep(ring: Any) -> bool:
             ring.set_password(SERVICE, account, password)
-            # Some backends take everything and keep nothing.
+            # Some backends accept everything and save nothing.
             return bool(ring.get_password(SERVICE, account) == password)
 
         if not account or not _sound(password):
@@ -157,7 +156,7 @@ class Passwords:
         return bool(ok)
 
     def _try(self, work: Callable[[Any], _T]) -> _T | None:
-        """Use the keyring, however that fails; one that hangs is left behind."""
+        """Use the keyring; None after any failure or a timeout."""
         results: list[_T] = []
 
         def run() -> None:
@@ -184,8 +183,8 @@ class Passwords:
 def read_password_file(path: Path | str, warn: Callable[[str], None] | None = None) -> str:
     """Read a password from the first line of a file.
 
-    Raises `CoreError` when the file cannot be read, is empty, or holds no password that can be
-    typed. Its content is never part of the sentence.
+    Raises `CoreError` if the file cannot be read, is empty, or has no printable password. The
+    message never contains the content.
     """
     file = Path(path)
     try:
@@ -200,7 +199,7 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
     line = data.removeprefix(b"\xef\xbb\xbf").split(b"\n", 1)[0].removesuffix(b"\r")
     if not line:
         raise CoreError(
-            tr("There is no password in {file}.", file=file), tr("It belongs in the first line.")
+            tr("There is no password in {file}.", file=file), tr("Put it in the first line.")
         )
     try:
         password = line.decode("utf-8")
@@ -211,17 +210,19 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
             tr("The first line of {file} is not a password.", file=file),
             tr("It must be plain text of at most {longest} characters.", longest=_LONGEST),
         )
-    # What the others may do is only stated by the systems that know the three kinds of users.
+    # Only POSIX states the permissions of other users.
     if warn is not None and os.name == "posix" and stat.S_ISREG(mode) and mode & 0o077:
-        warn(tr("Others can read the password file {file}; chmod 600 keeps it to you.", file=file))
+        warn(
+            tr(
+                "Other users can read the password file {file}. Protect it with chmod 600.",
+                file=file,
+            )
+        )
     return password
 
 
 def default_password_hint(model: str, serial: str) -> str:
-    """Give the password that a camera has from the factory.
-
-    Returns one or two sentences; the password itself is not in them.
-    """
+    """Return one or two sentences about the factory password, without the password itself."""
     name = model.strip().upper()
     digits = serial.strip().upper().removeprefix("THETA").lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
     digits_rule = tr(

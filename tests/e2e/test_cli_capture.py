@@ -188,7 +188,7 @@ def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path:
     assert "-o" in refused(capsys, 2, "--camera", url)
     assert "--watch" in refused(capsys, 2, "-o", tmp_path / "a")
     assert "not allowed" in refused(capsys, 2, "--camera", url, "--watch", tmp_path)
-    assert "other than a session" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "full")
+    assert "not from a session" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "full")
     assert "delay" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "a", "--delay", "99")
     words = ("--camera", url, "-o", tmp_path / "a", "--user", "me")
     assert "go together" in refused(capsys, 2, *words)

@@ -67,7 +67,7 @@ def test_a_damaged_file_does_not_keep_the_others_from_being_used(
     assert len(frames) == shots
     assert len(result.frames) == shots - 1
     assert all(path.exists() for path in result.frames)
-    words = f"{name} could not be brought over whole; only {shots - 1} of {shots} exposures"
+    words = f"{name} could not be downloaded; only {shots - 1} of {shots} exposures"
     assert any(line.startswith(words) for line in sentences(result.warnings))
     assert not reconnected
 
@@ -93,7 +93,7 @@ def test_too_few_whole_files_are_a_failure_but_all_were_fetched(
 ) -> None:
     made = rig(tmp_path)
     before_fetching(monkeypatch, lambda: spoil(made, 0))
-    with pytest.raises(DownloadFailed, match="on the camera itself"):
+    with pytest.raises(DownloadFailed, match="is damaged on the camera"):
         made.shoot()
     assert [frame.done for frame in Session.open(made.folder).journal.frames] == [
         False,

@@ -275,7 +275,7 @@ def test_a_self_timer_runs_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (lambda camera: setattr(camera, "battery", 0.05), "battery is at 5%"),
+        (lambda camera: setattr(camera, "battery", 0.05), r"bracket \(5%\)"),
         (
             lambda camera: setattr(camera, "errors", lambda: ("NO_MEMORY",)),
             "storage is full",
@@ -368,7 +368,9 @@ def owing(tmp_path: Path) -> tuple[Rig, Weather, dict[str, Any]]:
     weather = Weather(made)
     made.seen = Listener(Stage.MERGING, lambda: weather.lose(1e6))
     result = made.shoot()
-    assert any("could not be put back" in line for line in sentences(result.warnings))
+    assert any(
+        "still has the settings of the capture" in line for line in sentences(result.warnings)
+    )
     assert made.camera.options != before
     return made, weather, before
 
@@ -402,7 +404,9 @@ def test_another_camera_does_not_get_what_is_owed(tmp_path: Path) -> None:
     # A session that only has to be merged does not need its camera, and takes no other for it.
     owed.update(finished="", stage="merging")
     result = other.shoot()
-    assert any("could not be put back" in line for line in sentences(result.warnings))
+    assert any(
+        "still has the settings of the capture" in line for line in sentences(result.warnings)
+    )
     assert asked(other, "setOptions") == 0
     assert Session.open(other.folder).journal.settings_to_restore
 
@@ -479,6 +483,6 @@ def test_a_full_disk_while_metering_is_named(
     monkeypatch.setattr(metering, "open", full, raising=False)
     with pytest.raises(CaptureFailed, match=r"Cannot write into .*: no space left") as caught:
         made.shoot()
-    assert caught.value.hint == "Make room on the disk, then try again."
+    assert caught.value.hint == "Free some disk space, then try again."
     assert caught.value.code == "disk"
     assert asked(made, "takePicture") == 1

@@ -176,7 +176,7 @@ def test_the_search_is_counted_down() -> None:
     assert left == sorted(left, reverse=True)
     assert max(a - b for a, b in itertools.pairwise(left)) <= 1.0 + 1e-6
     assert 170.0 < left[0] < 180.0
-    assert said[-1] == ("The camera is back", None, False)
+    assert said[-1] == ("Reconnected to the camera", None, False)
 
 
 def test_a_camera_that_stays_away_is_given_up_after_three_minutes() -> None:

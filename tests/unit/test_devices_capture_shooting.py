@@ -100,7 +100,7 @@ def test_a_bracket_that_never_ends_is_given_up(tmp_path: Path, model: str) -> No
         job.frames[-1] = replace(job.frames[-1], end=1e6)
 
     when(made, "startCapture", last_for_ever)
-    with pytest.raises(CaptureFailed, match="does not finish its bracket"):
+    with pytest.raises(CaptureFailed, match="did not finish the bracket"):
         made.shoot()
     assert made.clock.now() < 300.0
 

@@ -130,7 +130,7 @@ def test_a_camera_in_its_own_wifi() -> None:
 def test_nothing_found_says_what_to_do_next() -> None:
     result = search(Net())
     assert result == Discovery()
-    with pytest.raises(Unreachable, match=r"No camera was found\. Switch the camera's Wi-Fi on"):
+    with pytest.raises(Unreachable, match=r"No camera was found\. Switch on the camera's Wi-Fi"):
         result.one()
 
 
@@ -148,8 +148,8 @@ def test_a_router_in_place_of_the_camera_is_said_and_not_offered(answer: Any) ->
     result = search(Net().at("192.168.1.1", answer))
     assert result.cameras == ()
     (note,) = result.notes
-    assert "probably the router" in note
-    with pytest.raises(Unreachable, match="probably the router"):
+    assert "probably your router" in note
+    with pytest.raises(Unreachable, match="probably your router"):
         result.one()
 
 
@@ -325,7 +325,7 @@ def test_addresses_that_swallow_everything_cost_bounded_time() -> None:
         def get(self, path: str) -> Any:
             if not release.wait(PATIENCE_S):
                 overdue.append(path)
-            raise Unreachable("The camera does not answer in time.")
+            raise Unreachable("The camera did not answer in time.")
 
         def close(self) -> None:
             pass
@@ -470,7 +470,7 @@ def test_a_simulated_router_is_named(seed: int) -> None:
     clock, links = lodged("V", faults=["404-router-in-place-of-the-camera"], seed=seed)
     result = discover(clock, 3.0, link_factory=links, browse=silence)
     assert result.cameras == ()
-    assert "probably the router" in result.notes[0]
+    assert "probably your router" in result.notes[0]
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def test_a_keyring_that_fails_is_said_once_and_never_raised(backend: KeyringBack
     assert not passwords.set(USER, "secret word")
     assert passwords.get(USER) is None
     assert len(said) == 1
-    assert "not remembered" in said[0]
+    assert "not saved" in said[0]
     assert Passwords().get(USER) is None
 
 
@@ -250,7 +250,7 @@ def test_a_file_that_others_can_read_is_said_and_taken(tmp_path: Path) -> None:
     file.chmod(0o644)
     assert read_password_file(str(file), warnings.append) == "00105377"
     (warning,) = warnings
-    assert "Others can read" in warning
+    assert "Other users can read" in warning
     assert "00105377" not in warning
 
 

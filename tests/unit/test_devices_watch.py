@@ -108,7 +108,7 @@ def test_a_bracket_comes_whole_and_in_the_order_of_shooting(tmp_path: Path) -> N
     ((when, bracket),) = scenario.run()
     assert names(bracket) == ["R0010001.JPG", "R0010002.JPG", "R0010003.JPG"]
     assert speeds(bracket) == [60, 15, 250]
-    assert bracket.reasons == ("Nothing more came for 20 seconds.",)
+    assert bracket.reasons == ("Nothing more arrived for 20 seconds.",)
     # still for 2 s, then quiet for 20 s, and the steps of looking
     assert 5.0 + 2.0 + 20.0 <= when <= 5.0 + 2.0 + 20.0 + 1.5
     assert tuple(scenario.watched._notes) == ()
@@ -119,7 +119,7 @@ def test_times_are_chosen(tmp_path: Path) -> None:
     scenario = Scenario(folder, quiet_s=6.0, still_s=0.5).at(5.0, lambda: shot(folder))
     ((when, bracket),) = scenario.run()
     assert 11.5 <= when <= 13.0
-    assert bracket.reasons == ("Nothing more came for 6 seconds.",)
+    assert bracket.reasons == ("Nothing more arrived for 6 seconds.",)
 
 
 def test_originals_are_only_read(tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_two_brackets_at_once_are_told_apart_by_repeated_exposures(tmp_path: Pat
     assert names(one) == ["R0010001.JPG", "R0010002.JPG", "R0010003.JPG"]
     assert names(two) == ["R0010004.JPG", "R0010005.JPG", "R0010006.JPG"]
     assert one.reasons == (
-        "R0010004.JPG has the exposure of R0010001.JPG, so it begins another bracket.",
+        "R0010004.JPG has the same exposure as R0010001.JPG, so it starts a new bracket.",
     )
 
 
@@ -209,7 +209,9 @@ def test_cameras_and_sizes_are_kept_apart(tmp_path: Path) -> None:
         ["R0010010.JPG", "R0010011.JPG", "R0010012.JPG"],
         ["R0010020.JPG", "R0010021.JPG", "R0010022.JPG"],
     ]
-    assert tuple(scenario.watched._notes) == ("R0010030.JPG came alone, so it is not a bracket.",)
+    assert tuple(scenario.watched._notes) == (
+        "R0010030.JPG arrived alone, so it is not a bracket.",
+    )
 
 
 def test_equal_exposures_are_no_bracket(tmp_path: Path) -> None:
@@ -316,7 +318,9 @@ def test_what_was_there_before_is_left_alone(tmp_path: Path) -> None:
     scenario.at(5.0, lambda: shot(folder, first=4, taken="2026:06:21 13:00:00"))
     ((_, bracket),) = scenario.run()
     assert names(bracket) == ["R0010004.JPG", "R0010005.JPG", "R0010006.JPG"]
-    assert tuple(scenario.watched._notes) == ("3 files were in the folder before and left alone.",)
+    assert tuple(scenario.watched._notes) == (
+        "3 files were already in the folder and are ignored.",
+    )
 
 
 def test_other_formats_count_when_they_can_be_read_to_the_end(tmp_path: Path) -> None:
@@ -333,7 +337,7 @@ def test_other_formats_count_when_they_can_be_read_to_the_end(tmp_path: Path) ->
     assert scenario.run() == []
     cut, whole = sorted(scenario.watched._notes)
     assert cut.startswith("cut.png is damaged or incomplete")
-    assert whole == "whole.png does not state its exposure time and is left out."
+    assert whole == "whole.png is skipped: it has no exposure time."
 
 
 def test_hostile_and_foreign_names(tmp_path: Path) -> None:
@@ -462,7 +466,7 @@ def test_a_file_too_large_for_a_picture_is_never_opened(
     monkeypatch.setattr(arrival, "MAX_BYTES", 1000)
     scenario = Scenario(folder).at(1.0, lambda: (folder / "huge.jpg").write_bytes(b"x" * 1001))
     assert scenario.run(20.0) == []
-    assert tuple(scenario.watched._notes) == ("huge.jpg is too large for a picture.",)
+    assert tuple(scenario.watched._notes) == ("huge.jpg is too large for a photo.",)
 
 
 def test_a_flood_of_notes_is_bounded(tmp_path: Path) -> None:
@@ -523,12 +527,12 @@ def test_what_is_passed_over_is_said_at_once_and_once(tmp_path: Path) -> None:
     (tmp_path / "old.jpg").write_bytes(b"x")
     said: list[str] = []
     watched = WatchedFolder(tmp_path, VirtualClock(), say=said.append)
-    assert said == ["1 file was in the folder before and left alone."]
+    assert said == ["1 file was already in the folder and is ignored."]
     (tmp_path / "new.cr3").write_bytes(b"x")
     for _ in range(2):
         watched.poll()
     assert len(said) == 2
-    assert said[1].startswith("Files ending in .cr3 are passed over")
+    assert said[1].startswith("Files ending in .cr3 are skipped")
     assert tuple(said) == tuple(watched._notes)
 
 
@@ -550,4 +554,4 @@ def test_the_command_says_what_it_passes_over_while_it_waits(
     with pytest.raises(Cancelled):
         capture._next_bracket(tmp_path, token)
     assert "Waiting for pictures" in said[0]
-    assert "".join(said).count(".cr3 are passed over") == 1
+    assert "".join(said).count(".cr3 are skipped") == 1

@@ -409,8 +409,8 @@ def test_https_with_a_certificate_that_nobody_signed(certificate: tuple[Path, Pa
     [
         (ssl.SSLCertVerificationError("self-signed"), "not trusted"),
         (ssl.SSLError("wrong version"), "does not support https"),
-        (socket.gaierror("unknown"), "no device of this name"),
-        (UnicodeError("label too long"), "no device of this name"),
+        (socket.gaierror("unknown"), "no device with this name"),
+        (UnicodeError("label too long"), "no device with this name"),
         (TimeoutError(), "does not answer"),
     ],
 )

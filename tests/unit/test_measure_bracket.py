@@ -373,7 +373,7 @@ def test_contradictions_within_exif_are_named(three: list[Path]) -> None:
 @pytest.mark.parametrize("tag", [0x0002, 0x0008, 0x000E])
 def test_tone_mapped_frames_are_refused(three: list[Path], tag: int) -> None:
     mapped = theta(three[0].parent / "hdr.jpg", (1, 30), note=[(tag, SHORT, (1,))])
-    assert "hdr.jpg was taken with HDR rendering" in refusal([*three, mapped])
+    assert "hdr.jpg was taken with the camera's HDR" in refusal([*three, mapped])
 
 
 def test_originals_are_not_touched(three: list[Path]) -> None:
@@ -431,5 +431,5 @@ def test_real_thetas_do_not_go_together() -> None:
     mixed = [folder / "theta_s_tilted_R0010298.JPG", folder / "theta_v_R0014760.JPG"]
     assert "is from a RICOH THETA V, but" in refusal(mixed)
     thumbs = sorted(folder.glob("theta_x_thumb*.JPG"))
-    assert "R0010016.JPG was taken with HDR rendering" in refusal(thumbs)
+    assert "R0010016.JPG was taken with the camera's HDR" in refusal(thumbs)
     assert names(thumbs[:2]) == ["theta_x_thumb_R0010005.JPG", "theta_x_thumb_R0010001.JPG"]

@@ -223,7 +223,7 @@ class TestTroubles:
         bench.runner.beats.append(look)
         presenter.capture()
         assert len(presenter.resolve().frames) == 3
-        assert "The camera is out of reach. Looking for it: 2:54 left" in said
+        assert "The camera is out of reach; reconnecting: 2:54 left" in said
         assert len(dict.fromkeys(said)) > 30
 
     def test_it_comes_back_and_the_third_is_fetched(self, bench: Bench) -> None:

@@ -24,12 +24,12 @@ _EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
 _UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
 _TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
 _SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
-# Not worth a sentence when the camera does not want its own value back.
+# Not worth a sentence if the camera refuses its own value.
 _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
 
 
 def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
-    """Read options; those that the camera does not know are left out."""
+    """Read options, without those that the camera does not know."""
     try:
         options = contact.ask(lambda: contact.client.get_options(names), NOT_NOW)
     except CameraRefused as error:
@@ -37,7 +37,7 @@ def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
             raise
         if len(names) <= 1:
             return {}
-        # One at a time, since the camera does not say which one it does not know.
+        # One at a time, since the camera does not name the one it does not know.
         values: dict[str, Any] = {}
         for name in names:
             values |= read(contact, (name,))
@@ -48,7 +48,7 @@ def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
 def change(contact: Contact, options: Mapping[str, Any]) -> None:
     """Change options in one call.
 
-    Raises `CameraRefused` when the camera does not know one of them or does not accept its value.
+    Raises `CameraRefused` if the camera does not know an option or does not accept its value.
     """
     try:
         contact.ask(lambda: contact.client.set_options(options), NOT_NOW)
@@ -58,12 +58,12 @@ def change(contact: Contact, options: Mapping[str, Any]) -> None:
 
 
 def change_if_known(contact: Contact, options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Change what can be changed."""
+    """Change the options that the camera accepts; return the names of the others."""
     return tuple(_refusals(contact, options))
 
 
 def _refusals(contact: Contact, options: Mapping[str, Any]) -> dict[str, str]:
-    """Change what can be changed; the camera's error codes of the rest, by name."""
+    """Change the options that the camera accepts; return the error codes of the others by name."""
     if not options:
         return {}
     try:
@@ -81,27 +81,27 @@ def _refusals(contact: Contact, options: Mapping[str, Any]) -> dict[str, str]:
 
 
 def settle(contact: Contact, profile: ModelProfile) -> None:
-    """Wait until the camera has taken in its options and can shoot.
+    """Wait until the camera has applied its options and can shoot.
 
-    Ricoh's specification asks for a second between setOptions and any picture or preview.
+    Ricoh's specification requires a second between setOptions and a photo or preview.
     """
     contact.pause(profile.settle_s - (contact.clock.now() - contact.changed_at))
 
 
 def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProfile:
-    """Write into the journal how everything is that `prepare` and the shots will change.
+    """Write the settings that `prepare` and the shots will change into the journal.
 
-    What stands there already is from before an interruption, and better.
+    Settings that are in the journal already date from before an interruption and stay.
 
-    Returns the profile without the options that cannot be put back, since the camera does not state
-    them or states what cannot be kept: they are not to be changed.
+    Returns the profile without the options that could not be restored, since the camera does not
+    report them or reports an invalid value: these must not be changed.
     """
     settings = dict(session.journal.settings_to_restore)
     if "captureMode" not in settings:
         settings = keepable(read(contact, ("captureMode",))) | settings
         session.update(settings_to_restore=settings)
     if settings.get("captureMode", "image") != "image":
-        # The other options of a camera follow its mode.
+        # The other options depend on the mode.
         change(contact, {"captureMode": "image"})
         contact.pause(profile.settle_s)
     missing = [name for name in profile.saved if name not in settings]
@@ -119,7 +119,7 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProf
 
 
 def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
-    """Take over what an unknown Theta says of itself."""
+    """Complete the profile of an unknown Theta from its own answers."""
     support = read(contact, ("fileFormatSupport", "apertureSupport", "_shootingMethodSupport"))
     methods, apertures = support.get("_shootingMethodSupport"), support.get("apertureSupport")
     by_method = isinstance(methods, list) and "bracket" in methods
@@ -136,7 +136,7 @@ def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
 
 
 def _panorama(value: Any) -> tuple[int, int] | None:
-    """Choose among the formats of a camera: the largest JPEG panorama that is not very large."""
+    """Return the columns and rows of the largest JPEG panorama of at most `WIDEST` columns."""
     sizes = set()
     for each in value if isinstance(value, list) else ():
         if isinstance(each, dict) and each.get("type") == "jpeg" and "_mode" not in each:
@@ -147,9 +147,9 @@ def _panorama(value: Any) -> tuple[int, int] | None:
 
 
 def prepare(contact: Contact, profile: ModelProfile) -> None:
-    """Make the camera take plain pictures and stay awake; what it does not know is left out.
+    """Set the camera to plain photos and keep it awake, as far as it knows the options.
 
-    Raises `CameraRefused` when it cannot be set to still pictures.
+    Raises `CameraRefused` if it cannot be set to photos.
     """
     change(contact, {"captureMode": "image"})
     contact.pause(profile.settle_s)
@@ -170,29 +170,29 @@ def _plain_pictures(profile: ModelProfile) -> Iterable[dict[str, Any]]:
     if profile.picture is not None:
         width, height = profile.picture
         yield {"fileFormat": {"type": "jpeg", "width": width, "height": height}}
-    # What its own bracket uses in any case: seam and level of the first frame for all.
+    # As in the camera's own bracket: seam and level of the first frame for all.
     yield {"_imageStitching": "auto"}
     yield {"_topBottomCorrection": "ApplyAuto"}
     yield locked_white(profile)
 
 
 def locked_white(profile: ModelProfile) -> dict[str, Any]:
-    """Return the options that keep white balance from following the scene."""
+    """Return the options of a fixed white balance."""
     if profile.ricoh:
         return {"whiteBalance": "_colorTemperature", "_colorTemperature": KELVIN}
     return {"whiteBalance": "daylight"}
 
 
 def restore(contact: Contact, session: Session) -> tuple[str, ...]:
-    """Give the camera its settings back and take them out of the journal.
+    """Restore the camera's settings and remove them from the journal.
 
-    Raises `DeviceError` when it cannot be reached or is busy; the journal keeps what is to be put
-    back.
+    Returns the names of the options that the camera refused. Raises `DeviceError` if it cannot be
+    reached or is busy; the settings then stay in the journal.
     """
     settings = dict(session.journal.settings_to_restore)
     if not settings:
         return ()
-    contact.reconnect()  # An S that was lost unnoticed would take nothing.
+    contact.reconnect()  # An S that lost its connection unnoticed would refuse everything.
     refusals: dict[str, str] = {}
     for options in _in_order(settings):
         if "captureMode" in options:
@@ -206,19 +206,19 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
 
 
 def restore_or_say(contact: Contact, session: Session) -> str:
-    """Do the same, and return a sentence about what did not work, "" if all did."""
+    """Restore the settings like `restore`; return a sentence about what failed, "" if nothing."""
     try:
         refusals = restore(contact, session)
     except DeviceError:
         return tr(
-            "The camera's own settings could not be put back: connect to it and open "
-            "this session again."
+            "The camera still has the settings of the capture. Connect to it and open this "
+            "session again to restore them."
         )
     return untaken_words(refusals)
 
 
 def untaken_words(names: Sequence[str]) -> str:
-    """Say which camera settings could not be restored, "" for none."""
+    """Return a sentence with the camera settings that could not be restored, "" for none."""
     if not names:
         return ""
     return tr(
@@ -228,16 +228,16 @@ def untaken_words(names: Sequence[str]) -> str:
 
 
 def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Group options so that each is set while it is allowed."""
+    """Yield groups of options in an order in which the camera accepts them."""
     rest = dict(settings)
     mode = rest.pop("captureMode", None)
-    # A bracket can only be set while its values are legal; so before the program.
+    # The camera accepts a bracket only while its values are legal, so it precedes the program.
     yield _take(rest, ("_autoBracket",))
     yield _take(rest, ("_shootingMethod",))
     program = rest.get("exposureProgram")
     yield _take(rest, ("exposureProgram",))
     exposing = _take(rest, _EXPOSING)
-    # 0 is what the camera states, and then does by itself, outside the manual program.
+    # 0 means automatic, outside the manual program.
     yield {name: value for name, value in exposing.items() if value}
     compensation = _take(rest, ("exposureCompensation",))
     yield compensation if program != _MANUAL else {}
@@ -250,7 +250,7 @@ def _in_order(settings: dict[str, Any]) -> Iterable[dict[str, Any]]:
 
 
 def _white(rest: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """White balance: the temperature can only be set while it is the one that counts."""
+    """Yield the white balance: the camera accepts a temperature only while it is in use."""
     balance = _take(rest, ("whiteBalance",))
     kelvin = _take(rest, ("_colorTemperature",))
     if kelvin and kelvin["_colorTemperature"] != KELVIN:

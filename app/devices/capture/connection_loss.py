@@ -1,7 +1,7 @@
-"""What is tried again, where, and how a bracket is found after the link was lost.
+"""Retries, reconnecting, and how a bracket is found after a connection loss.
 
-A *loss* is a question without a usable answer: silence, a broken connection, garbage, and, once the
-camera has answered, a router's page, a redirect or a 401 in its place.
+A *loss* is a request without a usable reply: a timeout, a broken connection, garbage, and, once the
+camera has answered, a router's page, a redirect or a 401 instead.
 
 ============================= ============================= ======================================
 error                         while                         what is done
@@ -51,7 +51,7 @@ disabledCommand               API 2.1                       at most, at the end 
                                                             put back, files stay
 ============================= ============================= ======================================
 
-All waiting for a lost camera together is at most `PATIENCE_S`, so that a capture always ends.
+All waits for a lost camera together last at most `PATIENCE_S`, so that a capture always ends.
 """
 
 from __future__ import annotations
@@ -80,17 +80,17 @@ BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""
 
 NOT_NOW: Final = frozenset({"disabledCommand"})
-"""Codes of a camera that cannot do this yet."""
+"""Codes of a camera that cannot execute the command yet."""
 
 REJOIN_S: Final = 180.0
-"""How long a lost connection is sought, in seconds."""
+"""How long to try to reconnect, in seconds."""
 
 PATIENCE_S: Final = 420.0
-"""How long lost connections are sought in one capture, all together, in seconds."""
+"""How long to try to reconnect in one capture altogether, in seconds."""
 
 _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
 _FIRST_S: Final = 60.0
-_SILENCES: Final = 1000  # Silence ends with the time that there is for it.
+_SILENCES: Final = 1000  # Timeouts are limited by the total time.
 _TRIES: Final = 8
 _LONGEST_PAUSE_S: Final = 2.0  # The greeting before has waited, too.
 _SWITCHES: Final = 2
@@ -102,21 +102,20 @@ _SPARE: Final = 12
 _MOST_LISTED: Final = 100
 _SHOOTING_S: Final = 600.0
 _LAST_SHOOTING_S: Final = 60.0
-# What every capture sets and no other option changes: they show whether a camera has forgotten.
+# Every capture sets these and no other option changes them: they show a loss of settings.
 _MARKS: Final = ("captureMode", "exposureProgram", "whiteBalance", "_filter", "sleepDelay")
 _JPEG: Final = (".jpg", ".jpeg")
 _REJOIN: Final = tr(
-    "Stay near the camera and join its Wi-Fi again; if it does not answer "
-    "then, restart it. The pictures on it are safe: open this session again "
-    "to continue."
+    "Join the camera's Wi-Fi again and stay near it; restart the camera if it does "
+    "not answer. Its photos are safe: open this session again to continue."
 )
 
-_SEEKING: Final = tr("The camera is out of reach. Looking for it")
+_SEEKING: Final = tr("The camera is out of reach; reconnecting")
 _T = TypeVar("_T")
 
 
 class Say(Protocol):
-    """Shows a message, and the seconds left for it; `seeking`: while the connection is sought."""
+    """Shows a message and the seconds left; `seeking` while it reconnects."""
 
     def __call__(self, message: str, left_s: float | None, /, *, seeking: bool = False) -> None:
         """Show it."""
@@ -125,8 +124,8 @@ class Say(Protocol):
 class Contact:
     """A camera that may be busy or out of reach for a while.
 
-    * `say`: told when the connection is sought, with the seconds left for it, and when it is back.
-    * `rejoin_s`: how long a lost connection is sought, in seconds.
+    * `say`: receives the progress of reconnecting, with the seconds left.
+    * `rejoin_s`: how long to try to reconnect, in seconds.
     """
 
     def __init__(
@@ -151,23 +150,23 @@ class Contact:
         self._shooting_s = _SHOOTING_S
 
     def unstoppable(self, rejoin_s: float) -> Contact:
-        """Return the same camera for what must be done at the end, with less patience."""
+        """Return the same camera for the final steps: not cancellable, with shorter waits."""
         other = copy(self)
         other.token, other._rejoin_s, other._patience_s = None, rejoin_s, PATIENCE_S
         other._shooting_s = _LAST_SHOOTING_S
         return other
 
     def pause(self, seconds: float) -> None:
-        """Wait. Raises `Cancelled` when the token was cancelled."""
+        """Wait. Raises `Cancelled` when the token is cancelled."""
         wait(self.clock, seconds, self.token)
 
     def ask(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Do what may be done twice, until it is answered.
+        """Make a call that may be repeated, until it succeeds.
 
-        `passing` are codes of refusals that pass, besides those of a busy camera.
+        `passing`: codes of temporary refusals, besides those of a busy camera.
 
-        Raises `DeviceError` when the camera refuses, or does not answer even after a while;
-        `Cancelled` when the token was cancelled.
+        Raises `DeviceError` if the camera refuses, or does not answer after all retries;
+        `Cancelled` when the token is cancelled.
         """
         failures = 0
         while True:
@@ -184,10 +183,10 @@ class Contact:
                     )
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
-        """Do what must not be done twice; only a camera that is busy is asked again.
+        """Make a call that must not be repeated after a loss, only while the camera is busy.
 
-        Raises `DeviceError` every one that the call raises, unless it passes; `Cancelled` when the
-        token was cancelled.
+        Raises every `DeviceError` of the call that is not temporary; `Cancelled` when the token is
+        cancelled.
         """
         began, number, switches = self.clock.now(), 0, 0
         while True:
@@ -207,29 +206,29 @@ class Contact:
             self.pause(pause)
 
     def meet(self, longest_s: float = _FIRST_S) -> Info:
-        """Make the first contact, with less patience: what answers may be no camera at all."""
+        """Make the first contact, with a shorter wait: the device may not be a camera at all."""
         return self._greet(longest_s)
 
     def reconnect(self) -> None:
-        """Seek the camera until it answers, and make it speak API 2.1.
+        """Try until the camera answers, and switch it to API 2.1.
 
-        Raises `Unreachable` when it does not answer in time; `CameraNotReady` when another camera
-        answers; `PasswordNeeded` when it keeps asking for a password; `Cancelled` when the token
-        was cancelled.
+        Raises `Unreachable` if it does not answer in time; `CameraNotReady` if another camera
+        answers; `PasswordNeeded` if it insists on a password; `Cancelled` when the token is
+        cancelled.
         """
         if not self._has_met:
             self.meet()
             return
         began, patience = self.clock.now(), self._patience_s
-        self._patience_s = 0.0  # Whoever has waited in vain does not wait again.
+        self._patience_s = 0.0  # After a wait in vain there is no second wait.
         self._greet(min(self._rejoin_s, patience))
         self._patience_s = max(patience - (self.clock.now() - began), 0.0)
         self.losses += self.forgets and self._lost_settings()
 
     def hello(self) -> Info:
-        """Ask who the camera is, and make it speak API 2.1.
+        """Identify the camera and switch it to API 2.1.
 
-        Raises `DeviceError` when it does not answer, or is another one than before.
+        Raises `DeviceError` if it does not answer, or is not the same camera as before.
         """
         info = self.client.info()
         if self.serial and info.serial_number != self.serial:
@@ -252,7 +251,7 @@ class Contact:
         return info
 
     def _greet(self, longest_s: float) -> Info:
-        """Say hello until the camera answers; the time left is said once it takes a while."""
+        """Repeat `hello` until the camera answers; report the time left after some seconds."""
         began = self.clock.now()
         until = began + longest_s
         first = FirstContact(self.clock, silences=_SILENCES)
@@ -272,7 +271,7 @@ class Contact:
                 raise Unreachable(tr("The connection to the camera was lost."), _REJOIN, "lost")
             self._count_down(pause, until, silent=self.clock.now() - began < _UNSAID_S)
         if self.clock.now() - began >= _UNSAID_S:
-            self.say(tr("The camera is back"), None)
+            self.say(tr("Reconnected to the camera"), None)
         return info
 
     def _count_down(self, seconds: float, until: float, *, silent: bool) -> None:
@@ -283,14 +282,14 @@ class Contact:
             self.pause(min(remaining_s, 1.0))
 
     def note_settings(self, options: Mapping[str, Any]) -> None:
-        """Note options that the camera has accepted."""
+        """Record options that the camera has accepted."""
         marks = {name: options[name] for name in _MARKS if name in options}
         self._settings = self._settings | marks
 
     def _lost_settings(self) -> bool:
-        """Whether the camera states other options than those that were set.
+        """Whether the camera's options differ from those that were set.
 
-        A reply that is lost on the way costs a forgetful camera nothing; a new connection does.
+        A lost reply does no harm to a forgetful camera; a new connection does.
         """
         settings, self._settings = self._settings, {}
         if not settings:
@@ -310,7 +309,7 @@ class Contact:
         return True
 
     def _leave_old_api(self) -> bool:
-        """Make an S or SC speak API 2.1 again; whether it had fallen back to the old one."""
+        """Switch an S or SC to API 2.1 again; return whether it had fallen back to the old one."""
         if not self._switches_api or self.client.state().api_version != 1:
             return False
         self.losses += self._has_met
@@ -334,12 +333,12 @@ class Contact:
             self.pause(1.0)
 
     def _fell_back(self, error: CameraRefused) -> bool:
-        """Whether an S or SC was lost unnoticed and speaks API 2.0 again; it is switched then."""
+        """Whether an S or SC reconnected unnoticed with API 2.0; if so, switch it."""
         return error.code in _OLD_API and self._leave_old_api()
 
 
 def _patience(error: CameraRefused, passing: Collection[str]) -> float:
-    """Seconds for which a refusal is worth waiting."""
+    """Return how long to retry after a refusal, in seconds."""
     if error.code in passing:
         return _NOT_NOW_S
     return _BUSY_S if error.code in BUSY or error.status == 503 else 0.0
@@ -355,9 +354,9 @@ def find_frames(
 ) -> tuple[FileEntry, ...]:
     """Find the frames of a bracket among the camera's files.
 
-    They are told by their addresses `urls`, where the camera has named them, by the `group_id` of
-    their entries, or by being newer than `previous`, the newest file before the bracket. Returned
-    are `frame_count` at most, in the order of shooting; fewer where there are fewer.
+    They are identified by `urls` if the camera has named them, by the `group_id` of their entries,
+    or because they are newer than `previous`, the newest file before the bracket. Returns up to
+    `frame_count` entries in the order of shooting.
     """
     count = min(frame_count + _SPARE, _MOST_LISTED)
     entries = contact.ask(lambda: contact.client.list_files(count))
@@ -372,10 +371,10 @@ def find_frames(
 
 
 def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
-    """Choose the address that later files are compared with, "" where there is none.
+    """Return the URL of the newest file, "" if there is none.
 
-    `entries` come the newest first; `stated_url` is what the camera's state calls its newest file,
-    which may be deleted.
+    `entries`: the newest first. `stated_url`: the newest file in the camera's state, which may be
+    deleted already.
     """
     if any(_path(entry.url) == _path(stated_url) for entry in entries):
         return stated_url
@@ -384,7 +383,7 @@ def newest_address(entries: Sequence[FileEntry], stated_url: str) -> str:
 
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
-    """Return the entries before a known one; where that is gone, those with higher addresses."""
+    """Return the entries newer than `previous`; if that is deleted, those with higher URLs."""
     path = _path(previous)
     if not any(_path(entry.url) == path for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
@@ -392,7 +391,7 @@ def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
 
 
 def _one_folder(entries: Sequence[FileEntry], count: int) -> list[FileEntry]:
-    """Leave out stray entries: most lie in one folder, unless its numbers are used up."""
+    """Return the entries of the most common folder; all if it has fewer than `count`."""
     folders = Counter(_place(entry.url)[0] for entry in entries)
     if not folders:
         return []
@@ -408,17 +407,17 @@ def _place(url: str) -> tuple[str, str]:
 
 
 def _path(url: str) -> str:
-    """Return an address without the camera's own, which is another one on another network."""
+    """Return the path of a URL: the host changes with the network."""
     _, absolute, rest = url.partition("://")
     return f"/{rest.partition('/')[2]}" if absolute else url
 
 
 def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
-    """Sort by address: cameras count on, and begin a new folder when the numbers are used up."""
+    """Sort by URL: cameras count up, and start a new folder when the numbers are used up."""
     return tuple(sorted(entries, key=lambda entry: _place(entry.url)))
 
 
 def _group(entries: Sequence[FileEntry], group_id: str) -> list[FileEntry]:
-    """Return the entries of a group; of the newest, where none is named."""
+    """Return the entries of a group; of the newest group if `group_id` is empty."""
     group_name = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
     return [entry for entry in entries if group_name and entry.group_id == group_name]

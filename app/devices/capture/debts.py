@@ -33,24 +33,24 @@ _LONGEST: Final = 4000
 
 
 class Debts:
-    """A file with the folders of such captures, the oldest first."""
+    """A file with the folders of captures that owe a camera its settings, the oldest first."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def note(self, session: Session) -> None:
-        """Add a capture; a file that cannot be written is no reason not to capture."""
+        """Add a capture; ignore a file that cannot be written."""
         folder = str(session.folder.resolve())
         self._write([*(each for each in self._read() if each != folder), folder])
 
     def settle(self, session: Session) -> None:
-        """Take a capture out that owes nothing any more."""
+        """Remove a capture that owes nothing any more."""
         folder, folders = str(session.folder.resolve()), self._read()
         if not session.owes and folder in folders:
             self._write([each for each in folders if each != folder])
 
     def of(self, serial: str, besides: Session) -> list[Session]:
-        """Open the other sessions that owe this camera something, the newest first."""
+        """Open the other sessions that owe this camera its settings, the newest first."""
         sessions: list[Session] = []
         for folder in reversed(self._read()):
             if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():

@@ -33,10 +33,10 @@ from app.devices.theta.messages import FileEntry
 from app.devices.theta.reply import Incoming
 
 ATTEMPTS: Final = 5
-"""Failures in a row, none of which brought anything new, after which a file is given up."""
+"""Failures in a row without new bytes after which a download is given up."""
 
 MAX_FILE_BYTES: Final = 64 << 20
-"""Longest file that is accepted."""
+"""Size limit of a file."""
 
 _MOST_ATTEMPTS: Final = 30
 _SLACK_BYTES: Final = 1 << 20
@@ -47,7 +47,7 @@ _REPORT_S: Final = 0.1
 _RANGE_REFUSED: Final = 416
 _PASSING_STATUS: Final = (0, 408, 429, 500, 502, 503, 504, _RANGE_REFUSED)
 _PASSING_CODES: Final = ("serviceUnavailable", "unexpected", "disabledCommand")
-# Fewer bytes than this in so many seconds are no link.
+# A connection with fewer bytes than this in so many seconds counts as lost.
 _DRIP_S: Final = 20.0
 _DRIP_BYTES: Final = 100_000
 _CONTENT_RANGE: Final = re.compile(r"bytes (\d{1,12})-(\d{1,12})/(\d{1,12}|\*)")
@@ -57,13 +57,13 @@ Progress: TypeAlias = "Callable[[int, int, float], None]"
 
 
 class FileSource(Protocol):
-    """What is needed of an OSC client."""
+    """The part of an OSC client that downloads use."""
 
     def open_file(self, url: str, *, start: int = 0) -> AbstractContextManager[Incoming]:
-        """Open a file of the camera, from a byte on."""
+        """Open a file of the camera from the byte `start` on."""
 
     def thumbnail(self, url: str) -> bytes:
-        """Return the small picture of a file."""
+        """Return the thumbnail of a file."""
 
 
 def fetch_file(
@@ -76,25 +76,24 @@ def fetch_file(
     *,
     check: Callable[[Path], bool] | None = None,
 ) -> Path:
-    """Bring a picture over whole.
+    """Download a photo.
 
-    * `report`: told some ten times a second how many bytes have come, how many there are, and the
-      rate in bytes a second since the first byte of this attempt, 0 before there is one.
-    * `check`: whether a file is whole; decodes it by default. The structure of the JPEG and its
-      size are looked at before in any case.
+    * `report`: called about ten times a second with the bytes received, the size of the file, and
+      the rate in bytes per second since the first byte of this attempt (0 before it).
+    * `check`: returns whether a file is complete; decodes it by default. The structure of the JPEG
+      and its size are checked before.
 
-    Raises `DownloadFailed` when it did not come whole after several attempts. The code is
-    "interrupted" when the link broke, "bad-answers" when the camera answered wrongly; "damaged",
-    "damaged-on-camera" or "too-long" when the file itself is at fault; "disk-full", "disk" or
-    "other-file" when it cannot be put where it belongs; `CameraRefused` at once, where trying again
-    is of no use; `Cancelled` when the token was cancelled.
+    Raises `DownloadFailed` after several attempts: with the code "interrupted" for a lost
+    connection, "bad-answers" for invalid replies, "damaged", "damaged-on-camera" or "too-long" for
+    a bad file, "disk-full", "disk" or "other-file" if it cannot be written; `CameraRefused` at once
+    if a retry is pointless; `Cancelled` when the token is cancelled.
     """
     token.check()
     whole = check or (lambda path: whole_picture(path, token))
     if target.exists():
         if whole(target):
             return target
-        message = tr("There is another file called {name} already.", name=target.name)
+        message = tr("A different file named {name} already exists.", name=target.name)
         raise DownloadFailed(message, tr("Use a new folder."), "other-file")
     transfer = _Transfer(client, entry, target, clock, token, report, whole)
     try:
@@ -105,11 +104,11 @@ def fetch_file(
 
 
 class _NotWhole(Exception):
-    """What came is not the whole file."""
+    """The download ended before the file was complete."""
 
 
 class _Transfer:
-    """One file on its way."""
+    """The download of one file."""
 
     def __init__(
         self,
@@ -129,19 +128,19 @@ class _Transfer:
         self.clean_lengths: list[int] = []
         self.short_lengths: set[int] = set()
         self.spoiled: set[bytes] = set()
-        # The part can never become whole. It is kept until the next attempt needs its place.
+        # The part can never become complete. It stays until the next attempt replaces it.
         self.stale = False
 
     def run(self) -> None:
-        """Try until the file is whole."""
+        """Try until the file is complete."""
         if self.size > MAX_FILE_BYTES:
             raise DownloadFailed(
                 tr(
-                    "{name} is {size} MB long, which is too long for a picture.",
+                    "{name} is too large for a photo ({size} MB).",
                     name=self.entry.name,
                     size=self.size >> 20,
                 ),
-                tr("Check what is on the camera."),
+                tr("Check the files on the camera."),
                 "too-long",
             )
         self._check_room()
@@ -155,10 +154,10 @@ class _Transfer:
             except (*LOSSES, _NotWhole) as error:
                 last: Exception = error
             except CameraRefused as error:
-                # Anything else is not over after a pause.
+                # Other refusals do not pass.
                 if error.status not in _PASSING_STATUS and error.code not in _PASSING_CODES:
                     raise
-                # There is no more of the file, although that is not all of it.
+                # The camera has no more bytes, although the file is not complete.
                 short = error.status == _RANGE_REFUSED
                 self.stale |= short
                 last = _NotWhole() if short else error
@@ -172,11 +171,11 @@ class _Transfer:
         raise self._given_up(last) from last
 
     def _attempt(self) -> None:
-        """Fetch what is missing; an error is raised only when the file is not whole after it."""
+        """Download the rest; raise an error only if the file is not complete afterwards."""
         try:
             self._receive()
         except LOSSES:
-            # A wrong Content-Length looks like a broken link, too.
+            # A wrong Content-Length looks like a lost connection, too.
             if self._settle(clean=False):
                 return
             raise
@@ -191,7 +190,7 @@ class _Transfer:
             if incoming.status != (206 if start else 200):
                 raise BadReply(
                     tr(
-                        "The camera answered {status} for {name}.",
+                        "The camera sent HTTP status {status} instead of {name}.",
                         status=incoming.status,
                         name=self.entry.name,
                     )
@@ -223,7 +222,7 @@ class _Transfer:
         self.report(size_here, size, rate)
 
     def _settle(self, *, clean: bool) -> bool:
-        """Give the file its name if it is whole; put away what can never become whole."""
+        """Rename the part to the file if it is complete; mark a part that can never become so."""
         size_here = self._received_bytes()
         self.most = max(self.most, size_here)
         end = jpeg_end(self.part.read_bytes()) if size_here else None
@@ -231,7 +230,7 @@ class _Transfer:
             if (self.size and size_here >= self.size) or (clean and not self.size):
                 self._spoil()
             elif clean:
-                # To resume from there is worth one attempt, not every second one.
+                # Resuming at this length is worth one attempt, not every second one.
                 self.stale |= size_here in self.short_lengths
                 self.short_lengths.add(size_here)
             return False
@@ -247,19 +246,19 @@ class _Transfer:
         return False
 
     def _spoil(self) -> None:
-        """Note that all bytes are here and make no picture; the second time that is the truth."""
+        """Record a full-length part that is not a picture; raise if the same bytes come twice."""
         self.stale = True
         digest = bytes.fromhex(sha256_of(self.part))
         if digest in self.spoiled:
             raise DownloadFailed(
-                tr("{name} is damaged on the camera itself.", name=self.entry.name),
+                tr("{name} is damaged on the camera.", name=self.entry.name),
                 tr("Take the picture again."),
                 code="damaged-on-camera",
             )
         self.spoiled.add(digest)
 
     def _insists(self, size_here: int, clean: bool) -> bool:
-        """Whether the camera sent this length twice although its list states another one."""
+        """Whether the camera sent this length twice, although its list states another one."""
         if not clean:
             return False
         self.clean_lengths.append(size_here)
@@ -288,12 +287,12 @@ class _Transfer:
         if free < need_bytes:
             raise DownloadFailed(
                 tr(
-                    "The disk has {free} MB left; {name} and what is made of it need {size} MB.",
+                    "The disk has {free} MB left; {name} and the merge need {size} MB.",
                     free=free >> 20,
                     name=self.entry.name,
                     size=-(-need_bytes >> 20),
                 ),
-                tr("Make room and resume this session; the picture is still on the camera."),
+                tr("Free some space, then resume this session; the photo is still on the camera."),
                 code="disk-full",
             )
 
@@ -301,22 +300,24 @@ class _Transfer:
         if isinstance(last, DeviceError):
             code = "bad-answers" if isinstance(last, BadReply | CameraRefused) else "interrupted"
             message = tr(
-                "{name} did not come over. {message}", name=self.entry.name, message=last.message
+                "{name} could not be downloaded. {message}",
+                name=self.entry.name,
+                message=last.message,
             )
             return DownloadFailed(message, _HINT, code)
         return DownloadFailed(
             tr(
-                "{name} came over damaged {attempts} times.",
+                "{name} arrived damaged {attempts} times.",
                 name=self.entry.name,
                 attempts=ATTEMPTS,
             ),
-            tr("The picture on the camera may be damaged: look at it there, or take it again."),
+            tr("The file on the camera may be damaged: check it there, or shoot again."),
             "damaged",
         )
 
 
 def _continues(incoming: Incoming, start: int, size: int) -> bool:
-    """Whether a reply continues the file at a byte."""
+    """Whether a reply continues the file at the byte `start`."""
     if incoming.status != 206:
         return False
     match = _CONTENT_RANGE.fullmatch(incoming.headers.get("content-range", "").strip())
@@ -328,17 +329,17 @@ def _continues(incoming: Incoming, start: int, size: int) -> bool:
 
 
 class _Watch:
-    """Gives a connection up that only drips: it would never be silent, and never end."""
+    """Gives up a connection that only trickles: it would neither time out nor end."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock, self.since, self.bytes = clock, clock.now(), 0
 
     def passed(self, count: int) -> None:
-        """Take note of bytes that came."""
+        """Count bytes that have arrived."""
         self.bytes += count
         now = self.clock.now()
         if now - self.since < _DRIP_S:
             return
         if self.bytes < _DRIP_BYTES:
-            raise Unreachable(tr("The camera sends almost nothing."), _HINT, "drip")
+            raise Unreachable(tr("The connection to the camera is too slow."), _HINT, "drip")
         self.since, self.bytes = now, 0

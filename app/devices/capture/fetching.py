@@ -33,12 +33,10 @@ _MAX_THUMBNAIL: Final = 1 << 20
 def fetch_thumbnails(
     client: FileSource, targets: Mapping[str, Path], token: Token
 ) -> dict[str, Path]:
-    """Bring the small pictures over, as far as the camera has them.
+    """Download the thumbnails that the camera has.
 
-    They are only for looking at: what fails is left out and never stops a capture. `targets` says
-    where the small picture of each URL shall be; those that are there now are returned.
-
-    Raises `Cancelled` when the token was cancelled.
+    They are only for display, so failures are skipped. `targets`: the path of each URL's thumbnail.
+    Returns the paths that exist. Raises `Cancelled` when the token is cancelled.
     """
     paths: dict[str, Path] = {}
     for url, path in targets.items():
@@ -53,7 +51,7 @@ def fetch_thumbnails(
                 atomic_write_bytes(path, data[:end])
                 paths[url] = path
         except Unreachable:
-            break  # the files themselves are worth the waiting, these are not
+            break  # only the files themselves are worth waiting for
         except (DeviceError, CoreError):
             continue
     return paths
@@ -61,33 +59,33 @@ def fetch_thumbnails(
 
 _CONTINUATIONS: Final = 3
 _ENOUGH: Final = 3
-# What another try may mend once the camera has been found again.
+# Codes of errors that a retry may solve after reconnecting.
 _PASSING: Final = frozenset({"interrupted", "bad-answers"})
-# What one file has, and the next one need not have.
+# Codes of errors that concern a single file.
 _OF_ONE_FILE: Final = frozenset(
     {"bad-answers", "damaged", "damaged-on-camera", "too-long", "other-file"}
 )
 
 
 def fetch(job: CaptureJob) -> None:
-    """Bring the frames of the journal over.
+    """Download the frames of the journal.
 
-    A file that cannot be had does not keep the others from coming. Where three with different
-    exposures are whole, these are used and the user is told; the others stay open in the journal.
+    A file that fails does not stop the others. Three complete frames with different exposures are
+    enough, with a warning; the others stay open in the journal.
 
-    Raises `DownloadFailed` when the link does not last, the disk refuses, or too few came whole;
-    what came stays and can be continued; `CameraRefused` when the camera does not give the files,
-    and too few came whole; `Cancelled` when the token was cancelled.
+    Raises `DownloadFailed` if the connection is lost, the disk cannot be written, or too few frames
+    are complete (what has arrived stays and can be resumed); `CameraRefused` if the camera refuses
+    the files and too few are complete; `Cancelled` when the token is cancelled.
     """
     job.session.update(stage=Stage.DOWNLOADING.value)
     frames = job.session.journal.frames
     job.arriving.expect(len(frames))
     rows = [FrameProgress(frame.name, size=frame.size, done=frame.done) for frame in frames]
     view = _StatusRows(job, rows)
-    view.show(tr("Looking at the small pictures"))
+    view.show(tr("Downloading thumbnails"))
     missing = [frame for frame in frames if not frame.done]
     _thumbnails(job, view, frames if missing else ())
-    # What the camera said of a file when the journal was written.
+    # The camera's entries from the time when the journal was written.
     entries = {one.url: FileEntry(one.name, one.url, one.size, one.taken) for one in missing}
     failed: dict[str, DeviceError] = {}
     for number, frame in enumerate(frames):
@@ -117,7 +115,7 @@ def _set_aside(job: CaptureJob, frame: SessionFrame) -> None:
 
 
 def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
-    """Be content with the frames that are whole where they are enough, or say why not."""
+    """Use the complete frames if there are enough, else raise the first error."""
     frames = job.session.journal.frames
     paths = tuple(job.session.path_of(frame) for frame in frames if frame.done)
     if failed:
@@ -126,8 +124,7 @@ def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
         names = listed([frame.name for frame in frames if not frame.done])
         job.warn(
             tr(
-                "{names} could not be brought over whole; only {count} of {total} "
-                "exposures are used.",
+                "{names} could not be downloaded; only {count} of {total} exposures are used.",
                 names=names,
                 count=len(paths),
                 total=len(job.plan.shots),
@@ -137,7 +134,7 @@ def _settle(job: CaptureJob, failed: Mapping[str, DeviceError]) -> None:
 
 
 def _different(paths: Iterable[Path]) -> int:
-    """Count the exposures that differ; a file that does not state its own is of no use here."""
+    """Count the different exposures of files that state theirs."""
     evs: list[float] = []
     for path in paths:
         try:
@@ -150,13 +147,13 @@ def _different(paths: Iterable[Path]) -> int:
 
 
 class _StatusRows:
-    """The rows of the status while files come."""
+    """The rows of the status during the download."""
 
     def __init__(self, job: CaptureJob, rows: list[FrameProgress]) -> None:
         self.job, self.rows = job, rows
 
     def set(self, number: int, **changes: object) -> None:
-        """Change a row and say how far everything is."""
+        """Change a row and show the progress of all files."""
         self.rows[number] = replace(self.rows[number], **changes)  # type: ignore[arg-type]
         row = self.rows[number]
         total = sum(each.size for each in self.rows)
@@ -187,7 +184,7 @@ def _thumbnails(job: CaptureJob, view: _StatusRows, frames: tuple[SessionFrame, 
 
 
 def _again(job: CaptureJob, view: _StatusRows, number: int, entry: FileEntry) -> DeviceError | None:
-    """Fetch a file once more whose length was right but whose picture is damaged."""
+    """Download a file again that has the right length but a damaged picture."""
     path = job.session.originals / job.session.local_name(entry)
     _set_aside(job, job.session.journal.frames[number])
     view.set(number, done=False)
@@ -206,10 +203,10 @@ def _one(
     entry: FileEntry,
     check: Callable[[Path], bool] = whole_file,
 ) -> DeviceError | None:
-    """Bring one file over, and continue with it when the link comes back.
+    """Download one file, and resume after reconnecting.
 
-    Only its structure is checked here by default: it is decoded while the next one comes. What is
-    wrong with this file alone is returned, everything else is raised.
+    By default only its structure is checked: it is decoded while the next one arrives. Returns an
+    error that concerns this file alone and raises any other.
     """
 
     def report(received: int, size: int, rate: float) -> None:

@@ -1,8 +1,8 @@
-"""Whether files have come whole, and are the bracket that was planned, by their own EXIF.
+"""Integrity of downloaded files: complete JPEGs, and the planned bracket by their EXIF.
 
-Cameras do not always do what they were told, and say nothing: some take three equal exposures,
-some ignore ISO outside the manual program. `core.measure` reports what a bracket shows by itself
-(lenses with different exposures, copies).
+Some cameras silently ignore their settings: they take three equal exposures, or ignore ISO outside
+the manual program. `core.measure` reports what a bracket shows by itself (lenses with different
+exposures, copies).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _NUMBERS: Final = {
 }
 _CHUNK: Final = 1 << 20
 _START: Final = b"\xff\xd8\xff"
-# A marker that ends a stretch of coded picture: neither a stuffed 0, a restart, nor padding.
+# A marker that ends compressed data: neither a stuffed 0, a restart, nor padding.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
 _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 
@@ -48,22 +48,20 @@ _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
     """Compare the frames with the plan.
 
-    Sentences for the user about frames that were taken differently; their true values count. Raises
-    `CaptureFailed` when they are no bracket: equal exposures, or compressed in the camera. The
+    Returns sentences about frames with other exposures; their actual values are used. Raises
+    `CaptureFailed` if they are not a bracket: equal exposures, or tone-mapped by the camera. The
     files stay.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     if names := rendered_frames(headers):
         raise CaptureFailed(
             tr_plural(
-                "{names} was taken with HDR rendering or range compensation on, "
-                "which changes every pixel in its own way.",
-                "{names} were taken with HDR rendering or range compensation on, "
-                "which changes every pixel in its own way.",
+                "{names} was taken with the camera's HDR or range compensation on.",
+                "{names} were taken with the camera's HDR or range compensation on.",
                 len(names),
                 names=listed(names),
             ),
-            tr("Switch the filter off on the camera and shoot again. The files were kept."),
+            tr("Switch it off on the camera and shoot again. The files were kept."),
             "tone-mapped",
         )
     _check_different(headers)
@@ -71,9 +69,9 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
 
 
 def planned_times(paths: Sequence[Path], plan: Plan) -> tuple[float, ...] | None:
-    """Exposure times of the plan, where files state none and each shot has its file.
+    """Return the planned exposure times if no file states its own and each shot has a file.
 
-    In seconds, in the order of `paths`; None where EXIF is to be used.
+    In seconds, in the order of `paths`; None if EXIF applies.
     """
     headers = [_header(path) for path in paths]
     silent = all(header.shutter_s is None for header in headers)
@@ -96,16 +94,13 @@ def _check_different(headers: Sequence[Header]) -> None:
     number = _NUMBERS.get(len(stops), str(len(stops)))
     raise CaptureFailed(
         tr("The camera took {number} equal exposures instead of a bracket.", number=number),
-        tr(
-            "Switch it off and on, close other apps that use it, and shoot again. "
-            "The files were kept."
-        ),
+        tr("Restart it, close other apps that use it, and shoot again. The files were kept."),
         "equal-exposures",
     )
 
 
 def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
-    """Name frames that match no shot of the plan."""
+    """Return a sentence about each frame that matches no planned shot."""
     exposures = [shot.exposure for shot in plan.shots]
     strange: list[Header] = []
     for header in headers:
@@ -119,7 +114,7 @@ def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
     for number, header in enumerate(strange):
         exposure, name = header.frame.exposure, header.frame.path.name
         if exposure is None:
-            sentences.append(tr("{name} does not state its exposure.", name=name))
+            sentences.append(tr("{name} has no exposure data.", name=name))
         elif number < len(exposures):
             sentences.append(
                 tr(
@@ -132,7 +127,7 @@ def _differences(headers: Sequence[Header], plan: Plan) -> list[str]:
         else:
             sentences.append(
                 tr(
-                    "{name} ({taken}) was not asked for; it is used as it is.",
+                    "{name} ({taken}) is not in the plan; it is used anyway.",
                     name=name,
                     taken=_words(exposure),
                 )
@@ -157,10 +152,10 @@ def _words(exposure: Exposure) -> str:
 
 
 def jpeg_end(data: bytes) -> int | None:
-    """Find where a JPEG ends, by its structure.
+    """Find the end of a JPEG by its structure, without decoding it.
 
-    Number of bytes up to and with the end marker; None where the data is not a JPEG or stops before
-    it. That the picture in between can be decoded is not looked at.
+    Returns the number of bytes including the end marker; None if the data is not a JPEG or stops
+    before the marker.
 
     Examples:
         >>> jpeg_end(bytes.fromhex("ffd8 ffe00004abcd ffda0002 1234ff00 ffd9 99"))
@@ -188,10 +183,9 @@ def jpeg_end(data: bytes) -> int | None:
 
 
 def whole_file(path: Path) -> bool:
-    """Whether a file has the structure of a whole JPEG, from its first to its last byte.
+    """Whether a file has the structure of a complete JPEG.
 
-    `path`: the file. Trailing bytes after the picture (a second, smaller picture, padding) are
-    allowed.
+    Bytes after the picture (a second, smaller picture, padding) are allowed.
     """
     try:
         with open_file(path) as stream:
@@ -203,8 +197,8 @@ def whole_file(path: Path) -> bool:
 def whole_picture(path: Path, token: Token | None = None) -> bool:
     """Whether a JPEG can be decoded to its last row.
 
-    `token`: checked every few rows. False for everything that is not a JPEG, is cut off or damaged.
-    Raises `Cancelled` when the token was cancelled.
+    False for anything that is not a JPEG, cut off or damaged. Raises `Cancelled` when the token,
+    which is checked every few rows, is cancelled.
     """
     try:
         return whole_file(path) and is_whole(read_header(path).frame, token or Token())
@@ -213,7 +207,7 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
 
 
 def sha256_of(path: Path) -> str:
-    """Checksum of a file in hexadecimal digits."""
+    """Return the SHA-256 of a file in hexadecimal digits."""
     digest = hashlib.sha256()
     with open_file(path) as stream:
         while block := stream.read(_CHUNK):

@@ -29,12 +29,12 @@ from app.devices.theta.messages import Info
 
 @dataclass(slots=True)
 class CaptureJob:
-    """One capture on its way: what was asked for, and what has come of it so far.
+    """One capture in progress: its orders, its tools and its results so far.
 
-    * `client`, `session`, `clock`, `token`, `board`, `contact`: the camera, where its files go,
-      time, the wish to stop, the status, and the camera again with patience.
-    * `debts`: what earlier captures owe to cameras; None where it is not kept.
-    * `profile`, `info`: of the camera; `info` is None where it was not needed any more.
+    * `client`, `contact`: the camera, and the camera with retries.
+    * `session`, `board`: the folder with its journal, and the status.
+    * `debts`: the captures that still owe a camera its settings; None if they are not recorded.
+    * `profile`, `info`: of the camera; `info` is None until the camera answers.
     """
 
     client: OscClient
@@ -60,14 +60,14 @@ class CaptureJob:
 
     @property
     def plan(self) -> Plan:
-        """The bracket that is shot. Raises `CaptureFailed` before there is one."""
+        """The planned bracket. Raises `CaptureFailed` if there is none yet."""
         plan = self.session.journal.plan
         if plan is None:
             raise CaptureFailed(tr("No bracket has been planned."), tr("Start again."), "no-plan")
         return plan
 
     def warn(self, warning: Remark | str) -> None:
-        """Keep a warning for the user, once."""
+        """Add a warning for the user, once."""
         remark = PlainRemark(warning) if isinstance(warning, str) else warning
         if warning and remark not in self.warnings:
             self.warnings.append(remark)
@@ -75,7 +75,7 @@ class CaptureJob:
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
-        """Add the time that passes to a part."""
+        """Add the duration of the block to a part."""
         began = self.clock.now()
         try:
             yield

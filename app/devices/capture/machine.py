@@ -1,9 +1,9 @@
-"""A capture from the first word to the camera to the environment on the disk.
+"""A capture from the first request to the environment on the disk.
 
     connecting -> metering -> exposing -> downloading -> merging -> done / cancelled / failed
 
-Every step is a function of a module beside this one; here is only their order, what a session that
-was interrupted still needs, and what happens at the end however it ends.
+Each step is a function of another module. This one has their order, the remaining steps of an
+interrupted session, and the end of a capture, however it ends.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ _IDLE_S: Final = 30.0
 
 @dataclass(frozen=True, slots=True)
 class CaptureResult:
-    """What a capture gave.
+    """The result of a capture.
 
-    * `info`: what it said of itself; None where a session was finished without it.
-    * `seconds`: time of "metering", "exposing", "download" and "merge", on the clock.
+    * `info`: the camera's description; None if the session was finished without the camera.
+    * `seconds`: duration of "metering", "exposing", "download" and "merge".
     """
 
     profile: ModelProfile
@@ -69,10 +69,10 @@ class CaptureResult:
 
 
 class Capture:
-    """One capture; has no threads of its own and runs in its caller's.
+    """One capture, which runs in the caller's thread.
 
-    An interrupted session is resumed: what is on the disk is not fetched again, and
-    what the camera has taken is not taken again.
+    It resumes an interrupted session: files on the disk are not downloaded again, and frames on the
+    camera are not shot again.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Capture:
     ) -> None:
         board = Board(on_status)
         contact = Contact(client, clock, token, board.say)
-        contact.serial = session.journal.serial  # No other one gets what is owed to this camera.
+        contact.serial = session.journal.serial  # No other camera gets its settings.
         self._job = CaptureJob(
             client=client,
             session=session,
@@ -109,11 +109,11 @@ class Capture:
         )
 
     def run(self) -> CaptureResult:
-        """Do what is still to be done; once only.
+        """Run the remaining steps; call it once.
 
-        Raises `DeviceError` when the camera or the way to it fails; what came stays in the session;
-        `CoreError` when the files cannot be written or merged; `Cancelled` when the token was
-        cancelled.
+        Raises `DeviceError` if the camera or the connection fails (complete files stay in the
+        session); `CoreError` if the files cannot be written or merged; `Cancelled` when the token
+        is cancelled.
         """
         job = self._job
         with job.arriving:
@@ -141,11 +141,11 @@ class Capture:
         return _result(job)
 
     def give_back(self) -> str:
-        """Only put back the settings that an earlier capture could not put back.
+        """Only restore the settings that an earlier capture could not restore.
 
-        Returns a sentence about those that the camera did not take, "" where it took all. Raises
-        `DeviceError` when the camera does not answer, is busy or is another one: the session still
-        owes it its settings then; `Cancelled` when the token was cancelled.
+        Returns a sentence about those that the camera refused, "" if there are none. Raises
+        `DeviceError` if the camera does not answer, is busy or is another one (the session then
+        still owes it the settings); `Cancelled` when the token is cancelled.
         """
         job = self._job
         with job.arriving:
@@ -158,7 +158,7 @@ class Capture:
 
 
 def _stages(job: CaptureJob) -> tuple[Callable[[CaptureJob], None], ...]:
-    """Choose what a session still needs: not the camera where all files are here."""
+    """Return the remaining steps of a session; the camera is not needed for complete files."""
     journal = job.session.journal
     if job.session.complete:
         return (_take_stock, _merge)
@@ -173,7 +173,7 @@ def _connect(job: CaptureJob) -> None:
 
 
 def _restore_first(job: CaptureJob) -> None:
-    """Put back what interrupted captures have changed, before it is taken for the user's own."""
+    """Restore the settings of interrupted captures, before they pass for the user's own."""
     others = [] if job.debts is None else job.debts.of(job.contact.serial, job.session)
     for session in (*others, job.session):
         if session.owes:
@@ -198,14 +198,14 @@ def _meter(job: CaptureJob) -> None:
 
 
 def _expose(job: CaptureJob) -> None:
-    # There is time now, and somebody waits later.
+    # Prepare now, while the camera shoots; the user waits for the merge.
     job.arriving.prepare(job.pack)
     with job.timed("exposing"):
         bracket.expose(job)
 
 
 def _find_again(job: CaptureJob) -> None:
-    """Find the frames of a bracket that was begun before an interruption, or shoot it again."""
+    """Find the frames of an interrupted bracket on the camera, or shoot it again."""
     now = job.clock.now()
     bracket.watch_if_busy(job, bracket.Run(now, now + bracket.deadline_s(job.plan, job.delay_s)))
     _restore_first(job)
@@ -228,7 +228,7 @@ def _download(job: CaptureJob) -> None:
 
 
 def _take_stock(job: CaptureJob) -> None:
-    """Begin to read what is here already."""
+    """Start to read the frames on the disk."""
     job.profile = profile_named("generic")
     job.paths = tuple(job.session.path_of(frame) for frame in job.session.journal.frames)
     for path in job.paths:
@@ -258,7 +258,7 @@ def _merge(job: CaptureJob) -> None:
 
 
 def _stop(job: CaptureJob) -> None:
-    """Make the camera stop shooting; whatever comes of it, its settings come back next."""
+    """Stop the camera and ignore failures; its settings are restored next."""
     if job.exposing:
         job.board.show(Stage.CANCELLED, tr("Stopping the camera"))
         with contextlib.suppress(DeviceError, CoreError):
@@ -266,7 +266,7 @@ def _stop(job: CaptureJob) -> None:
 
 
 def _give_back(job: CaptureJob) -> str:
-    """Put the camera's settings back as far as it can be reached; a sentence about what failed."""
+    """Restore the camera's settings if it can be reached; return a sentence about failures."""
     if not job.session.owes:
         _settle(job, job.session)
         return ""
@@ -277,19 +277,19 @@ def _give_back(job: CaptureJob) -> str:
             surplus_pictures.delete_pictures(contact, job.session)
         _settle(job, job.session)
     except CoreError as error:
-        # The camera has them, only the journal does not know; they may be put back twice.
+        # Only the journal is not up to date, and restoring twice is harmless.
         return error.message
     return unrestored
 
 
 def _end(job: CaptureJob, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
-    """Give the camera back, write down how it ended, and say so."""
+    """Restore the camera's settings, write the end into the journal, and show it."""
     unrestored = _give_back(job)
     if error is None:
         job.warn(unrestored)
     elif unrestored:
         error.hint = f"{error.hint} {unrestored}".strip()
-        with contextlib.suppress(CoreError):  # It is told, even where the disk takes no more.
+        with contextlib.suppress(CoreError):  # Shown even if the disk is full.
             job.warn(unrestored)
     if stage is Stage.DONE:
         end_time = datetime.now().astimezone().isoformat(timespec="seconds")

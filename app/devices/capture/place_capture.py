@@ -1,7 +1,7 @@
-"""A capture into a place: its folder, the camera, the machine, and what can be seen meanwhile.
+"""A capture into a place: its folder, the camera, the capture itself, and its progress.
 
-The work runs in a thread of the caller's choice; its progress goes into a mailbox, the newest in
-place of the one before, where a screen looks from time to time.
+It runs in the caller's thread and puts its progress into a mailbox, from which a screen takes the
+newest.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ from app.devices.theta.messages import Info
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaptureOrder:
-    """What is to be captured.
+    """The order of a capture.
 
     Attributes:
-        camera: None where only what is here is to be merged.
-        naming: Names a place that has no name of its own.
-        pack: Head and styles; the generic one where None.
-        first: (h, 2 h, 3) uint8 or None. Display panorama of the place that is captured again, to
-            be laid on.
+        camera: None to merge only the frames on the disk.
+        naming: Names a place without a name.
+        pack: Head and styles; None for the generic head.
+        first: (h, 2 h, 3) uint8 or None. Display panorama of the place if it is captured again, to
+            register the new panorama.
     """
 
     places: Path
@@ -77,10 +77,10 @@ class CaptureOrder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaptureProgress:
-    """What is to be seen of a capture at one moment.
+    """The progress of a capture at one moment.
 
-    `pictures`: tuple of ((h, 2 h, 3) uint8 or None). Of the frames, small, in the order of
-    shooting. `metered`: (h, 2 h, 3) uint8 or None. What was metered, small. All sRGB.
+    `pictures`: tuple of ((h, 2 h, 3) uint8 or None), sRGB. Thumbnails of the frames, in the order
+    of shooting. `metered`: (h, 2 h, 3) uint8 or None, sRGB. Thumbnail of the metering photo.
     """
 
     status: Status
@@ -92,9 +92,9 @@ class CaptureProgress:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CapturedPlace:
-    """What came of it.
+    """The place of a finished capture.
 
-    `registration`: How it lies on the place that was captured again; None where there was none.
+    `registration`: alignment with the earlier panorama of the same place; None if there is none.
     """
 
     folder: Path
@@ -105,7 +105,7 @@ class CapturedPlace:
 
 
 class Recording:
-    """What a capture leaves behind, whatever happens; written by its thread."""
+    """The state of a capture, even after a failure; written by its thread."""
 
     def __init__(self, order: CaptureOrder) -> None:
         self.box: Mailbox[CaptureProgress] = Mailbox()
@@ -122,11 +122,11 @@ class Recording:
         self._rough: tuple[RoughAnswer, ...] | None = None
 
     def watch(self, session: Session, pack: StylePack) -> None:
-        """Take what is seen from this session on."""
+        """Report the progress of this session from now on."""
         self._open, self._pack = session, pack
 
     def show(self, status: Status) -> None:
-        """Take a status; runs in the thread of the capture."""
+        """Put a status into the mailbox; runs in the thread of the capture."""
         session = self._open
         if session is None:
             return
@@ -159,7 +159,7 @@ def capture(
     """Take a bracket and merge it.
 
     Raises:
-        DeviceError: When the camera or the way to it fails.
+        DeviceError: When the camera or the connection fails.
         CoreError: When the files cannot be written or merged.
         Cancelled: When the token was cancelled.
     """
@@ -190,10 +190,10 @@ def capture(
 def merge_kept(
     order: CaptureOrder, recording: Recording, token: Token, report: PhraseReport
 ) -> CapturedPlace:
-    """Merge the frames of an unfinished session that are here, without the camera.
+    """Merge the frames of an unfinished session on the disk, without the camera.
 
     Raises:
-        CoreError: When they are too few, or cannot be merged.
+        CoreError: When there are too few, or they cannot be merged.
         Cancelled: When the token was cancelled.
     """
     pack = order.pack or load_named_pack("generic")
@@ -201,7 +201,7 @@ def merge_kept(
     journal = session.journal
     paths = tuple(session.path_of(frame) for frame in journal.frames if frame.done)
     if journal.plan is None or len(paths) < 2:
-        raise CoreError(tr("There are not enough frames here to merge."), tr("Capture again."))
+        raise CoreError(tr("There are not enough frames to merge."), tr("Capture again."))
     options = MeasureOptions(pack=pack)
     probe = measure("bracket", paths, options, token, report)
     target = session.folder / ENVIRONMENT
@@ -222,7 +222,7 @@ def merge_kept(
 
 
 def _begin(order: CaptureOrder, recording: Recording) -> tuple[Path, str, Session]:
-    """Make the folders, or open those that are gone on with."""
+    """Create the folders, or open those of an interrupted capture."""
     if order.folder is not None and order.session is not None:
         return order.folder, read_place(order.folder).name, Session.open(order.session)
     name = order.name or order.naming(order.made_at, "", ())
@@ -249,7 +249,7 @@ def _finish(
 
 
 def tidy(recording: Recording, *, given_up: bool = False) -> bool:
-    """Remove the folder of a capture that took nothing; only what this capture made itself."""
+    """Remove the folder of a capture without photos, if this capture created it."""
     folder, session = recording.folder, recording.session
     if not recording.began or folder is None or session is None:
         return False

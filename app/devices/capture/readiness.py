@@ -1,4 +1,4 @@
-"""Before the bracket: which camera answers, and whether anything keeps it from shooting."""
+"""Checks before the bracket: which camera answers, and whether it can shoot."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _IDLE_S: Final = 15.0
 _MOST_SHOTS: Final = {"paper": 3, "full": 10}
 _HEAT: Final = (
     tr("The camera is too hot to shoot."),
-    tr("Switch it off, let it cool down in the shade for some minutes, then try again."),
+    tr("Switch it off, let it cool down in the shade for a few minutes, then try again."),
 )
 _BLOCKING: Final = {
     "NO_MEMORY": (
         tr("The camera's storage is full."),
-        tr("Delete pictures on the camera that you have copied, then try again."),
+        tr("Delete photos from the camera that you have copied, then try again."),
     ),
     "FILE_NUMBER_OVER": (
         tr("The camera has used up its file numbers."),
-        tr("Copy its pictures, delete them on the camera, then try again."),
+        tr("Copy its photos, delete them from the camera, then try again."),
     ),
     "BATTERY_CHARGE_FAIL": (
         tr("The camera's battery cannot be charged."),
@@ -52,13 +52,13 @@ _BROKEN: Final = frozenset(
 
 
 def connect(job: CaptureJob) -> None:
-    """Let a preview end, ask who the camera is and choose its profile.
+    """Let a preview end, identify the camera and choose its profile.
 
-    Raises `DeviceError` when it does not answer, is no camera, is not the one of this session, or
-    its firmware is too old.
+    Raises `DeviceError` if it does not answer, is not a camera or not the one of this session, or
+    has too old a firmware.
     """
     job.board.show(Stage.CONNECTING, tr("Connecting to the camera"))
-    # A preview that was closed just now: until then a camera refuses most of what follows.
+    # A camera refuses most commands until a preview that was just closed has ended.
     job.contact.pause(_PREVIEW_S)
     job.contact.serial = job.session.journal.serial
     job.info = info = job.contact.meet()
@@ -71,9 +71,9 @@ def connect(job: CaptureJob) -> None:
 
 
 def check_ready(job: CaptureJob) -> None:
-    """Check that nothing keeps the camera from shooting.
+    """Check that the camera can shoot.
 
-    Raises `CameraNotReady` when something does: what, and what to do about it.
+    Raises `CameraNotReady` if it cannot, with the reason and a hint.
     """
     job.board.show(Stage.CONNECTING, tr("Checking the camera"), 0.5)
     state = job.contact.ask(job.client.state)
@@ -81,7 +81,7 @@ def check_ready(job: CaptureJob) -> None:
     if state.plugin_running:
         raise CameraNotReady(
             tr("A plug-in is running on the camera."),
-            tr("End it with the camera's Mode button or in its own app, then try again."),
+            tr("Close it with the camera's Mode button or in its app, then try again."),
             "plug-in",
         )
     _check_storage(job)
@@ -89,9 +89,9 @@ def check_ready(job: CaptureJob) -> None:
 
 
 def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
-    """Wait until the camera is doing nothing.
+    """Wait until the camera is idle.
 
-    Raises `CameraNotReady` when it is busy for longer.
+    Raises `CameraNotReady` if it is still busy after `longest_s` seconds.
     """
     until = job.clock.now() + longest_s
     while True:
@@ -111,7 +111,7 @@ def wait_until_idle(job: CaptureJob, longest_s: float) -> None:
 
 
 def explain_error(job: CaptureJob, error: DeviceError) -> DeviceError:
-    """Find out whether a camera that refused or stopped has a reason that its state tells."""
+    """Return the reason in the camera's state for a refusal or a stop; else the error itself."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:
@@ -138,14 +138,14 @@ def _check_firmware(info: Info, profile: ModelProfile) -> None:
 
 
 def _check_state(state: State) -> None:
-    """Refuse faults that a camera reports, heat, and a battery that is nearly empty."""
+    """Raise `CameraNotReady` for a reported fault, heat or a nearly empty battery."""
     for code in state.camera_errors:
         if code in _BLOCKING:
             raise CameraNotReady(*_BLOCKING[code], code)
         if code in _BROKEN:
             raise CameraNotReady(
                 tr("The camera reports a fault ({code}).", code=code),
-                tr("Switch it off and on; if that does not help, see its manual."),
+                tr("Restart it; if that does not help, see its manual."),
                 code,
             )
     if max(state.board_temperature or 0.0, state.battery_temperature or 0.0) >= _HOT_C:
@@ -153,7 +153,7 @@ def _check_state(state: State) -> None:
     level, charging = state.battery_level, state.battery_state in ("charging", "charged")
     if level is not None and level < _LOW_BATTERY and not charging:
         raise CameraNotReady(
-            tr("The camera's battery is at {level:.0%}: too little for a bracket.", level=level),
+            tr("The camera's battery is too low for a bracket ({level:.0%}).", level=level),
             tr("Charge it, or connect it to power, then try again."),
             "battery",
         )
@@ -165,10 +165,10 @@ def _check_storage(job: CaptureJob) -> None:
     if room_for is not None and room_for < count:
         raise CameraNotReady(
             tr(
-                "The camera has room for {room} more pictures; {count} are needed.",
+                "The camera has room for {room} more photos; {count} are needed.",
                 room=max(int(room_for), 0),
                 count=count,
             ),
-            tr("Delete pictures on the camera that you have copied, then try again."),
+            tr("Delete photos from the camera that you have copied, then try again."),
             "storage",
         )

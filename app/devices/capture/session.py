@@ -1,11 +1,11 @@
 """A session: one folder for one place and time, with a journal that survives the power cut.
 
-    FOLDER/session.json      how far it has come; written before every act, whole or not at all
-    FOLDER/originals/        the camera's files, never changed once they are whole
-    FOLDER/thumbnails/       small pictures to look at while the files come
+    FOLDER/session.json      the journal; written before every step, completely or not at all
+    FOLDER/originals/        the camera's files, never changed once they are complete
+    FOLDER/thumbnails/       thumbnails to show during the download
 
-A file in `originals` gets its name only when it is whole; until then it is called ``NAME.part``.
-So whatever happens in between, opening the folder again finds every file that was complete.
+A file in `originals` gets its name only when it is complete; until then it is called ``NAME.part``.
+So opening the folder again always finds every complete file.
 """
 
 from __future__ import annotations
@@ -52,10 +52,9 @@ _MAX_WARNINGS: Final = 100
 _ORIGINALS: Final = "originals"
 _THUMBNAILS: Final = "thumbnails"
 _DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
-# What a killed `atomic_write` leaves of the journal and of the environment, and metering of its
-# picture.
+# Temporary files of a killed program: of the journal, the environment and the metering photo.
 _TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
-# Files that systems leave in folders by themselves.
+# Files that operating systems put into folders.
 _LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
 _DATE: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
@@ -63,10 +62,10 @@ _TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
 
 
 class Session:
-    """A folder with the files of one capture and what is known of it.
+    """The folder of one capture, with its journal.
 
-    Made by `create`, `open` or `open_or_create`. Safe to use from several threads; two processes
-    must not use one folder at the same time.
+    Use `create`, `open` or `open_or_create`. Safe for several threads, but not for two processes at
+    the same time.
     """
 
     def __init__(self, folder: Path, journal: SessionJournal, notices: Iterable[str] = ()) -> None:
@@ -77,9 +76,9 @@ class Session:
 
     @classmethod
     def create(cls, folder: Path | str) -> Session:
-        """Make a session in a folder that is missing or empty.
+        """Create a session in a missing or empty folder.
 
-        Raises `CoreError` when the folder holds something, or cannot be made or written.
+        Raises `CoreError` if the folder is not empty, or cannot be created or written.
         """
         place = Path(folder)
         if any(not _is_ours(name) or name == JOURNAL for name in _entries(place)):
@@ -94,21 +93,19 @@ class Session:
 
     @classmethod
     def open(cls, folder: Path | str) -> Session:
-        """Open a session that exists and check the files it holds.
+        """Open an existing session and check its files.
 
-        A journal that cannot be read is kept under another name and a new one is begun; the
-        files in `originals` stay and are found again by their names. Files that became whole
-        without the journal knowing are taken up; files that the journal knows but that are gone
-        or changed count as not there.
+        A journal that cannot be read is renamed and a new one started; the files in `originals`
+        stay and are found again by their names. Complete files that the journal does not list yet
+        are added; files that have disappeared or changed count as missing.
 
-        Raises `CoreError` when there is no session in the folder, or a newer version of this
-        program made it.
+        Raises `CoreError` if the folder is not a session, or from a newer version of this program.
         """
         place = Path(folder)
         if not any(name == JOURNAL or _DAMAGED.fullmatch(name) for name in _entries(place)):
             raise CoreError(
                 tr("The folder {place} is not a session.", place=place),
-                tr("Choose the folder that a capture made."),
+                tr("Choose the folder of a capture."),
             )
         journal, notices = _read(place)
         session = cls(place, journal, notices)
@@ -118,10 +115,9 @@ class Session:
 
     @classmethod
     def open_or_create(cls, folder: Path | str) -> Session:
-        """Resume the session in a folder, or begin one in a missing or empty folder.
+        """Resume the session in a folder, or create one in a missing or empty folder.
 
-        Raises `CoreError` when the folder holds something that is not a session: it is not taken
-        over.
+        Raises `CoreError` if the folder has files that are not from a session.
         """
         place = Path(folder)
         names = _entries(place)
@@ -129,7 +125,7 @@ class Session:
             return cls.open(place)
         if any(not _is_ours(name) for name in names):
             raise CoreError(
-                tr("The folder {place} holds something other than a session.", place=place),
+                tr("The folder {place} contains files that are not from a session.", place=place),
                 tr("Choose a new or empty folder."),
             )
         return cls.create(place)
@@ -141,38 +137,37 @@ class Session:
 
     @property
     def thumbnails(self) -> Path:
-        """Folder of small pictures."""
+        """Folder of the thumbnails."""
         return self.folder / _THUMBNAILS
 
     @property
     def journal(self) -> SessionJournal:
-        """How far the session has come."""
+        """The journal as it is on the disk."""
         return self._journal
 
     @property
     def unfinished(self) -> bool:
-        """Whether a capture was begun here and did not come to its end."""
+        """Whether a capture was started here and not finished."""
         return self._journal.stage not in ("idle", "done")
 
     @property
     def owes(self) -> bool:
-        """Whether the camera still has changed settings."""
+        """Whether the camera's settings still have to be restored."""
         return self._journal.owes
 
     @property
     def complete(self) -> bool:
-        """Whether every file of the bracket is here, so that the camera is not needed."""
+        """Whether every file of the bracket is on the disk, so that the camera is not needed."""
         journal = self._journal
         here = bool(journal.frames) and all(frame.done for frame in journal.frames)
         return journal.plan is not None and journal.exposed and here
 
     def update(self, **changes: Any) -> None:
-        """Change the journal, on disk first: call it before the act that it speaks of.
+        """Change the journal, on the disk first; call it before the step that it describes.
 
-        `**changes`: fields of `SessionJournal`. Texts that come from a camera are cleaned of
-        control characters and cut to a bearable length. Raises `CoreError` when the disk refuses;
-        the journal in memory is as before then; `ValueError` when a value could not be read back,
-        or holds a password.
+        `**changes`: fields of `SessionJournal`. Texts from a camera are cut, and their control
+        characters replaced. Raises `CoreError` if it cannot be written (the journal in memory stays
+        as it was); `ValueError` if a value could not be read back, or contains a password.
         """
         with self._lock:
             for name in _TEXTS:
@@ -192,10 +187,10 @@ class Session:
                 self.update(warnings=(*self._journal.warnings, remark))
 
     def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
-        """State which files of the camera are the frames, in the order of shooting.
+        """Record which files on the camera are the frames, in the order of shooting.
 
-        What is known of a frame already is kept, also where the camera has another address now;
-        each gets its local name.
+        Facts about known frames stay, even if the camera has a new address; each frame gets its
+        local name.
         """
         with self._lock:
             frames_by_url = {_on_camera(frame.url): frame for frame in self._journal.frames}
@@ -212,7 +207,7 @@ class Session:
             return self._journal.frames
 
     def set_frame(self, url: str, **changes: Any) -> None:
-        """Change what the journal says of one frame."""
+        """Change one frame of the journal."""
         with self._lock:
             frames = tuple(
                 replace(frame, **changes) if frame.url == url else frame
@@ -221,19 +216,15 @@ class Session:
             self.update(frames=frames)
 
     def finish_frame(self, url: str) -> None:
-        """State that the file of a frame is there, whole; its checksum is taken from the disk."""
+        """Mark a frame as downloaded, with the checksum of its file."""
         frame = next(each for each in self._journal.frames if each.url == url)
         self.set_frame(url, done=True, sha256=sha256_of(self.originals / frame.local))
 
     def local_name(self, entry: FileEntry) -> str:
-        """Choose the name of a file in `originals`.
+        """Return the name of a file in `originals`; always the same for the same entry.
 
-        Date, time and the camera's own name, since cameras use their names again and again; a
-        number is added where even that is taken by another file. The same entry always gets the
-        same name.
-
-        `entry`: what the camera says of the file; only letters, digits, "_", "." and "-" of its
-        name are used.
+        It consists of date, time and the letters, digits, "_", "." and "-" of the camera's name,
+        since cameras reuse their names, and a number if another file has that name.
         """
         with self._lock:
             for frame in self._journal.frames:
@@ -242,11 +233,11 @@ class Session:
             return self._free_name(entry, {frame.local for frame in self._journal.frames})
 
     def path_of(self, frame: SessionFrame) -> Path:
-        """Where the file of a frame is or will be."""
+        """Return the path of a frame's file, which may not exist yet."""
         return self.originals / frame.local
 
     def _free_name(self, entry: FileEntry, names_here: set[str]) -> str:
-        # Some systems hold names that differ only in case for the same.
+        # Some systems treat names that differ only in case as equal.
         names = {name.casefold() for name in names_here}
         base = Path(_UNSAFE.sub("_", entry.name)[:64].lstrip("."))
         stem, ending = f"{_date(entry.date_time)}_{base.stem}", base.suffix
@@ -256,14 +247,14 @@ class Session:
                 return name
         raise CoreError(
             tr(
-                "There are too many files called {stem} in {originals}.",
+                "There are too many files named {stem} in {originals}.",
                 stem=stem,
                 originals=self.originals,
             )
         )
 
     def _fits(self, name: str, entry: FileEntry) -> bool:
-        """Whether a name is free, or its file is what the entry speaks of."""
+        """Whether a name is free, or its file is the one of the entry."""
         path = self.originals / name
         if not path.exists():
             return True
@@ -271,7 +262,7 @@ class Session:
         return same and whole_picture(path)
 
     def _prepare(self) -> None:
-        """Make the folders, and remove what a killed write has left."""
+        """Create the folders, and remove temporary files of a killed program."""
         sentence = tr("Cannot make a session in {folder}: {reason}.")
         hint = tr("Choose another folder.")
         with os_errors_as(CoreError, sentence, hint, folder=self.folder):
@@ -287,7 +278,7 @@ class Session:
         check_target(self.originals / "x")
 
     def _take_stock(self) -> None:
-        """Make the journal's frames agree with the files that are there."""
+        """Update the journal's frames from the files on the disk."""
         frames = tuple(self._check_frame(frame) for frame in self._journal.frames)
         self.update(frames=frames)
 
@@ -308,16 +299,16 @@ class Session:
 
 
 def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
-    """Read the journal, or keep it aside and begin a new one."""
+    """Read the journal, or rename it and start a new one."""
     path = folder / JOURNAL
     fresh = SessionJournal(started=_now())
     try:
         with open_file(path) as stream:
-            # A longer one is cut off here, and so no JSON.
+            # A longer one is cut here, and then not valid JSON.
             data = stream.read(_MAX_BYTES)
         return journal_of(data), []
     except FileNotFoundError:
-        return fresh, [tr("The session's journal is missing; a new one was begun.")]
+        return fresh, [tr("The session's journal is missing; a new one was started.")]
     except OSError as error:
         raise CoreError(
             tr("Cannot read {path}: {reason}.", path=path, reason=words_of(error))
@@ -325,13 +316,13 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
     except Newer as error:
         raise CoreError(
             tr("The session in {folder} was made by a newer Turnlight.", folder=folder),
-            tr("Update this one."),
+            tr("Update Turnlight."),
         ) from error
     except Unfit:
         aside = _beside(folder, "session.damaged", ".json")
         path.rename(aside)
         sentence = tr(
-            "The session's journal was damaged; it was kept as {kept} and a new one was begun.",
+            "The session's journal was damaged; it was kept as {kept} and a new one was started.",
             kept=aside.name,
         )
         return fresh, [sentence]
@@ -350,7 +341,7 @@ def _entries(folder: Path) -> list[str]:
 
 
 def _is_ours(name: str) -> bool:
-    """Whether an entry may be in the folder of a session that was only just begun."""
+    """Whether an entry may be in the folder of a new session."""
     return (
         name in (JOURNAL, _ORIGINALS, _THUMBNAILS)
         or name in _LITTER
@@ -360,7 +351,7 @@ def _is_ours(name: str) -> bool:
 
 
 def _beside(folder: Path, stem: str, ending: str = "") -> Path:
-    """Return the first numbered name that is free."""
+    """Return the first numbered path that is free."""
     number = 1
     while (folder / f"{stem}-{number}{ending}").exists():
         number += 1
@@ -368,12 +359,12 @@ def _beside(folder: Path, stem: str, ending: str = "") -> Path:
 
 
 def _on_camera(url: str) -> str:
-    """Return what stays of an address when the camera gets another one in the network."""
+    """Return the path and query of a URL: the host changes with the network."""
     return urlsplit(url)._replace(scheme="", netloc="").geturl()
 
 
 def camera_time(text: str) -> datetime | None:
-    """Read a date of the camera's own clock, without its time zone."""
+    """Read a date of the camera's clock, without its time zone; None if it is invalid."""
     match = _DATE.match(text)
     with suppress(ValueError):
         return None if match is None else datetime(*map(int, match.groups()))  # type: ignore[arg-type]
@@ -381,7 +372,7 @@ def camera_time(text: str) -> datetime | None:
 
 
 def _date(stamp: str) -> str:
-    """Write the camera's date so that names sort by it."""
+    """Format the camera's date so that names sort by it."""
     date = camera_time(stamp)
     return "undated" if date is None else date.strftime("%Y%m%d-%H%M%S")
 

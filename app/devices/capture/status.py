@@ -1,4 +1,4 @@
-"""How far a capture is, for whoever shows it."""
+"""The status of a capture: its stage, message and progress."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class FrameProgress:
-    """How far one frame has come over."""
+    """The download of one frame."""
 
     name: str
     received: int = 0
@@ -42,18 +42,16 @@ class FrameProgress:
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """How far a capture is.
+    """The status of a capture.
 
-    * `fraction`: share of the whole that is done, 0 to 1; never goes back, except after a failed
-      start.
-    * `shot`, `shots`: the exposure that is being made, counted from 1, and how many there will be;
-      0 before.
-    * `seconds_left`: until the last exposure while exposing, until the last byte while downloading,
-      until the end of the search while the camera is out of reach; None where that cannot be said.
-    * `seeking`: the camera is out of reach, and the connection is sought.
-    * `may_move`: all exposures have been made: people may walk about again.
-    * `timer_s`: until the self-timer ends, at the moment of this status; 0 while none runs.
-    * `metered`: small JPEG of the picture for metering, not checked; empty before there is one.
+    * `fraction`: 0 to 1 of the whole; never decreases, except after a failed start.
+    * `shot`, `shots`: the current exposure, counted from 1, and their number; 0 before the first.
+    * `seconds_left`: until the last exposure, the last byte, or the end of reconnecting; None if
+      unknown.
+    * `seeking`: the camera is out of reach, and the program reconnects.
+    * `may_move`: all exposures have been made, so people may walk about again.
+    * `timer_s`: seconds until the self-timer ends, at the time of this status; 0 without one.
+    * `metered`: thumbnail of the metering photo, a JPEG that is not checked; empty at first.
     """
 
     stage: Stage = Stage.IDLE
@@ -70,17 +68,17 @@ class Status:
 
     @property
     def left_words(self) -> str:
-        """The time left: "4 s left", "almost done", or nothing where it cannot be said."""
+        """The time left: "4 s left", "almost done", or "" if unknown."""
         seconds = self.seconds_left
         if seconds is None:
             return ""
-        # A wait for the camera that ends without it is not almost done.
+        # The end of reconnecting is not the end of the capture.
         almost = seconds < _ALMOST_S and not self.seeking
         return tr("almost done") if almost else time_left(seconds)
 
 
 def time_left(seconds: float) -> str:
-    """Say how long something will take.
+    """Return the time left as words.
 
     Examples:
         >>> time_left(167.4), time_left(47.0)
@@ -101,11 +99,11 @@ _SPANS: Final = {
     Stage.MERGING: (0.9, 1.0),
     Stage.DONE: (1.0, 1.0),
 }
-"""Part of the whole that each stage takes; those that end a capture early leave it as it was."""
+"""Range of `fraction` for each stage; a stage that ends a capture early does not change it."""
 
 
 class Board:
-    """Holds the status and tells it on every change."""
+    """Holds the status and reports every change."""
 
     def __init__(self, tell: Callable[[Status], None]) -> None:
         self._tell = tell
@@ -114,11 +112,11 @@ class Board:
     def show(
         self, stage: Stage, message: Progress | str, part: float = 0.0, **changes: Any
     ) -> None:
-        """Say what is being done.
+        """Show a stage and its message.
 
-        * `part`: share of the stage that is done, 0 to 1.
-        * `**changes`: further fields of `Status`; `seconds_left` is None, `seeking` False and
-          `timer_s` 0 unless given.
+        * `part`: 0 to 1 of the stage.
+        * `**changes`: other fields of `Status`; by default `seconds_left` is None, `seeking` False
+          and `timer_s` 0.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
         fraction = low + (high - low) * min(max(part, 0.0), 1.0)

@@ -32,7 +32,7 @@ _ASK_MS: Final = 400
 
 @dataclass(frozen=True, slots=True)
 class Advert:
-    """One announcement, as it came."""
+    """One announcement."""
 
     name: str
     addresses: tuple[str, ...]
@@ -45,10 +45,10 @@ def browse_network(
     *,
     interfaces: Sequence[str] | None = None,
 ) -> None:
-    """Listen to announcements until told to stop; blocks.
+    """Listen to announcements until `stop` is set, plus half a second at most; blocks.
 
-    `stop`: ends it, within half a second. Raises `Unreachable` when this machine cannot listen: no
-    network, or another program or a firewall forbids it. The code is "no-mdns".
+    Raises `Unreachable` with the code "no-mdns" when this machine cannot listen: it has no network,
+    or another program or a firewall prevents it.
     """
     # Takes a quarter of a second and is needed only here.
     from zeroconf import Error, InterfaceChoice, ServiceBrowser, Zeroconf
@@ -78,7 +78,7 @@ def _resolve(
     on_advert: Callable[[Advert], None],
     stop: threading.Event,
 ) -> None:
-    """Find out the addresses behind the names that are heard."""
+    """Look up the addresses of the announced names."""
     from zeroconf import BadTypeInNameException, ServiceInfo
 
     waiting: dict[str, None] = {}

@@ -24,7 +24,7 @@ Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
 
 @dataclass(frozen=True, slots=True)
 class FoundCamera:
-    """A camera that answers, or one that is there for certain but wants a password first."""
+    """A camera that answers, or one that certainly exists but requires a password first."""
 
     name: str
     endpoint: Endpoint
@@ -39,9 +39,9 @@ class FoundCamera:
 def described(
     endpoint: Endpoint, source: Source, info: Info | None = None, announced: str = ""
 ) -> FoundCamera:
-    """Put together what is known of a camera.
+    """Combine an address, an announcement and a camera's own description.
 
-    `info`: what the camera said of itself; None when it wants a password before it says anything.
+    `info`: the camera's description; None if it requires a password first.
     """
     label = words(announced, _LONGEST)
     serial = words(info.serial_number, _LONGEST) if info else serial_in(label)
@@ -62,7 +62,7 @@ def described(
 
 
 def theta_user(announced: str) -> str:
-    """Give the user name in an announced name, "" where there is none.
+    """Return the user name in an announced name, "" if there is none.
 
     Examples:
         >>> theta_user("THETAYL00105377._osc._tcp.local.")
@@ -73,17 +73,17 @@ def theta_user(announced: str) -> str:
 
 
 def serial_in(announced: str) -> str:
-    """Give the digits of the serial number in an announced name, "" where there is none."""
+    """Return the digits of the serial number in an announced name, "" if there are none."""
     match = _INSTANCE.match(announced)
     return match.group(3) if match else ""
 
 
 def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
-    """Leave each camera once.
+    """Keep each camera once, with its best address.
 
-    Returns the nearest address of each: one that works without a password before one that wants it,
-    then typed, access point, remembered, network; sorted so. What the other finds of the same
-    camera know is filled in.
+    Addresses that work without a password come first, then typed, access point, remembered and
+    network; the result has the same order. Missing facts are filled in from the other addresses of
+    the same camera.
     """
     ranked = sorted(
         cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))
@@ -99,12 +99,12 @@ def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
 
 
 def same_camera(one: FoundCamera, other: FoundCamera) -> bool:
-    """Tell whether two finds are one camera: by serial number and model, or by the address."""
+    """Return whether two entries are one camera: same serial number and model, or same address."""
     if one.serial and other.serial and one.serial != other.serial:
         return False
     if one.endpoint == other.endpoint:
         return True
-    # The digits are counted for each model again, so they alone do not make two cameras one.
+    # Every model has its own series of digits, so equal digits alone prove nothing.
     return bool(one.serial) and one.serial == other.serial and _agree(one.model, other.model)
 
 

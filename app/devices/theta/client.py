@@ -56,8 +56,8 @@ _INFO: Final = "/osc/info"
 _STATE: Final = "/osc/state"
 _EXECUTE: Final = "/osc/commands/execute"
 _STATUS: Final = "/osc/commands/status"
-# How long each question is waited for, the first time: cameras answer these within a second, and
-# a shorter wait makes a lost reply cheap. What is not named here has the link's own patience.
+# First timeout of each request: cameras answer these within a second, and a shorter wait makes a
+# lost reply cheap. All other requests have the timeout of the link.
 _PATIENCE_S: Final = {
     _INFO: 5.0,
     _STATE: 5.0,
@@ -74,31 +74,31 @@ _T = TypeVar("_T")
 class OscClient:
     """One camera.
 
-    All methods raise what `Link.get` raises; `CameraRefused` also for an error object inside a
-    good reply. A camera that says it is busy is asked again after `BUSY_PAUSES_S`. A question that
-    was not answered in time is given twice the time when it is put again.
+    All methods raise like `Link.get`, and `CameraRefused` also for an error object with status 200.
+    A request to a busy camera is repeated after `BUSY_PAUSES_S`. A request that timed out has twice
+    the time when it is repeated.
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
-        self.most_listed = MAX_LISTED  # Entries asked for at once; the rest comes page by page.
+        self.most_listed = MAX_LISTED  # Entries per page.
         self.link = link
         self.clock = clock
         self._token = token
-        # Cameras know their files under the URLs they gave, which may name another host.
+        # To delete a file a camera needs its own URL, which may name another host.
         self._originals: OrderedDict[str, str] = OrderedDict()
         self._late: dict[str, int] = {}
 
     def info(self) -> Info:
-        """Ask what the camera is."""
+        """Request the camera's description."""
         return self._patiently(lambda: parse_info(self._put(_INFO, "", None)))
 
     def state(self) -> State:
-        """Ask how the camera is."""
+        """Request the camera's state."""
         endpoint = self.link.endpoint
         return self._patiently(lambda: parse_state(self._put(_STATE, "", None), endpoint))
 
     def get_options(self, names: Sequence[str]) -> dict[str, JsonValue]:
-        """Read options. Raises `BadReply` when there are no options in the reply."""
+        """Read options. Raises `BadReply` if the reply has none."""
         results = self.execute("camera.getOptions", {"optionNames": list(names)}).results
         options = results.get("options")
         if not isinstance(options, dict):
@@ -106,13 +106,13 @@ class OscClient:
         return {name: options[name] for name in names if name in options}
 
     def set_options(self, options: Mapping[str, JsonValue]) -> None:
-        """Change options; all of them or, on an error, perhaps some."""
+        """Change options; after an error some of them may be changed."""
         self.execute("camera.setOptions", {"options": dict(options)})
 
     def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> CommandReply:
-        """Send a command, without waiting for its end.
+        """Send a command without waiting for its end.
 
-        `parameters`: left out of the request when None.
+        `parameters`: None leaves them out of the request.
         """
         body: dict[str, Any] = {"name": name}
         if parameters is not None:
@@ -120,7 +120,7 @@ class OscClient:
         return self._command(_EXECUTE, body)
 
     def status(self, command_id: str | int) -> CommandReply:
-        """Ask how a command stands."""
+        """Request the status of a command."""
         return self._command(_STATUS, {"id": command_id})
 
     def take_picture(self) -> CommandReply:
@@ -130,7 +130,7 @@ class OscClient:
     def start_capture(self, mode: str | None) -> CommandReply:
         """Start a series.
 
-        `mode`: "bracket" and others; None where the camera's own shooting method decides.
+        `mode`: "bracket" or another; None uses the shooting method that the camera is set to.
         """
         return self.execute("camera.startCapture", None if mode is None else {"_mode": mode})
 
@@ -143,7 +143,7 @@ class OscClient:
         return self.execute("camera._stopSelfTimer")
 
     def list_files(self, count: int) -> tuple[FileEntry, ...]:
-        """List pictures, the newest first, each once; none whose name or URL cannot be used."""
+        """List photos with a usable name and URL, the newest first, each once."""
         entries: dict[str, FileEntry] = {}
         position = 0
         while position < count:
@@ -161,7 +161,7 @@ class OscClient:
             entries.update(
                 {entry.url: entry for entry in parse_entries(results, self.link.endpoint)}
             )
-            # Some give fewer at a time than were asked for; some give the first page for ever.
+            # Some cameras return fewer than requested; some return the first page for ever.
             rows = results.get("entries")
             position += len(rows) if isinstance(rows, list) else 0
             more = position < (whole(results.get("totalEntries")) or 0)
@@ -172,8 +172,8 @@ class OscClient:
     def delete(self, urls: Sequence[str]) -> None:
         """Delete files on the camera.
 
-        Raises `DeviceError` when one of them is not the URL of a file on this camera, and nothing
-        was deleted: cameras take some words for whole kinds of files. The code is "not-a-file".
+        Raises `DeviceError` with the code "not-a-file" and deletes nothing unless all are URLs of
+        files on this camera: some words would delete all files of a kind.
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
@@ -187,11 +187,9 @@ class OscClient:
 
     @contextmanager
     def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
-        """Open a file.
+        """Open a file from the byte `start` on; no other request may be sent until it is closed.
 
-        `start`: first byte that is wanted. A camera that does not know ranges answers with 200 and
-        the whole file; one that does, with 206. Yields the open file. No other request may be sent
-        before it is closed.
+        A camera that supports ranges answers with 206, any other with 200 and the whole file.
         """
         headers = {"Accept": "*/*"}
         if start > 0:
@@ -200,10 +198,10 @@ class OscClient:
             yield incoming
 
     def thumbnail(self, url: str) -> bytes:
-        """Fetch a file's small picture.
+        """Download the thumbnail of a file.
 
-        Returns a JPEG of at most `MAX_THUMBNAIL` bytes; that it can be decoded is not checked.
-        Raises `BadReply` when it is larger, or no JPEG.
+        Returns a JPEG of at most `MAX_THUMBNAIL` bytes, not decoded. Raises `BadReply` if it is
+        larger or not a JPEG.
         """
         data = bytearray()
         end_s = self.clock.now() + self.link.timeouts.whole_s
@@ -213,20 +211,20 @@ class OscClient:
                 data += chunk
                 if len(data) > MAX_THUMBNAIL:
                     raise BadReply(
-                        tr("The thumbnail is too large."), tr("Fetch the picture itself.")
+                        tr("The thumbnail is too large."), tr("Download the photo itself.")
                     )
                 if self.clock.now() > end_s:
                     raise timeout()
         if not data.startswith(_JPEG):
-            raise BadReply(tr("The thumbnail is not a picture."), tr("Fetch the picture itself."))
+            raise BadReply(tr("The thumbnail is not a JPEG."), tr("Download the photo itself."))
         return bytes(data)
 
     @contextmanager
     def live_preview(self, size: tuple[int, int, int] | None = None) -> Iterator[Iterator[bytes]]:
-        """Open the live preview; no other request over this link before it is closed.
+        """Open the live preview; no other request may be sent until it is closed.
 
-        `size`: columns, rows and pictures per second to ask for; None leaves them to the camera.
-        Yields JPEG pictures that are not checked, without end unless the camera ends it.
+        `size`: columns, rows and frames per second; None uses the camera's setting. Yields JPEG
+        frames, not decoded, until the camera ends the preview.
         """
         self.use_api_2()
         parameters: dict[str, JsonValue] = dict(zip(_PREVIEW, size or (), strict=False))
@@ -243,8 +241,8 @@ class OscClient:
 
         They fall back to the old one with every new connection.
 
-        True if it was switched, False if there was nothing to do. Raises `CameraNotReady` when the
-        camera stays at the old API; the code is "old-api".
+        Returns whether a switch was necessary. Raises `CameraNotReady` with the code "old-api" if
+        the camera stays with the old API.
         """
         if self.state().api_version != 1:
             return False
@@ -267,7 +265,7 @@ class OscClient:
         return self._patiently(ask)
 
     def _put(self, path: str, name: str, body: Mapping[str, Any] | None) -> JsonValue:
-        """Put a question with its own patience, which grows while it stays unanswered."""
+        """Send a request with its own timeout, which doubles after each timeout."""
         what = name or path
         late = self._late.pop(what, 0)
         patience = _PATIENCE_S.get(what, self.link.timeouts.read_s) * 2.0**late
@@ -298,7 +296,7 @@ class OscClient:
         return ask()
 
     def _remember(self, results: Mapping[str, JsonValue]) -> None:
-        """Keep the camera's own spelling of every URL in some results."""
+        """Store the camera's own spelling of every URL in its results."""
         entries = results.get("entries")
         rows = entries if isinstance(entries, list) else [dict(results)]
         for entry in rows:

@@ -37,7 +37,7 @@ from app.devices.theta.reply import Timeouts
 from app.devices.theta.untrusted import JsonValue
 
 CONNECT_S: Final = 2.5
-"""Seconds in which an address must accept a connection."""
+"""Time in which an address must accept a connection, in seconds."""
 
 _LATE_S: Final = 1.0
 _STEP_S: Final = 0.05
@@ -46,40 +46,37 @@ _SILENCES: Final = 2
 _MOST: Final = 16
 _PER_ADVERT: Final = 4
 _JOIN: Final = tr(
-    "Switch the camera's Wi-Fi on and choose it on this computer (its name "
-    'ends in ".OSC"), or type the address that the camera has in your '
-    "network."
+    "Switch on the camera's Wi-Fi and join it on this computer (its name ends in "
+    '".OSC"), or type the camera\'s address in your network.'
 )
 _ROUTER: Final = tr(
-    "Something answers at 192.168.1.1, but it is not a camera: probably the "
-    "router of the network that this computer is in. To use a camera's own "
-    'Wi-Fi, choose it on this computer (its name ends in ".OSC").'
+    "The device at 192.168.1.1 is not a camera but probably your router. To use a "
+    'camera\'s own Wi-Fi, join it on this computer (its name ends in ".OSC").'
 )
 
 
 class Asker(Protocol):
-    """What is needed of a `Link` to ask a camera what it is."""
+    """The part of a `Link` that discovery uses."""
 
     def get(self, path: str) -> JsonValue:
-        """Ask for JSON."""
+        """Request JSON."""
 
     def close(self) -> None:
-        """End all connections."""
+        """Close all connections."""
 
 
 @dataclass(frozen=True, slots=True)
 class Discovery:
-    """What a search brought."""
+    """The result of a search: cameras, and remarks on what was not found."""
 
     cameras: tuple[FoundCamera, ...] = ()
     notes: tuple[str, ...] = ()
 
     def one(self) -> FoundCamera:
-        """Choose the camera that is meant when the user names none.
+        """Choose a camera if the user names none: the only one, or the one that was used last.
 
-        Returns the only one; of several the one that was used last. Raises `Unreachable` when there
-        is none; the code is "no-camera"; `DeviceError` when there are several, none of which was
-        used last; the code is "several-cameras".
+        Raises `Unreachable` with the code "no-camera" if there is none; `DeviceError` with the code
+        "several-cameras" if there are several and none was used last.
         """
         if not self.cameras:
             raise Unreachable(
@@ -94,7 +91,7 @@ class Discovery:
         )
         raise DeviceError(
             tr("Several cameras were found: {cameras}.", cameras=names),
-            tr("Give the address of the one you mean."),
+            tr("Enter the address of the one to use."),
             "several-cameras",
         )
 
@@ -108,11 +105,10 @@ def discover(
     browse: Callable[[Callable[[Advert], None], threading.Event], None] = browse_network,
     last: FoundCamera | None = None,
 ) -> Discovery:
-    """Look for cameras in all places at once.
+    """Search for cameras at all addresses at once.
 
-    `timeout_s`: how long to listen, in seconds; answers to questions asked last come up to a second
-    later. After `timeout_s` + 1 s at the latest, however many addresses swallow what they are sent.
-    Raises `Cancelled` when the token was cancelled.
+    `timeout_s`: how long to listen, in seconds; the last replies may take another second. Raises
+    `Cancelled` when the token is cancelled.
     """
     search = _Search(clock, timeout_s, link_factory or _links(clock, timeout_s))
     before = last if last is not None else last_camera()
@@ -136,11 +132,10 @@ def look_at(
     link_factory: Callable[[Endpoint], Asker] | None = None,
     timeout_s: float = 5.0,
 ) -> FoundCamera:
-    """Ask what is at an address that the user typed.
+    """Identify the camera at an address that the user typed.
 
-    Cut and garbled replies are asked for again, see `FirstContact`; silence ends it the second
-    time. Raises `DeviceError`: `Unreachable`, `NotACamera`, `CameraRefused` or `BadReply`, as the
-    link tells; `Cancelled` when the token was cancelled.
+    A cut or garbled reply is requested again, see `FirstContact`; a second timeout ends the search.
+    Raises `DeviceError` like `Link.get`; `Cancelled` when the token is cancelled.
     """
     link = (link_factory or _links(clock, timeout_s))(endpoint)
     try:
@@ -168,7 +163,7 @@ def _info(link: Asker, clock: Clock, timeout_s: float, token: Token | None) -> I
 
 @dataclass(slots=True)
 class _Reply:
-    """What came of asking one address."""
+    """The reply of one address."""
 
     source: Source
     info: Info | None = None
@@ -179,7 +174,7 @@ class _Reply:
 
 @dataclass(slots=True)
 class _Search:
-    """A search on its way; everything in it is used under its lock."""
+    """A search in progress; its fields are used under its lock."""
 
     clock: Clock
     timeout_s: float
@@ -197,7 +192,7 @@ class _Search:
         self._start = (self.clock.now(), time.monotonic())
 
     def ask(self, endpoint: Endpoint, source: Source, announced: str = "") -> None:
-        """Ask an address what is there, once, in a thread of its own."""
+        """Identify the camera at an address, once, in a separate thread."""
         with self._lock:
             before = self._answers.get(endpoint)
             if before is not None:
@@ -209,7 +204,7 @@ class _Search:
         self._run(lambda: self._put(endpoint, answer))
 
     def listen(self, browse: Callable[[Callable[[Advert], None], threading.Event], None]) -> None:
-        """Hear announcements and ask the addresses in them."""
+        """Listen to announcements and identify the cameras at their addresses."""
 
         def run() -> None:
             try:
@@ -225,7 +220,7 @@ class _Search:
         self._run(run)
 
     def wait(self, token: Token) -> None:
-        """Wait until nothing more can come."""
+        """Wait until no more replies can arrive."""
         while True:
             token.check()
             with self._lock:
@@ -241,7 +236,7 @@ class _Search:
             self._changed.clear()
 
     def outcome(self) -> Discovery:
-        """Sum up what has come until now."""
+        """Return the result so far."""
         with self._lock:
             answers = {place: answer for place, answer in self._answers.items() if answer.done}
             notes = list(self._notes)
@@ -251,7 +246,7 @@ class _Search:
             replace(camera, used_last=last is not None and same_camera(camera, last))
             for camera in merged(camera for camera in answers_in if camera is not None)
         )
-        # In a home network there is a router, which is not worth a word.
+        # Every home network has a router: no remark about it if there is a camera.
         if not cameras:
             notes += [_trouble(endpoint, answer.error) for endpoint, answer in answers.items()]
         return Discovery(cameras, tuple(dict.fromkeys(note for note in notes if note)))
@@ -264,14 +259,14 @@ class _Search:
             return None
         if answer.announced:
             return described(endpoint, source, None, answer.announced)
-        # In its own Wi-Fi no camera asks for a password; a router does.
+        # No camera requires a password in its own Wi-Fi; a router does.
         if source == "remembered" and self.last_camera is not None and endpoint != ACCESS_POINT:
             return _as_known(self.last_camera, source)
         return None
 
     def _on_advert(self, advert: Advert) -> None:
         near = [address for address in advert.addresses[:_PER_ADVERT] if is_near(address)]
-        # Not both kinds: two questions at once are too much for some cameras.
+        # IPv4 or IPv6, not both: some cameras cannot answer two requests at once.
         plain = [address for address in near if ":" not in address]
         for address in plain or near:
             with suppress(DeviceError):
@@ -297,7 +292,7 @@ class _Search:
             link.close()
 
     def _info(self, link: Asker) -> Info:
-        """Ask what is there; a cut or garbled reply is asked for again while there is time."""
+        """Request the description; repeat after a cut or garbled reply while there is time."""
         deadline, first = self._start[0] + self.timeout_s, FirstContact(self.clock, silences=1)
         while True:
             try:
@@ -316,7 +311,7 @@ class _Search:
 def _ask_info(
     link: Asker, clock: Clock, deadline: float, stop: threading.Event | None = None
 ) -> Info:
-    """Ask what is there; a camera that is busy is asked again until the deadline."""
+    """Request the description; repeat until the deadline while the camera is busy."""
     while True:
         try:
             return parse_info(link.get("/osc/info"))
@@ -328,7 +323,7 @@ def _ask_info(
 
 
 def _trouble(endpoint: Endpoint, error: DeviceError | None) -> str:
-    """Say why what answers is not offered; "" where nothing answers."""
+    """Explain why a device that answers is not in the list; "" if nothing answers."""
     if error is None or isinstance(error, Unreachable):
         return ""
     if isinstance(error, CameraRefused):
@@ -344,5 +339,5 @@ def _links(clock: Clock, timeout_s: float) -> Callable[[Endpoint], Asker]:
 
 
 def _as_known(camera: FoundCamera, source: Source) -> FoundCamera:
-    """Describe a camera that says nothing without a password by what it was last time."""
+    """Describe a camera that requires a password by its description from last time."""
     return replace(camera, source=source, needs_password=True)

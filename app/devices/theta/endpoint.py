@@ -1,8 +1,8 @@
-"""Where a camera is, and which of the addresses it hands out may be followed.
+"""The address of a camera, and the URLs from the camera that may be followed.
 
-A camera writes into its URLs the address that it believes to have. Only path and query of such a
-URL are used, at the address that the user gave, so that a forwarded port works and nothing can
-lead to another machine.
+A camera puts the address that it believes it has into its URLs. Only the path and query of such a
+URL are used, at the address that the user typed, so that a forwarded port works and no URL can lead
+to another machine.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _HINT: Final = tr('Type it like "192.168.1.1" or "THETAYL00105377.local".')
 class Endpoint:
     """Host and port of a camera.
 
-    Raises `DeviceError` when the host or the port is none; the code is "bad-address".
+    Raises `DeviceError` with the code "bad-address" if the host or the port is invalid.
 
     Examples:
         >>> Endpoint.parse("http://cam.local:8080/").url("/osc/info")
@@ -56,16 +56,16 @@ class Endpoint:
                     most=_LAST_PORT,
                     port=self.port,
                 ),
-                tr("Leave it out: cameras use 80."),
+                tr("Leave it out; cameras use 80."),
                 "bad-address",
             )
 
     @classmethod
     def parse(cls, text: str) -> Endpoint:
-        """Read what a user typed.
+        """Read an address that a user typed.
 
-        Raises `DeviceError` when it is no address, or asks for https or carries a password; code
-        "bad-address".
+        Raises `DeviceError` with the code "bad-address" if it is not an address, uses https or
+        contains a password.
         """
         address = text.strip()
         rest = _without_scheme(address).partition("/osc/")[0].rstrip("/")
@@ -89,21 +89,20 @@ class Endpoint:
         return f"http://{host}" if self.port == _HTTP_PORT else f"http://{host}:{self.port}"
 
     def url(self, path: str) -> str:
-        """Give a path's URL. Raises `BadReply` as `rewrite`."""
+        """Return the URL of a path. Raises `BadReply` like `rewrite`."""
         return self.rewrite(path)
 
     def rewrite(self, url: str) -> str:
-        """Bring a URL that a camera gave to this endpoint.
+        """Return the path and query of a camera's URL at this host and port.
 
-        Returns the same path and query at this host and port. Raises `BadReply` when it is longer
-        than `LONGEST_URL`, has another scheme than http, a password, a fragment, a character that
-        does not belong there, or a path with "." or ".." in it, however written; the code is
-        "bad-url".
+        Raises `BadReply` with the code "bad-url" if the URL is longer than `LONGEST_URL`, has a
+        scheme other than http, a password, a fragment, an invalid character, or "." or ".." in its
+        path, in any spelling.
         """
         if len(url) > LONGEST_URL:
             raise _bad_url(tr("it is too long"))
         whole = f"http://camera{url}" if url.startswith("/") and not url.startswith("//") else url
-        # urlsplit drops tabs and line ends without a word, so they are looked for before.
+        # urlsplit silently drops tabs and line ends, so they are searched before.
         if not whole.isascii() or any(ord(sign) <= 0x20 or ord(sign) == 0x7F for sign in whole):
             raise _bad_url(tr("it contains invalid characters"))
         try:
@@ -202,13 +201,13 @@ def _bad_address(text: str) -> DeviceError:
 def _bad_url(why: str) -> BadReply:
     return BadReply(
         tr("The camera gave an address that cannot be used: {why}.", why=why),
-        tr("Switch the camera off and on; if that does not help, update its firmware."),
+        tr("Restart the camera; if that does not help, update its firmware."),
         "bad-url",
     )
 
 
 ACCESS_POINT: Final = Endpoint("192.168.1.1")
-"""Where every Ricoh Theta is when the computer has joined its own Wi-Fi."""
+"""Address of every Ricoh Theta in its own Wi-Fi."""
 
 
 _NEAR: Final = tuple(
@@ -227,9 +226,9 @@ _NEAR: Final = tuple(
 
 
 def is_near(host: str) -> bool:
-    """Tell whether an address is one of a private network, of this link or of this machine.
+    """Return whether an address is in a private network, on this link or on this machine.
 
-    Only such addresses are tried when the user has not typed them.
+    Only such addresses are tried unless the user types them.
 
     Examples:
         >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
@@ -243,11 +242,11 @@ def is_near(host: str) -> bool:
 
 
 def check_address(text: str) -> Endpoint:
-    """Read an address that the user typed; nothing is sent to it.
+    """Read an address that the user typed, without sending anything to it.
 
-    `text`: "192.168.1.1", "http://cam.local:8080/", "[fe80::1%eth0]". Host and port. Any host is
-    accepted, also outside the own network: the user asked for it. Raises `DeviceError` when it is
-    no address, or one that no single camera can have; the code is "bad-address".
+    `text`: for example "192.168.1.1", "http://cam.local:8080/" or "[fe80::1%eth0]". Hosts outside
+    the local network are accepted, too. Raises `DeviceError` with the code "bad-address" if it is
+    not an address, or an address that no single camera can have.
     """
     endpoint = Endpoint.parse(text)
     address = None

@@ -1,6 +1,6 @@
-"""How long an address is worth asking that has not answered as a camera yet.
+"""How long to retry an address that has not answered as a camera yet.
 
-A real Wi-Fi loses, cuts and garbles replies for a while; a router's page and a closed port stay.
+Real Wi-Fi loses, cuts and garbles replies for a while; a router's page and a closed port stay.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded
 from app.devices.theta.network_errors import BROKEN, NO_SUCH_NAME, NOBODY
 
 GARBLED_S: Final = 20.0
-"""How long replies may be cut, garbled or broken off, in seconds."""
+"""How long cut, garbled or interrupted replies are tolerated, in seconds."""
 
 PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
-"""Pauses between two questions; the last one stays."""
+"""Pauses between two requests in seconds; the last one repeats."""
 
 _STRANGERS: Final = 3
 _REFUSALS: Final = 3
 
 
 class FirstContact:
-    """The failures of one address, in the order in which they came.
+    """The failures of one address, in order.
 
-    `silences`: how often in a row nothing may come in time.
+    `silences`: the number of timeouts in a row after which to give up.
     """
 
     def __init__(self, clock: Clock, silences: int) -> None:
@@ -34,7 +34,7 @@ class FirstContact:
         self._pauses = 0
 
     def hopeless(self, error: DeviceError) -> bool:
-        """Note a failure; whether the address is not worth another question."""
+        """Count a failure; return whether to give the address up."""
         kind = _kind(error)
         if kind == "garbled":
             return self._clock.now() - self._began > GARBLED_S
@@ -43,7 +43,7 @@ class FirstContact:
         return self._in_a_row >= self._most[kind]
 
     def pause_s(self) -> float:
-        """Return the pause before the next question, in seconds; it grows."""
+        """Return the pause before the next request in seconds; each is longer than the last."""
         self._pauses += 1
         return PAUSES_S[min(self._pauses, len(PAUSES_S)) - 1]
 

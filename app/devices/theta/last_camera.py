@@ -31,10 +31,9 @@ _LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|hom
 
 
 def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
-    """Keep a camera for the next time.
+    """Save a camera for the next start.
 
-    False when it could not be kept, which is no reason to stop: the folder is not writable, or the
-    address is not one that is tried without being asked to.
+    Returns False if it was not saved: the folder is not writable, or the address is not near.
     """
     place = user_data() if folder is None else folder
     if not _may_be_tried(camera.endpoint.host):
@@ -55,7 +54,7 @@ def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
 
 
 def last_camera(folder: Path | None = None) -> FoundCamera | None:
-    """Look up the camera that was used last. None where none is kept, or the file is invalid."""
+    """Return the camera that was used last; None if none was saved or the file is invalid."""
     place = user_data() if folder is None else folder
     try:
         if not (place / FILE).is_file():

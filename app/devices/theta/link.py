@@ -50,9 +50,9 @@ _ANSWERS: Final = 3
 
 
 class Link:
-    """A way to one camera.
+    """The connection to one camera.
 
-    `adapter`: carries the requests; real connections when left out. Must return bytes as they come.
+    `adapter`: sends the requests; real connections by default. It must return bytes as they arrive.
     """
 
     def __init__(
@@ -80,19 +80,19 @@ class Link:
         self._used_s = clock.now()
 
     def get(self, path: str, patience_s: float | None = None) -> JsonValue:
-        """Ask for JSON.
+        """Request JSON.
 
-        Raises `Unreachable` when nothing answers in time or the connection breaks; `NotACamera`
-        when a web page or another program answers; `PasswordNeeded` when the camera wants a
-        password, or another one; `CameraRefused` when it answers with an HTTP error; `BadReply`
-        when the reply is too large or cannot be read.
+        Raises `Unreachable` if nothing answers in time or the connection breaks; `NotACamera` if
+        something other than a camera answers; `PasswordNeeded` if the camera requires a password or
+        refuses this one; `CameraRefused` for an HTTP error; `BadReply` if the reply is too large or
+        cannot be read.
         """
         return self._exchange(self._request("GET", path), patience_s)
 
     def post(
         self, path: str, body: Mapping[str, Any] | None, patience_s: float | None = None
     ) -> JsonValue:
-        """Send JSON, or nothing where the body is None, and read JSON; as `get`."""
+        """Send JSON, or an empty body for None, and read JSON; raises like `get`."""
         return self._exchange(self._request("POST", path, body), patience_s)
 
     @contextmanager
@@ -102,9 +102,9 @@ class Link:
         headers: Mapping[str, str] | None = None,
         body: Mapping[str, Any] | None = None,
     ) -> Iterator[Incoming]:
-        """Open a file, or with a body what a command sends; given back at the end of the block.
+        """Open a file, or the stream of a command if there is a body, until the end of the block.
 
-        Raises `DeviceError` as `get`, while it is opened or read.
+        Raises `DeviceError` like `get`, when it is opened and while it is read.
         """
         watch = Watch(self._clock)
         with ExitStack() as stack:
@@ -146,7 +146,7 @@ class Link:
 
     @contextmanager
     def _turn(self) -> Iterator[None]:
-        """Let one request after the other through: cameras mix up two at a time."""
+        """Allow one request at a time: cameras mix up two."""
         if self._holder == threading.get_ident():
             raise RuntimeError("a stream of this link is still open in this thread")
         with self._lock:
@@ -158,7 +158,7 @@ class Link:
                 self._used_s = self._clock.now()
 
     def _open(self, request: requests.Request, watch: Watch, quiet_s: float) -> Incoming:
-        """Send a request, with a password where the camera wants one; the body is unread."""
+        """Send a request, with a password if the camera requires one; the body stays unread."""
         watch.allow(self.timeouts.whole_s)
         if isinstance(self._adapter, WatchedAdapter):
             self._adapter.watch = watch
@@ -177,7 +177,7 @@ class Link:
         raise password_refused()
 
     def _challenged(self, reply: Incoming) -> bool:
-        """Take in a 401: whether only the nonce was too old."""
+        """Store the challenge of a 401; return whether only the nonce was too old."""
         challenge = reply.headers.get("www-authenticate", "")
         try:
             if not wants_digest(challenge):

@@ -1,4 +1,4 @@
-"""What a camera says, as types: its description, its state, its answers and its list of files.
+"""A camera's messages as types: its description, state, command replies and file list.
 
 Every field of a message is checked before it is used; names of files, too. A message that lacks
 what makes it one is a `BadReply`; any other field that is missing or invalid takes a neutral value.
@@ -44,9 +44,8 @@ _URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "con
 class FileEntry:
     """A file on the camera.
 
-    * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
-    * `date_time`: "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not
-      tell.
+    * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a leading dot: safe as a part of a path.
+    * `date_time`: "2026:11:21 14:05:09+09:00", or without the offset; "" if not stated.
     """
 
     name: str
@@ -57,11 +56,10 @@ class FileEntry:
 
 
 def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
-    """Read the results of camera.listFiles.
+    """Read the results of camera.listFiles, in the camera's order.
 
-    In the camera's order. Entries without a usable URL are left out; one with an unsafe name is
-    called by the last part of its URL if that is safe, and left out if not. Raises `BadReply` when
-    there is no list.
+    An entry without a usable URL is skipped. The last part of the URL replaces an unsafe name; if
+    that is unsafe, too, the entry is skipped. Raises `BadReply` if there is no list.
     """
     entries = results.get("entries")
     if not isinstance(entries, list):
@@ -71,7 +69,7 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
 
 
 def safe_name(text: object) -> str:
-    """Give a camera's file name if it can be a part of a path on any system, else "".
+    """Return a file name if it can be a part of a path on any system, else "".
 
     Examples:
         >>> safe_name("R0010015.JPG"), safe_name("../R0010015.JPG")
@@ -105,7 +103,7 @@ def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | N
 
 
 def safe_url(value: object, endpoint: Endpoint) -> str:
-    """Give a URL at an endpoint, or "" for anything that `Endpoint.rewrite` refuses."""
+    """Return a URL at an endpoint, "" for anything that `Endpoint.rewrite` refuses."""
     if not isinstance(value, str) or not value:
         return ""
     try:
@@ -118,7 +116,7 @@ def safe_url(value: object, endpoint: Endpoint) -> str:
 class Info:
     """Answer to /osc/info.
 
-    * `firmware`: (2, 10, 3) of "2.10.3"; empty when it is not made of numbers.
+    * `firmware`: (2, 10, 3) for "2.10.3"; empty if it does not consist of numbers.
     * `api_level`: (1, 2) for S and SC, (2,) for later models.
     """
 
@@ -135,9 +133,8 @@ class State:
     """Answer to /osc/state.
 
     * `battery_level`: 0 to 1.
-    * `battery_state`: "charging", "charged", "disconnect" or something new.
-    * `capture_status`: "idle", "shooting", "bracket shooting" and others; "" where a camera does
-      not tell.
+    * `battery_state`: "charging", "charged", "disconnect" or another word.
+    * `capture_status`: "idle", "shooting", "bracket shooting" or another word; "" if not stated.
     """
 
     battery_level: float | None = None
@@ -152,7 +149,7 @@ class State:
 
     @property
     def idle(self) -> bool:
-        """Whether the camera does nothing, as far as it tells."""
+        """Whether the camera reports that it is idle, or no status at all."""
         return self.capture_status in ("", "idle")
 
 
@@ -160,12 +157,11 @@ class State:
 class CommandReply:
     """Answer to a command.
 
-    * `id`: for asking on; must be sent back exactly as it came. None where it came without a usable
-      one.
+    * `id`: to ask for the status; sent back unchanged. None if there is no usable one.
     * `completion`: 0 to 1 while in progress.
-    * `results`: what came of it, as the camera put it.
+    * `results`: unchanged from the camera.
     * `file_urls`: of its files, at the endpoint in use.
-    * `refused_urls`: how many addresses cannot be used.
+    * `refused_urls`: the number of URLs that cannot be used.
     """
 
     state: Literal["done", "inProgress"]
@@ -179,8 +175,8 @@ class CommandReply:
 def parse_info(value: JsonValue) -> Info:
     """Read the answer to /osc/info.
 
-    Raises `CameraRefused` when it is an error object; `NotACamera` when it is not the
-    self-description of an OSC camera.
+    Raises `CameraRefused` for an error object; `NotACamera` if it is not the description of an OSC
+    camera.
     """
     error = refused(value, _OK)
     if error is not None:
@@ -205,7 +201,7 @@ def parse_info(value: JsonValue) -> Info:
 def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
     """Read the answer to /osc/state.
 
-    Raises `CameraRefused` when it is an error object; `BadReply` when it is no state.
+    Raises `CameraRefused` for an error object; `BadReply` if there is no state.
     """
     fields = table(value).get("state")
     if not isinstance(fields, dict):
@@ -224,9 +220,9 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
 
 
 def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
-    """Read the answer to a command or to a question about one.
+    """Read the reply to a command or to a question about its status.
 
-    Raises `CameraRefused` when it is an error object; `BadReply` when it is no such answer.
+    Raises `CameraRefused` for an error object; `BadReply` if it is not such a reply.
     """
     error = refused(value, _OK)
     if error is not None:
@@ -245,7 +241,7 @@ def parse_command(value: JsonValue, endpoint: Endpoint) -> CommandReply:
 
 
 def _files(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[tuple[str, ...], int]:
-    """Bring the addresses of files to an endpoint; count all addresses that cannot be used."""
+    """Return the URLs of files at an endpoint, and the number of URLs that cannot be used."""
     lists = {key: value for key in _URL_LISTS if isinstance(value := results.get(key), list)}
     single = (results.get(key) for key in _URL_KEYS)
     addresses = [*filter(None, single), *(url for urls in lists.values() for url in urls)]

@@ -1,4 +1,4 @@
-"""What a failed request means: silence, a broken connection, something that is no camera."""
+"""Failed requests: timeouts, broken connections, and devices that are not cameras."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from app.core.text import tr
 from app.devices.errors import BadReply, DeviceError, NotACamera, Unreachable
 
 CLOSED: Final = "closed"
-"""Code of the error that a reader gets whose stream was closed from another thread."""
+"""Code of a stream that another thread has closed."""
 
 BROKEN: Final = "broken"
 """Code of a connection that ended too early."""
 
 NOBODY: Final = "connection-refused"
-"""Code of an address at which a computer refuses the connection: no program listens there."""
+"""Code of an address where no program listens, so that the computer refuses the connection."""
 
 NO_SUCH_NAME: Final = "no-such-name"
-"""Code of a name that nobody in the network has."""
+"""Code of a host name that does not exist in the network."""
 
-# UnicodeError and ValueError: names that no resolver takes, chunk lengths that are no numbers.
+# UnicodeError and ValueError: host names that no resolver accepts, invalid chunk lengths.
 NETWORK_ERRORS: Final = (
     requests.RequestException,
     urllib3_errors.HTTPError,
@@ -35,7 +35,7 @@ NETWORK_ERRORS: Final = (
 """Everything that `requests`, `urllib3` and the sockets below them raise."""
 
 _WIFI: Final = tr("Check that the camera is on and this computer is in its Wi-Fi, then try again.")
-_NEARER: Final = tr("Go nearer to the camera, then try again; what has arrived is kept.")
+_NEARER: Final = tr("Move closer to the camera, then try again. Finished downloads are kept.")
 _TIMEOUTS: Final = (
     requests.Timeout,
     urllib3_errors.TimeoutError,
@@ -51,39 +51,38 @@ _NONSENSE: Final = (
 
 
 def timeout() -> Unreachable:
-    """Say that nothing came in time."""
-    return Unreachable(tr("The camera does not answer in time."), _WIFI, "timeout")
+    """Return the error of a reply that did not come in time."""
+    return Unreachable(tr("The camera did not answer in time."), _WIFI, "timeout")
 
 
 def broken(code: str = "") -> Unreachable:
-    """Say that the connection ended too early."""
-    return Unreachable(tr("The connection to the camera broke."), _NEARER, code or BROKEN)
+    """Return the error of a connection that ended too early."""
+    return Unreachable(tr("The connection to the camera was interrupted."), _NEARER, code or BROKEN)
 
 
 def no_camera() -> NotACamera:
-    """Say that something else answers."""
+    """Return the error of a device that is not a camera."""
     return NotACamera(
-        tr("Something answers at this address, but it is not a 360 camera."),
+        tr("The device at this address is not a 360 camera."),
         tr(
-            "It is probably the router of your own network: choose the camera's "
-            'Wi-Fi (its name ends in ".OSC"), or type the address that the camera '
-            "has in this network."
+            'It is probably your router: join the camera\'s Wi-Fi (its name ends in ".OSC"), '
+            "or type the camera's address in this network."
         ),
     )
 
 
 def failure(error: BaseException) -> DeviceError:
-    """Say what a failed request means.
+    """Translate an exception of a request into a `DeviceError`.
 
-    `Unreachable` for silence, refusal and broken connections, `NotACamera` where something speaks
-    another language, `BadReply` for headers that make no sense.
+    Returns `Unreachable` for timeouts, refused and broken connections, `NotACamera` for another
+    protocol, `BadReply` for invalid headers.
     """
     chain = tuple(_chain(error))
     # urllib3 derives its errors of names and refused connections from its timeouts.
     if any(isinstance(link, (urllib3_errors.NameResolutionError, UnicodeError)) for link in chain):
         return Unreachable(
-            tr("No camera of this name is in the network."),
-            tr("Check the spelling, or type the camera's address in numbers."),
+            tr("There is no camera with this name in the network."),
+            tr("Check the spelling, or type the camera's IP address."),
             NO_SUCH_NAME,
         )
     if any(isinstance(link, urllib3_errors.NewConnectionError) for link in chain):
@@ -108,7 +107,7 @@ def _foreign(error: BaseException) -> bool:
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:
-    """Walk an error and what it carries; each once."""
+    """Yield an error, its arguments and its causes, each once."""
     waiting, visited = [error], set()
     while waiting:
         link = waiting.pop()

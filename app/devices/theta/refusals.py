@@ -12,10 +12,10 @@ from app.devices.errors import CameraRefused
 from app.devices.theta.untrusted import JsonValue, table, words
 
 BUSY: Final = "serviceUnavailable"
-"""The one code after which the same request may simply be sent again."""
+"""The only code after which the same request may be sent again."""
 
 _UPDATE: Final = tr(
-    "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
+    "Update the camera's firmware with Ricoh's app; if it is current, report the camera's model."
 )
 _RESTART: Final = tr("Restart the camera, then try again.")
 _WAIT: Final = tr("Wait a few seconds, then try again.")
@@ -27,27 +27,24 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         "invalidParameterName": (tr("The camera does not know one of the settings."), _UPDATE),
         "invalidParameterValue": (
             tr("The camera does not accept a value, or the file is no longer on it."),
-            tr("Connect again, so that the camera's own lists are read again."),
+            tr("Reconnect the camera."),
         ),
-        "tooManyParameters": (tr("The camera was sent too much at once."), _UPDATE),
+        "tooManyParameters": (tr("The request to the camera had too many parameters."), _UPDATE),
         "disabledCommand": (
             tr("The camera cannot do this at the moment."),
-            tr(
-                "Wait until it has finished, close plug-ins, set it to still pictures, "
-                "then try again."
-            ),
+            tr("Wait until it has finished, close plug-ins, set it to photos, then try again."),
         ),
         "corruptedFile": (
             tr("A file on the camera is damaged."),
-            tr("Take the picture again; if it happens often, check the camera's storage."),
+            tr("Shoot again; if it happens often, check the camera's storage."),
         ),
         "powerOffSequenceRunning": (
             tr("The camera is switching itself off."),
             tr("Switch it on again and charge it if needed."),
         ),
         "invalidFileFormat": (
-            tr("The camera cannot store pictures in this format."),
-            tr("Choose another picture size."),
+            tr("The camera cannot save photos in this format."),
+            tr("Choose another photo size."),
         ),
         "canceledShooting": (tr("The shot was cancelled on the camera."), tr("Start it again.")),
         "canceledConversion": (
@@ -58,8 +55,8 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         "unexpected": (tr("The camera has an internal error."), _RESTART),
         "serverError": (tr("The camera has an internal error."), _RESTART),
         "notFound": (
-            tr("This is not on the camera."),
-            tr("The file may have been deleted; look at the camera's pictures."),
+            tr("The file is not on the camera."),
+            tr("It may have been deleted; check the photos on the camera."),
         ),
         "invalidSessionId": (tr("The camera closed the connection."), tr("Reconnect the camera.")),
         "cameraInExclusiveUse": (
@@ -68,11 +65,11 @@ REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         ),
         "unactivated": (
             tr("The camera is not activated yet."),
-            tr("Activate it with its maker's app, then connect again."),
+            tr("Activate it with the manufacturer's app, then reconnect."),
         ),
     }
 )
-"""Error code of the camera: a sentence, and what to do next."""
+"""A sentence and a hint for each of the camera's error codes."""
 
 _UNKNOWN: Final = (tr("The camera refused."), _WAIT)
 _CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
@@ -80,7 +77,7 @@ _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterVal
 
 
 def refused(value: JsonValue, status: int) -> CameraRefused | None:
-    """Find an error object in a message."""
+    """Return the error in a message; None if it has none."""
     message = table(value)
     error = message.get("error")
     if not isinstance(error, dict) and message.get("state") != "error":
@@ -90,17 +87,15 @@ def refused(value: JsonValue, status: int) -> CameraRefused | None:
 
 
 def bare_refusal(status: int) -> CameraRefused:
-    """Make the error for a reply that has only an HTTP status."""
+    """Return the error for a reply with nothing but an HTTP status."""
     return refusal(_BY_STATUS.get(status, "unexpected"), status)
 
 
 def refusal(code: str, status: int, message: str = "") -> CameraRefused:
-    """Make the error for what a camera answered.
+    """Return the error for a camera's error code.
 
-    * `code`: the camera's; one that does not look like a code is taken as "unexpected".
-    * `message`: the camera's own sentence, shown only for a code that `REFUSALS` does not know.
-
-    With code and status kept.
+    * `code`: the camera's; "unexpected" replaces one that does not look like a code.
+    * `message`: the camera's own sentence, shown only for a code that is not in `REFUSALS`.
     """
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)

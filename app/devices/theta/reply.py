@@ -52,7 +52,7 @@ class Timeouts:
 
 
 class Incoming:
-    """A reply whose body is still to be read."""
+    """A reply whose body has not been read yet."""
 
     def __init__(
         self, response: requests.Response, watch: Watch, clock: Clock, timeouts: Timeouts
@@ -68,10 +68,10 @@ class Incoming:
         self._timeouts = timeouts
 
     def chunks(self, size: int = _CHUNK) -> Iterator[bytes]:
-        """Read the body as it comes.
+        """Yield the body as it arrives, in pieces of at most `size` bytes.
 
-        `size`: most bytes in a piece. Raises `Unreachable` when the connection breaks, falls
-        silent, brings too little, or is closed by `Link.close`.
+        Raises `Unreachable` if the connection breaks, stalls, ends too early or is closed by
+        `Link.close`.
         """
         idle_s, least = self._timeouts.idle_s, self._timeouts.least_bytes
         waits_s, count = 0.0, 0
@@ -91,9 +91,10 @@ class Incoming:
             yield piece
 
     def whole(self, most: int) -> bytes:
-        """Read all of a short body before the watch's deadline.
+        """Read a whole short body before the watch's deadline.
 
-        Raises `BadReply` when it is larger; the code is "too-large"; `Unreachable` as `chunks`.
+        Raises `BadReply` with the code "too-large" if it has more than `most` bytes; `Unreachable`
+        like `chunks`.
         """
         data = bytearray()
         pieces = self._pieces(min(_CHUNK, most + 1))
@@ -102,13 +103,13 @@ class Incoming:
             if len(data) > most:
                 raise BadReply(
                     tr("The camera's answer is too large."),
-                    tr("Switch it off and on."),
+                    tr("Restart it, then try again."),
                     "too-large",
                 )
         return bytes(data)
 
     def release(self) -> None:
-        """Give the connection back; it is cut unless all of the body was read."""
+        """Release the connection; it is closed unless the whole body was read."""
         self._response.close()
 
     def _next(self, pieces: Iterator[bytes]) -> bytes | None:
@@ -128,7 +129,7 @@ class Incoming:
             raise broken(CLOSED)
 
     def _pieces(self, size: int) -> Iterator[bytes]:
-        """Read until the end, and find out whether it came too early."""
+        """Yield pieces until the end; raises `Unreachable` if it comes too early."""
         if self.headers.get("content-encoding", "").strip().lower() not in _PLAIN:
             raise _packed_error()
         if self.headers.get("transfer-encoding", "").strip().lower() not in _WHOLE:
@@ -142,7 +143,7 @@ class Incoming:
 
 
 def _raw_pieces(response: requests.Response, size: int) -> Iterator[bytes]:
-    """Take bytes as they come: `iter_content` would wait until a piece is full."""
+    """Yield bytes as they arrive; `iter_content` would wait until a piece is full."""
     if not isinstance(response.raw, BaseHTTPResponse):
         yield from (piece for piece in response.iter_content(size) if piece)
         return
@@ -161,7 +162,7 @@ def _length(headers: Mapping[str, str]) -> int | None:
 def _packed_error() -> BadReply:
     return BadReply(
         tr("The camera sent its answer in an unexpected encoding."),
-        tr("Switch the camera off and on; if that does not help, update its firmware."),
+        tr("Restart the camera; if that does not help, update its firmware."),
         "packed",
     )
 
@@ -169,10 +170,9 @@ def _packed_error() -> BadReply:
 def judge_json(reply: Incoming, data: bytes) -> JsonValue:
     """Read a reply that should be JSON.
 
-    Returns the value; an error object inside a good reply is left to the reader of the message.
-    Raises `CameraRefused` for an HTTP error, with the camera's code where it gave one; `NotACamera`
-    for a web page, a redirect or an unknown path; `BadReply` for anything else that is no
-    JSON.
+    An error object with status 200 is returned like any value. Raises `CameraRefused` for an HTTP
+    error, with the camera's code if it sent one; `NotACamera` for a web page, a redirect or
+    an unknown path; `BadReply` for anything else that is not JSON.
     """
     if _OK <= reply.status < _NOT_OK:
         if _is_page(reply, data):
@@ -186,11 +186,10 @@ def judge_json(reply: Incoming, data: bytes) -> JsonValue:
 
 
 def judge_stream(reply: Incoming) -> None:
-    """Make sure that a reply is something to be streamed.
+    """Check that a reply is a stream.
 
-    Raises `CameraRefused` for an HTTP error, and for an error object where a file should be; 404 is
-    "notFound"; `NotACamera` for a redirect, and for a web page where a file should be; `BadReply`
-    for a reply of any other kind.
+    Raises `CameraRefused` for an HTTP error (404 is "notFound") or an error object instead of the
+    file; `NotACamera` for a redirect or a web page; `BadReply` for anything else.
     """
     kind = reply.headers.get("content-type", "").lower()
     if reply.status in _STREAMS:

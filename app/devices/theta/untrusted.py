@@ -1,7 +1,7 @@
-"""JSON and its values from a source that is not trusted, and JSON that a small camera can read.
+"""JSON from a source that is not trusted, and JSON that a small camera can read.
 
-Nothing here assumes that a reply is what a camera should send: it may be damaged, or made to do
-harm. What is bounded: bytes, nesting, number of values, length of numbers.
+A reply may be damaged or malicious, so its bytes, nesting, number of values and length of numbers
+are limited.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from app.core.text import tr
 from app.devices.errors import BadReply
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
-"""What JSON can hold; every number finite, every text sound Unicode."""
+"""A JSON value; every number is finite, every text valid Unicode."""
 
 MAX_BYTES: Final = 4_000_000
 """Longest reply in bytes; a listing of a hundred files is 50 kB."""
@@ -33,12 +33,12 @@ _HINT: Final = tr("Try again. If the problem persists, restart the camera.")
 
 
 def parse_json(data: bytes) -> JsonValue:
-    """Read a reply's body.
+    """Read the body of a reply.
 
-    `data`: JSON in UTF-8. Broken characters become "\N{REPLACEMENT CHARACTER}": a badly encoded
-    description of one picture must not hide a whole listing. Of equal keys the last counts. Raises
-    `BadReply` when it is no JSON, larger or deeper than the limits, or holds NaN, an infinity or a
-    number of more than 40 characters.
+    `data`: JSON in UTF-8. Invalid characters become "\N{REPLACEMENT CHARACTER}": one badly encoded
+    description must not hide a whole listing. Of equal keys the last one counts. Raises `BadReply`
+    if it is not JSON, exceeds the limits, or contains NaN, an infinity or a number of more than 40
+    characters.
     """
     if len(data) > MAX_BYTES:
         raise BadReply(tr("The camera's answer is too large."), _HINT, "too-large")
@@ -91,13 +91,12 @@ def _sound_text(text: str) -> str:
 
 
 def write_json(value: Any) -> bytes:
-    """Write a request's body.
+    """Write the body of a request.
 
-    Numbers are written without exponents, so that a shutter speed of 0.00004 leaves as the camera
-    lists it, and not as 4e-05.
+    Numbers have no exponents, so that a shutter speed of 0.00004 is sent as the camera lists it and
+    not as 4e-05.
 
-    Raises `ValueError` for a number that is not finite; `TypeError` for anything that JSON does not
-    know.
+    Raises `ValueError` for a number that is not finite; `TypeError` for a type outside JSON.
 
     Examples:
         >>> write_json({"shutterSpeed": 0.00004})
@@ -127,38 +126,38 @@ def _written_table(value: Mapping[str, Any]) -> str:
 
 
 def table(value: object) -> dict[str, JsonValue]:
-    """Give a JSON object, or an empty one for anything else."""
+    """Return a JSON object, or an empty one for anything else."""
     return value if isinstance(value, dict) else {}
 
 
 def words(value: object, longest: int = _TEXT) -> str:
-    """Give a text without control characters and outer spaces, cut; "" for anything else."""
+    """Return a text cut to `longest`, without control characters and outer spaces; else ""."""
     if not isinstance(value, str):
         return ""
     return "".join(sign for sign in value[:longest] if sign.isprintable()).strip()
 
 
 def texts(value: object, most: int = 100) -> tuple[str, ...]:
-    """Give the texts of a list as `words` does, without empty ones."""
+    """Return the texts of a list, cleaned like `words`, without empty ones."""
     items = (words(item) for item in value[:most]) if isinstance(value, list) else ()
     return tuple(text for text in items if text)
 
 
 def number(value: object) -> float | None:
-    """Give a number, or None for anything else; true and false are none."""
+    """Return a number, or None for anything else; booleans are not numbers."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
     return float(value)
 
 
 def fraction(value: object) -> float | None:
-    """Give a number from 0 to 1, or None for anything else."""
+    """Return a number from 0 to 1, or None for anything else."""
     amount = number(value)
     return amount if amount is not None and 0.0 <= amount <= 1.0 else None
 
 
 def whole(value: object, most: int = 2**53) -> int | None:
-    """Give a whole number from 0 to `most`, or None for anything else; 5.0 is 5."""
+    """Return a whole number from 0 to `most`, or None for anything else; 5.0 is 5."""
     amount = number(value)
     if amount is None or not amount.is_integer() or not 0 <= amount <= most:
         return None
@@ -166,5 +165,5 @@ def whole(value: object, most: int = 2**53) -> int | None:
 
 
 def flag(value: object) -> bool | None:
-    """Give true or false, or None for anything else."""
+    """Return a boolean, or None for anything else."""
     return value if isinstance(value, bool) else None

@@ -22,7 +22,7 @@ from app.devices.capture.file_integrity import whole_file
 from app.devices.theta.untrusted import words
 
 MAX_BYTES: Final = 2_000_000_000
-"""Largest file that is looked into; a JPEG must be a quarter of that."""
+"""Size limit of a file; a JPEG may have a quarter of it."""
 
 _TEMPORARY: Final = re.compile(
     r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
@@ -35,11 +35,11 @@ _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A picture that has come whole.
+    """A picture that has arrived completely.
 
     * `shape`: rows and columns.
     * `kind`: how its pixels are stored.
-    * `taken_s`: time of EXIF in seconds; comparable only with that of the same camera.
+    * `taken_s`: time of EXIF in seconds; comparable only within one camera.
     """
 
     path: Path
@@ -52,39 +52,38 @@ class Arrival:
 
 
 def is_wanted(name: str) -> bool:
-    """Tell by its name whether a file could be a picture that is read."""
+    """Return whether a file could be a picture that the program reads, by its name."""
     usable = name.isprintable() and not _TEMPORARY.match(name)
     return usable and name.lower().endswith(ENDINGS)
 
 
 def passed_over(name: str) -> str:
-    """Say why a file of this name is passed over; "" where that needs no words.
+    """Return why a file of this name is skipped; "" if that needs no explanation.
 
-    Returns a sentence, the same for all files of one kind.
+    The sentence is the same for all files of one kind.
     """
     if not name.isprintable():
         return tr(
-            "{name}: files with control characters in their names are passed over.",
+            "{name} is skipped: its name contains control characters.",
             name=words(name, 60),
         )
     ending = name.rpartition(".")[2].lower()
     if _TEMPORARY.match(name) or "." not in name or not 0 < len(ending) <= len("filepart"):
         return ""
     return tr(
-        "Files ending in .{ending} are passed over; {endings} are read.",
+        "Files ending in .{ending} are skipped; {endings} are read.",
         ending=ending,
         endings=listed(ENDINGS),
     )
 
 
 def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
-    """Look into a file that has come.
+    """Read a file that has arrived.
 
-    * `size`: its length in bytes.
-    * `modified_s`: when it was changed last, in seconds, for files that do not say when they were
-      taken.
+    * `size`: in bytes.
+    * `modified_s`: modification time in seconds, for files without a date.
 
-    Returns the picture, or a sentence why it cannot be a frame.
+    Returns the picture, or a sentence why it is not a frame.
     """
     try:
         _check_whole(path, size)
@@ -92,9 +91,9 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
     except ProbeError as error:
         return words(str(error), _LONGEST)
     if frame.exposure is None:
-        return tr("{name} does not state its exposure time and is left out.", name=path.name)
+        return tr("{name} is skipped: it has no exposure time.", name=path.name)
     if frame.tone_mapped:
-        return tr("{name} was taken with HDR rendering on and is left out.", name=path.name)
+        return tr("{name} is skipped: it was taken with the camera's HDR on.", name=path.name)
     shot_s = _taken_s(path)
     return Arrival(
         path=path,
@@ -109,10 +108,10 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
 
 def _check_whole(path: Path, size: int) -> None:
     incomplete = ProbeError(
-        tr("{name} is damaged or incomplete; it is looked at when it changes.", name=path.name)
+        tr("{name} is damaged or incomplete; it is checked again when it changes.", name=path.name)
     )
     if size > MAX_BYTES:
-        raise ProbeError(tr("{name} is too large for a picture.", name=path.name))
+        raise ProbeError(tr("{name} is too large for a photo.", name=path.name))
     sentence = tr("{name} cannot be read: {reason}.")
     with os_errors_as(ProbeError, sentence, name=path.name), open_file(path) as stream:
         jpeg = stream.read(3) == b"\xff\xd8\xff"
@@ -120,7 +119,7 @@ def _check_whole(path: Path, size: int) -> None:
         if size > MAX_BYTES // 4 or not whole_file(path):
             raise incomplete
         return
-    # Other formats do not end in a mark; their last rows are missing when they are cut off.
+    # Other formats have no end marker; if they are cut off, their last rows are missing.
     if not is_whole(read_header(path).frame.as_stored, Token()):
         raise incomplete
 
@@ -141,7 +140,7 @@ def _taken_s(path: Path) -> float | None:
 
 
 def _numbers(name: str) -> tuple[tuple[int, str], ...]:
-    """Split a name so that IMG_10 comes after IMG_9."""
+    """Return a sort key that puts IMG_10 after IMG_9."""
     return tuple(
         (int(part), "") if part.isdecimal() else (-1, part.lower()) for part in _DIGITS.split(name)
     )

@@ -29,7 +29,7 @@ class IncomingBracket:
 
 @dataclass(slots=True)
 class _OpenBracket:
-    """A bracket that more frames may belong to."""
+    """A bracket to which more frames may belong."""
 
     frames: list[Arrival]
     last_s: float
@@ -37,10 +37,10 @@ class _OpenBracket:
 
 
 class Grouping:
-    """Sorts arrivals into brackets.
+    """Sorts pictures into brackets.
 
-    `quiet_s`: a bracket is complete when nothing has come for so many seconds; frames that were
-    taken further apart, besides their exposures, are of different brackets.
+    `quiet_s`: a bracket is complete when nothing has arrived for so many seconds; frames that were
+    taken further apart, besides their exposures, belong to different brackets.
     """
 
     def __init__(self, quiet_s: float) -> None:
@@ -50,7 +50,7 @@ class Grouping:
         self._notes: list[str] = []
 
     def add(self, arrival: Arrival, now: float) -> None:
-        """Take a picture in. `now`: time in seconds."""
+        """Add a picture. `now`: time in seconds."""
         key = (arrival.camera, arrival.shape, arrival.kind)
         group = self._open.get(key)
         if group is not None:
@@ -68,38 +68,38 @@ class Grouping:
         group.last_s = group.quiet_from_s = now
 
     def touch(self, now: float) -> None:
-        """Wait a while longer with what is open: something is on its way."""
+        """Extend the wait of open brackets, since a file is still being copied."""
         for group in self._open.values():
             group.quiet_from_s = min(now, group.last_s + _PATIENCE * self._quiet_s)
 
     def forget(self, path: Path) -> None:
-        """Drop a file that was removed or has changed."""
+        """Remove a file that was deleted or has changed."""
         for key, group in tuple(self._open.items()):
             group.frames = [frame for frame in group.frames if frame.path != path]
             if not group.frames:
                 del self._open[key]
 
     def complete(self, now: float) -> Iterator[IncomingBracket]:
-        """Give away what is complete. `now`: time in seconds."""
+        """Yield the complete brackets and remove them. `now`: time in seconds."""
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:
                 self._close(
-                    key, tr("Nothing more came for {seconds:g} seconds.", seconds=self._quiet_s)
+                    key, tr("Nothing more arrived for {seconds:g} seconds.", seconds=self._quiet_s)
                 )
         while self._ready:
             yield self._ready.pop(0)
 
     def take_notes(self) -> list[str]:
-        """Give away what there is to say."""
+        """Return the notes since the last call."""
         notes, self._notes = self._notes, []
         return notes
 
     def _another(self, group: _OpenBracket, arrival: Arrival, twin: Arrival | None) -> str:
-        """Say why a picture begins a new bracket; "" where it belongs to this one."""
+        """Return why a picture starts a new bracket; "" if it belongs to this one."""
         name = arrival.path.name
         if twin is not None:
             return tr(
-                "{name} has the exposure of {other}, so it begins another bracket.",
+                "{name} has the same exposure as {other}, so it starts a new bracket.",
                 name=name,
                 other=twin.path.name,
             )
@@ -116,7 +116,7 @@ class Grouping:
             self._ready.append(IncomingBracket(tuple(frame.path for frame in frames), (reason,)))
         elif frames:
             self._notes.append(
-                tr("{name} came alone, so it is not a bracket.", name=frames[0].path.name)
+                tr("{name} arrived alone, so it is not a bracket.", name=frames[0].path.name)
             )
 
 
@@ -136,11 +136,11 @@ def _copies(one: Arrival, other: Arrival) -> bool:
 
 
 def _gap_s(frames: list[Arrival], arrival: Arrival) -> float:
-    """Time to the nearest frame besides what the exposures take; 0 where it is not known."""
+    """Return the seconds to the nearest frame, without the exposures; 0 if unknown."""
     if arrival.taken_s is None:
         return 0.0
     gaps = [
-        # Many cameras take a second, dark picture after a long exposure.
+        # Many cameras take a second, dark frame after a long exposure.
         abs(arrival.taken_s - frame.taken_s)
         - 2.0 * max(frame.exposure.shutter_s, arrival.exposure.shutter_s)
         for frame in frames

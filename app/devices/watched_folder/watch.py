@@ -33,7 +33,7 @@ _HOLD_S: Final = 10.0
 
 
 class _Stamp(NamedTuple):
-    """What changes with a file."""
+    """The facts that change with a file."""
 
     inode: int
     size: int
@@ -43,7 +43,7 @@ class _Stamp(NamedTuple):
 
 @dataclass(slots=True)
 class _FileState:
-    """A name in the folder, and how far it is."""
+    """A file in the folder, and since when it is unchanged."""
 
     stamp: _Stamp
     since_s: float
@@ -51,20 +51,20 @@ class _FileState:
     refused: bool = False
 
     def differs(self, stamp: _Stamp) -> bool:
-        """Whether it is another file now; one that could not be read may be readable now."""
+        """Whether the file has changed, or a file that could not be read may be readable now."""
         return self.stamp[:3] != stamp[:3] or (self.refused and self.stamp != stamp)
 
 
 class WatchedFolder:
     """A folder that pictures come into.
 
-    What lies in it at the first look is left alone. Sub-folders are not looked into, links are not
-    followed, hidden and temporary files are passed over without a word.
+    Files that are there at the start are ignored, and so are sub-folders, links, and hidden and
+    temporary files.
 
-    * `quiet_s`: a bracket is complete when nothing has come for so many seconds.
-    * `still_s`: a file counts when size and time of change were the same for so many seconds.
+    * `quiet_s`: a bracket is complete when nothing has arrived for so many seconds.
+    * `still_s`: a file counts when size and modification time are unchanged for so many seconds.
 
-    Raises `Unreachable` when there is no such folder or it cannot be read; the code is "no-folder".
+    Raises `Unreachable` with the code "no-folder" if the folder does not exist or cannot be read.
     """
 
     def __init__(
@@ -92,19 +92,19 @@ class WatchedFolder:
             count = len(self._files)
             self._note(
                 tr_plural(
-                    "{count} file was in the folder before and left alone.",
-                    "{count} files were in the folder before and left alone.",
+                    "{count} file was already in the folder and is ignored.",
+                    "{count} files were already in the folder and are ignored.",
                     count,
                 )
             )
 
     def poll(self) -> tuple[Arrival, ...]:
-        """Look at the folder once.
+        """List the folder once.
 
-        Returns the pictures that have become complete since the last look, in the order in which
-        they were taken. A file that changes afterwards comes again. Raises `Unreachable` when the
-        folder has not been readable for half a minute; the code is "no-folder"; `CaptureFailed`
-        when it holds more than `MAX_FILES` entries; the code is "too-many-files".
+        Returns the pictures that have become complete since the last call, in the order of
+        shooting. A file that changes afterwards is returned again. Raises `Unreachable` with the
+        code "no-folder" if the folder cannot be read for half a minute; `CaptureFailed` with the
+        code "too-many-files" if it has more than `MAX_FILES` entries.
         """
         now = self._clock.now()
         try:
@@ -125,10 +125,9 @@ class WatchedFolder:
         return tuple(sorted(arrivals, key=lambda arrival: arrival.order))
 
     def brackets(self, token: Token | None = None) -> Iterator[IncomingBracket]:
-        """Wait for brackets; blocks on the clock and never ends by itself.
+        """Yield brackets of two or more exposures as they become complete; never ends by itself.
 
-        Two or more frames with different exposures. Raises `Cancelled` when the token was
-        cancelled; `DeviceError` as `poll`.
+        Raises `Cancelled` when the token is cancelled; `DeviceError` like `poll`.
         """
         token = token or Token()
         while True:
@@ -143,7 +142,7 @@ class WatchedFolder:
             wait(self._clock, _POLL_S, token)
 
     def _take(self, arrivals: tuple[Arrival, ...], now: float) -> None:
-        """Hand arrivals on in the order of shooting: not before those that are on their way."""
+        """Group arrivals in the order of shooting, after those that are still being copied."""
         if not self._waiting:
             self._held_since_s = now
         self._waiting += arrivals
@@ -157,11 +156,11 @@ class WatchedFolder:
 
     @property
     def _restless(self) -> bool:
-        """Whether a file is still on its way."""
+        """Whether a file is still being copied."""
         return any(not state.settled for state in self._files.values())
 
     def _look(self, name: str, stamp: _Stamp, now: float) -> Arrival | None:
-        """Judge one file: still changing, known, complete, or not a picture."""
+        """Return a picture that has just become complete; None for any other file."""
         state = self._files.get(name)
         if state is None or state.differs(stamp):
             self._forget(name)
@@ -178,10 +177,10 @@ class WatchedFolder:
         return arrival
 
     def _list_files(self) -> dict[str, _Stamp]:
-        """List the files that could be pictures: name, and what tells whether one has changed."""
+        """Return the files that could be pictures by name, with the facts that change with them."""
         stamps: dict[str, _Stamp] = {}
         sentence = tr("The folder {folder} cannot be read: {reason}.")
-        hint = tr("Check the name, and the cable or card that it is on.")
+        hint = tr("Check its name, and the cable or card.")
         kind = partial(Unreachable, code="no-folder")
         missing = os_errors_as(kind, sentence, hint, folder=self.folder)
         with missing, os.scandir(self.folder) as entries:
@@ -189,11 +188,11 @@ class WatchedFolder:
                 if count > MAX_FILES:
                     raise CaptureFailed(
                         tr(
-                            "The folder {folder} holds more than {most} files.",
+                            "The folder {folder} contains more than {most} files.",
                             folder=self.folder,
                             most=MAX_FILES,
                         ),
-                        tr("Let the pictures come into an empty folder."),
+                        tr("Use an empty folder."),
                         "too-many-files",
                     )
                 stamp = self._stamp(entry)
@@ -202,14 +201,14 @@ class WatchedFolder:
         return stamps
 
     def _stamp(self, entry: os.DirEntry[str]) -> _Stamp | None:
-        """Give what changes with a file, None for what is passed over."""
+        """Return the facts that change with a file; None for one that is skipped."""
         if not is_wanted(entry.name):
             self._note(passed_over(entry.name))
             return None
         try:
             facts = entry.stat(follow_symlinks=False)
         except OSError:
-            return None  # Gone meanwhile.
+            return None  # It has just been removed.
         if stat.S_ISLNK(facts.st_mode):
             self._note(tr("{name} is a link, and links are not followed.", name=entry.name))
         if not stat.S_ISREG(facts.st_mode):

@@ -1,6 +1,6 @@
-"""Films: a video in place of a webcam, and writing one.
+"""Videos: one that plays as a live camera, and a writer.
 
-In place of a webcam a video plays at its own pace and begins again at its end.
+As a live camera, a video plays at its own pace in a loop.
 """
 
 from __future__ import annotations
@@ -35,12 +35,11 @@ _BEHIND_S: Final = 0.5
 
 
 class VideoFile(CaptureStream):
-    """A video as a camera.
+    """A video as a live camera.
 
-    Rotation that the file asks for is made. A file that goes away, with the disk that it is on, is
-    waited for.
+    It applies the rotation of the file. If the file disappears with its disk, it waits.
 
-    * `width`: most columns of its pictures; 0 takes them as they are.
+    * `width`: most columns of its pictures; 0 does not resize them.
     """
 
     def __init__(
@@ -58,7 +57,7 @@ class VideoFile(CaptureStream):
         self._frame_count = 0  # since the beginning of the file
 
     def connect(self) -> None:
-        """Begin at its beginning."""
+        """Open the file at its start."""
         check_video(self._path)
         capture = self.begin(native_path(self._path.resolve()))
         if capture is None:
@@ -71,7 +70,7 @@ class VideoFile(CaptureStream):
             raise _bad(self._path)
 
     def read(self) -> Bytes | None:
-        """Give the next picture when it is time for it."""
+        """Return the next picture at its time."""
         capture = self._capture
         if capture is None:
             raise _bad(self._path)
@@ -91,7 +90,7 @@ class VideoFile(CaptureStream):
         self.connect()
 
     def _step(self, capture: VideoDevice) -> float:
-        """Seconds from the last picture to this one, as the file has them."""
+        """Return the seconds from the last picture to this one."""
         place = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
         step, self._place_s = place - self._place_s, place
         if self._frame_count == 0 or not 0.0 < step < _LONGEST_STEP_S:
@@ -101,7 +100,7 @@ class VideoFile(CaptureStream):
 
 
 class FilmWriter:
-    """Keeps pictures, (H, W, 3) uint8 sRGB, as a video; all have the size of the first."""
+    """Writes pictures, (H, W, 3) uint8 sRGB, as a video; all have the size of the first."""
 
     def __init__(self, path: Path, fps: float) -> None:
         self._path, self._fps = path, fps
@@ -109,11 +108,11 @@ class FilmWriter:
         self._size = (0, 0)
 
     def __enter__(self) -> FilmWriter:
-        """Begin with the first picture."""
+        """Open the file with the first picture."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the video."""
+        """Close the video."""
         if self._writer is not None:
             self._writer.release()
 

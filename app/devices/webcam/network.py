@@ -1,9 +1,8 @@
-"""Network cameras: those that send JPEG pictures over http or https, and those that speak RTSP.
+"""Network cameras: JPEG pictures over http or https, or RTSP.
 
-RTSP goes through the FFmpeg that is part of OpenCV. FFmpeg does not say why it cannot open a
-stream, so the camera is first asked with one request of our own. FFmpeg itself then has a limit for
-opening and one for each picture: no thread of it waits longer than that, even for a camera that
-accepts the connection and says nothing.
+RTSP uses the FFmpeg of OpenCV. FFmpeg does not report why it cannot open a stream, so the program
+sends one request first. FFmpeg has a timeout for opening and one for each picture, so that no
+thread waits longer, even for a camera that accepts the connection and stays silent.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ from app.devices.webcam.opencv import CaptureStream, VideoDevice
 from app.devices.webcam.protocol import Manner, Webcam, WebcamError
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
-"""Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
+"""Returns user name and password; called in the webcam's thread, since a keyring may be slow."""
 
 NETWORK: Final = Manner(
     noun=tr("network camera"),
     revive=tr("Check that its app is running and in the same Wi-Fi."),
-    quicken=tr("Go nearer to the Wi-Fi, or choose a smaller picture in its app."),
+    quicken=tr("Move closer to the Wi-Fi, or choose a smaller picture size in its app."),
     pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
     silence_s=6.0,
 )
@@ -56,17 +55,17 @@ def _name(address: Address) -> str:
 
 
 def no_keys() -> Credentials | None:
-    """Know no password."""
+    """Return no password."""
     return None
 
 
 class MjpegWebcam(Webcam):
-    """A camera at an http or https address that sends one JPEG after the other.
+    """A camera at an http or https address that sends a stream of JPEG pictures.
 
-    It answers a digest and a basic challenge; a redirection is refused. Its newest picture counts:
-    when more than one has come, only the last is decoded.
+    Digest and basic authentication work; redirects are refused. If several pictures have arrived,
+    only the newest is decoded.
 
-    * `width`: most columns of its pictures; 0 takes them as they come.
+    * `width`: most columns of its pictures; 0 does not resize them.
     """
 
     def __init__(
@@ -82,7 +81,7 @@ class MjpegWebcam(Webcam):
         self._current = False  # whether nothing older than the last read is on its way
 
     def connect(self) -> None:
-        """Ask for the pictures."""
+        """Request the stream."""
         paths = _GUESSES if self._address.path == "/" else (self._address.path,)
         for place, path in enumerate(paths):
             try:
@@ -98,7 +97,7 @@ class MjpegWebcam(Webcam):
                 return
 
     def read(self) -> Bytes | None:
-        """Give the newest picture."""
+        """Return the newest picture."""
         wire, response = self._wire, self._response
         if wire is None or response is None:
             raise camera_gone()
@@ -107,7 +106,7 @@ class MjpegWebcam(Webcam):
         for _ in range(_MOST_CHUNKS):
             began = time.monotonic()
             data = _chunk(response)
-            # What had to be waited for is new. That something has come is not enough to read on:
+            # A picture after a wait is new. Received bytes are not enough to read on:
             # it may be the end of a chunk, with nothing behind it until the next picture.
             self._current = time.monotonic() - began > _WAITED_S
             current |= self._current
@@ -117,12 +116,12 @@ class MjpegWebcam(Webcam):
                 raise camera_gone()
             if newest and (not data or current or not wire.ready):
                 break
-        # One damaged picture is passed over; the next may be whole.
+        # Skip a damaged picture; the next may be complete.
         picture = decode(newest) if newest else None
         return None if picture is None else fitted(picture, self._width)
 
     def disconnect(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         response, self._response = self._response, None
         wire, self._wire = self._wire, None
         if response is not None:
@@ -131,13 +130,13 @@ class MjpegWebcam(Webcam):
             wire.close()
 
     def cut(self) -> None:
-        """End a read that waits."""
+        """Interrupt a waiting read."""
         wire = self._wire
         if wire is not None:
             wire.watch.close()
 
     def _open(self, address: Address) -> HTTPResponse:
-        """Send the request, with the password where the camera wants one; the body is unread."""
+        """Send the request, with a password if the camera requires one; the body stays unread."""
         keys: Credentials | None = None
         headers: dict[str, str] = {}
         for turn in range(_ANSWERS):
@@ -171,7 +170,7 @@ class MjpegWebcam(Webcam):
 
 
 def _chunk(response: HTTPResponse) -> bytes:
-    """Read what has come; empty when nothing will come any more."""
+    """Return the received bytes; empty at the end of the stream."""
     try:
         return response.read1(_CHUNK)
     except FAILURES:
@@ -179,7 +178,7 @@ def _chunk(response: HTTPResponse) -> bytes:
 
 
 def _answer(challenge: str, keys: Credentials, address: Address, *, again: bool) -> str:
-    """Give the Authorization header for a challenge; empty where there is no (further) one."""
+    """Return the Authorization header for a challenge; "" if there is none."""
     if wants_digest(challenge):
         digest = Digest(keys)
         try:
@@ -194,7 +193,7 @@ def _answer(challenge: str, keys: Credentials, address: Address, *, again: bool)
 
 
 def _content_type(response: HTTPResponse) -> str:
-    """Return the content type of an answer that may hold pictures."""
+    """Return the content type of a reply that may contain pictures."""
     status = response.status
     content = (response.getheader("Content-Type") or "").strip()[:1000]
     kind = content.lower().partition(";")[0].strip()
@@ -208,7 +207,7 @@ def _content_type(response: HTTPResponse) -> str:
 
 
 def _check_status(status: int, missing: str, hint: str) -> None:
-    """Refuse an answer that is no success; `missing` and its hint say that nothing is there."""
+    """Raise an error for a reply without success; `missing` is the one for status 404."""
     if 300 <= status < 400:
         raise no_stream(tr("This address redirects to another one."), tr("Type that address."))
     if status == _NOT_FOUND:
@@ -219,27 +218,27 @@ def _check_status(status: int, missing: str, hint: str) -> None:
 
 
 def no_stream(message: str, hint: str) -> WebcamError:
-    """Say that something else than pictures is there."""
+    """Return the error of an address without pictures."""
     return WebcamError(message, hint, "not-a-stream")
 
 
 def password_error(*, is_refused: bool) -> WebcamError:
-    """Say that a password is wanted, or that it was not the right one."""
+    """Return the error of a missing or wrong password."""
     if is_refused:
         return WebcamError(
             tr("The camera does not accept this user name and password."),
-            tr("You set both in its app."),
+            tr("Set both in its app."),
             "password-refused",
         )
     return WebcamError(
-        tr("The camera needs a user name and password."), tr("You set both in its app."), "password"
+        tr("The camera needs a user name and password."), tr("Set both in its app."), "password"
     )
 
 
 class RtspWebcam(CaptureStream):
     """A camera at an rtsp address.
 
-    * `width`: most columns of its pictures; 0 takes them as they come.
+    * `width`: most columns of its pictures; 0 does not resize them.
     """
 
     def __init__(
@@ -257,7 +256,7 @@ class RtspWebcam(CaptureStream):
         self._width = width
 
     def connect(self) -> None:
-        """Ask the camera, then let FFmpeg open it."""
+        """Check the camera with one request, then open it with FFmpeg."""
         status = self._ask_status()
         keys = self._keys() if status == _UNAUTHORIZED else None
         if status == _UNAUTHORIZED and keys is None:
@@ -273,7 +272,7 @@ class RtspWebcam(CaptureStream):
             )
 
     def read(self) -> Bytes | None:
-        """Give the next picture."""
+        """Return the next picture."""
         if self._capture is None:
             raise camera_gone()
         picture = self.grab(self._capture)
@@ -282,7 +281,7 @@ class RtspWebcam(CaptureStream):
         return None if picture is None else fitted(picture, self._width)
 
     def _ask_status(self) -> int:
-        """Ask what is at the address: 200 or 401; anything else is an error."""
+        """Request the status of the address: 200 or 401; raise an error for any other."""
         wire = Wire(self._address, self._clock)
         wire.connect()
         try:

@@ -1,7 +1,7 @@
-"""Where a network camera is, and a connection to it that keeps a deadline, plain or encrypted.
+"""The address of a network camera, and a connection to it with a deadline, plain or encrypted.
 
-Every read watches the injected clock and real time, whatever drips, and can be ended from another
-thread. Nothing is ever followed elsewhere.
+Every read has a deadline on the injected clock and in real time, and can be interrupted from
+another thread. Redirects are never followed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from app.devices.webcam.protocol import WebcamError
 Scheme: TypeAlias = Literal["http", "https", "rtsp"]
 
 LONGEST_ADDRESS: Final = 500
-"""Characters of an address."""
+"""Length limit of an address."""
 
 _PORTS: Final[dict[str, int]] = {"http": 80, "https": 443, "rtsp": 554}
 _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
@@ -39,10 +39,10 @@ _HINT: Final = tr(
 )
 
 CONNECT_S: Final = 5.0
-"""Longest time until a camera has answered, seconds."""
+"""Timeout of a camera's first reply, in seconds."""
 
 FAILURES: Final = (OSError, HTTPException, ValueError)
-"""All that a broken or hostile connection raises."""
+"""All exceptions of a broken or hostile connection."""
 
 _PART_S: Final = 0.5  # of a read that has begun, before the deadline is looked at again
 _TLS: Final = "https"
@@ -50,7 +50,7 @@ _TLS: Final = "https"
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Address of a stream of pictures.
+    """The address of a stream.
 
     Examples:
         >>> str(Address.parse("192.168.1.20:8080/video"))
@@ -63,11 +63,11 @@ class Address:
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Read what a user typed.
+        """Read an address that a user typed.
 
-        `text`: with or without "http://", "https://" or "rtsp://"; http is meant without. Raises
-        `WebcamError` when it is no address, has another scheme, or a user name or password in front
-        of the host; the code is "bad-address".
+        `text`: with or without "http://" (the default), "https://" or "rtsp://". Raises
+        `WebcamError` with the code "bad-address" if it is not an address, or has another scheme,
+        a user name or a password.
         """
         address = text.strip()
         if not address:
@@ -100,13 +100,13 @@ class Address:
 
     @property
     def secret(self) -> bool:
-        """Whether it carries a password in its query: such an address is not to be kept."""
+        """Whether its query contains a password: such an address must not be saved."""
         names = (name for name, _ in parse_qsl(urlsplit(self.path).query, keep_blank_values=True))
         return any(name.lower() in _SECRETS for name in names)
 
     @property
     def host(self) -> str:
-        """Host and port, to show and to log: no path and no query is in it."""
+        """Host and port, to show and to log, without path and query."""
         return self.base.partition("://")[2]
 
     def at(self, path: str) -> Address:
@@ -114,12 +114,12 @@ class Address:
         return Address(self.scheme, self.endpoint, path)
 
     def __str__(self) -> str:
-        """Return all of it, as it is asked for."""
+        """Return the whole URL."""
         return f"{self.base}{self.path}"
 
 
 def _divided(rest: str) -> tuple[str, str]:
-    """Part host and port from path and query."""
+    """Split host and port from path and query."""
     end = min((rest.find(sign) for sign in "/?#" if sign in rest), default=len(rest))
     path = rest[end:]
     return rest[:end], path if path.startswith("/") else f"/{path}"
@@ -137,9 +137,9 @@ def _endpoint(host: str, scheme: str) -> Endpoint:
 
 
 def _check_path(path: str) -> str:
-    """Return a path when nothing is in it that does not belong there."""
+    """Return a path if it is valid."""
     try:
-        # The checks are those of every address a camera is asked at.
+        # The same checks as for URLs of 360 cameras.
         Endpoint("camera").rewrite(path)
     except DeviceError:
         raise _bad(tr("The part after the host contains invalid characters."), _HINT) from None
@@ -160,9 +160,9 @@ class Wire:
         self.watch = Watch(clock)
 
     def connect(self) -> None:
-        """Connect; what is read until `allow` is called next must come within `CONNECT_S`.
+        """Connect; reads must finish within `CONNECT_S` until the next `allow`.
 
-        Raises `WebcamError` when nothing answers there.
+        Raises `WebcamError` if nothing answers.
         """
         endpoint = self._address.endpoint
         self.watch.allow(CONNECT_S)
@@ -200,19 +200,19 @@ class Wire:
         return self._file.readline(most)
 
     def get(self, path: str, headers: Mapping[str, str]) -> HTTPResponse:
-        """Send a GET request and read the head of the answer; raises one of `FAILURES`."""
+        """Send a GET request and read the head of the reply; raises one of `FAILURES`."""
         host = self._address.host
         lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Accept: */*", "Connection: close"]
         lines += ["User-Agent: Turnlight", "Accept-Encoding: identity"]
         lines += [f"{name}: {value}" for name, value in headers.items()]
         self.send(lines)
-        # It wants no more of its socket than what is read from it.
+        # It only reads from its socket.
         response = HTTPResponse(cast("Any", self))
         response.begin()
         return response
 
     def makefile(self, mode: str = "rb") -> io.BufferedReader:
-        """Give what is read, as a socket would; called by `HTTPResponse`."""
+        """Return the stream, like a socket; called by `HTTPResponse`."""
         del mode
         if self._file is None:
             raise OSError("not connected")
@@ -220,14 +220,14 @@ class Wire:
 
     @property
     def ready(self) -> bool:
-        """Whether something has come that was not read yet."""
+        """Whether there are received bytes to read."""
         connection = self._socket
         return connection is not None and (
             pending(connection) or bool(wait_for_read(connection, timeout=0.0))
         )
 
     def close(self) -> None:
-        """Hang up; a second time does nothing."""
+        """Close the connection; a second call does nothing."""
         connection, file = self._socket, self._file
         self._socket = self._file = None
         if connection is not None and file is not None:
@@ -242,7 +242,7 @@ def _request(lines: list[str]) -> bytes:
 
 
 def unreachable(error: BaseException) -> WebcamError:
-    """Say why there is no connection."""
+    """Return the error of a failed connection."""
     if isinstance(error, ssl.SSLCertVerificationError):
         message = tr("The network camera’s certificate is not trusted by this computer.")
         hint = tr("On your own network, type its address with http:// instead.")
@@ -250,8 +250,8 @@ def unreachable(error: BaseException) -> WebcamError:
         message = tr("The device at this address does not support https.")
         hint = tr("Type the address with http:// instead.")
     elif isinstance(error, (socket.gaierror, UnicodeError)):
-        message = tr("There is no device of this name in the network.")
-        hint = tr("Type the address in numbers, as the camera’s app shows it.")
+        message = tr("There is no device with this name in the network.")
+        hint = tr("Type the IP address that the camera’s app shows.")
     else:
         message = tr("The network camera does not answer.")
         hint = tr("Start its app, and join the same Wi-Fi. It resumes automatically.")
@@ -259,7 +259,7 @@ def unreachable(error: BaseException) -> WebcamError:
 
 
 def camera_gone() -> WebcamError:
-    """Say that pictures came and stopped."""
+    """Return the error of a stream that has stopped."""
     return WebcamError(
         tr("Network camera disconnected."),
         tr("Check that its app is running and in the same Wi-Fi. It resumes automatically."),

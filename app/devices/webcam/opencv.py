@@ -1,4 +1,4 @@
-"""Real webcams and their names, through OpenCV; none of its errors get out, nothing stays open."""
+"""Webcams of this computer and their names, through OpenCV."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from app.devices.webcam.protocol import (
 
 Name = TypeVar("Name")
 LINUX: Final = Path("/sys/class/video4linux")
-"""Where Linux lists what gives or takes pictures."""
+"""Folder in which Linux lists video devices."""
 
 _LONGEST: Final = 60
 _NAME_COMMANDS: Final[dict[str, tuple[str, ...]]] = {
@@ -43,38 +43,38 @@ _NAME_COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 _PATIENCE_S: Final = 6.0
 _MOST_CHARACTERS: Final = 200_000
 SIZE: Final = (1280, 720)
-"""Columns and rows that a webcam is asked for; it may give others."""
+"""Columns and rows to request from a webcam, which may deliver others."""
 
 SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
-"""Columns and rows that may be asked for, by columns; every webcam has some of them."""
+"""Columns and rows to request, by columns; every webcam supports some of them."""
 
 _FPS: Final = 30
-_FAILED_READS: Final = 10  # some give nothing for their first reads
+_FAILED_READS: Final = 10  # the first reads of some webcams are empty
 _MOST_INDEX: Final = 5
 _SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
 
 
 class VideoDevice(Protocol):
-    """`cv2.VideoCapture` as far as it is used."""
+    """The part of `cv2.VideoCapture` that the program uses."""
 
     def isOpened(self) -> bool:
-        """Whether there is something to read."""
+        """Whether the device is open."""
 
     def read(self) -> tuple[bool, Any]:
-        """Give whether a picture came, and it."""
+        """Return whether there is a picture, and the picture."""
 
     def set(self, propId: int, value: float) -> bool:
-        """Ask for a property; whether it is known at all."""
+        """Set a property; return whether it is supported."""
 
     def get(self, propId: int) -> float:
-        """Give a property; 0 where it is not known."""
+        """Return a property; 0 if it is not supported."""
 
     def release(self) -> None:
-        """Let go of it."""
+        """Close the device."""
 
 
 def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice | None:
-    """Open what has a name. None where it did not open; what was begun is let go of."""
+    """Open a device or file by name; None if that fails."""
     try:
         capture = make(name)
     except cv2.error:
@@ -86,9 +86,9 @@ def open_capture(make: Callable[[Name], VideoDevice], name: Name) -> VideoDevice
 
 
 class CaptureStream(Webcam):
-    """A source that OpenCV reads; it counts what fails.
+    """A source that OpenCV reads, with a count of failed reads.
 
-    * `capture`: opens what has a name.
+    * `capture`: opens a device or file by name.
     """
 
     def __init__(
@@ -100,15 +100,14 @@ class CaptureStream(Webcam):
         self._failures = 0
 
     def begin(self, name: int | str) -> VideoDevice | None:
-        """Open what has this name and read from it; None where it did not open."""
+        """Open a device or file by name and start to read; None if that fails."""
         self._capture, self._failures = open_capture(self._make, name), 0
         return self._capture
 
     def grab(self, capture: VideoDevice) -> Bytes | None:
-        """Give the next picture.
+        """Return the next picture.
 
-        Returns (H, W, 3) uint8 or None: sRGB; None where nothing came, which counts as failed, or
-        what is no picture.
+        Returns (H, W, 3) uint8, sRGB; None after a failed read (counted) or an invalid picture.
         """
         try:
             ok, picture = capture.read()
@@ -121,16 +120,16 @@ class CaptureStream(Webcam):
         return None
 
     def disconnect(self) -> None:
-        """Let go of what is read."""
+        """Close the source."""
         capture, self._capture = self._capture, None
         if capture is not None:
             capture.release()
 
 
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
-    """Read the list that Linux keeps; further nodes of one device carry no pictures.
+    """Return the webcams in the list of Linux; further nodes of one device have no pictures.
 
-    By index, no name twice.
+    No name occurs twice.
     """
     names = []
     for node in folder.glob("video*"):
@@ -145,9 +144,9 @@ def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
 def shown_names(
     indices: Sequence[int], system: str, ask: Callable[[Sequence[str]], str] | None = None
 ) -> tuple[tuple[int, str], ...]:
-    """Name devices that were found by trying.
+    """Name devices that could be opened.
 
-    "Webcam 1" and so on where the system does not tell, or may mean another one.
+    "Webcam 1" and so on if the system does not name them, or the order is uncertain.
     """
     command = _NAME_COMMANDS.get(system) if indices else None
     output = (ask or _printed)(command) if command else ""
@@ -195,7 +194,7 @@ def _printed(command: Sequence[str]) -> str:
 
 
 def _distinct(names: list[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
-    """Tell apart the names that stand there more than once, by a number."""
+    """Number the names that occur more than once."""
     counts: dict[str, int] = {}
     result = []
     for index, name in names:
@@ -220,11 +219,11 @@ def _is_there(index: int) -> bool | None:
 
 
 def _open_index(index: int) -> VideoDevice:
-    """Open a device with what is best for looking: enough pixels, at full speed, none old."""
+    """Open a device for live pictures: enough pixels, full speed, no queue."""
     with quiet():
         capture = cv2.VideoCapture(index)
         if capture.isOpened():
-            # Uncompressed, most webcams reach this size at a few pictures a second only.
+            # Uncompressed, most webcams deliver only a few pictures of this size per second.
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
             capture.set(cv2.CAP_PROP_FRAME_WIDTH, SIZE[0])
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, SIZE[1])
@@ -236,7 +235,7 @@ def _open_index(index: int) -> VideoDevice:
 class OpenCvWebcam(CaptureStream):
     """A webcam of this computer.
 
-    * `is_there`: whether there is a device of an index; None where the system does not tell.
+    * `is_there`: whether a device with an index exists; None if the system does not report it.
     """
 
     def __init__(
@@ -255,11 +254,11 @@ class OpenCvWebcam(CaptureStream):
         self._size = SIZES.get(width, SIZE)
 
     def ask_width(self, width: int) -> None:
-        """Ask for pictures of another size, from when it is next opened."""
+        """Request another size, from the next time it is opened."""
         self._size = SIZES.get(width, SIZE)
 
     def connect(self) -> None:
-        """Get hold of the device."""
+        """Open the device."""
         there = self._is_there(self._index)
         if there is False:
             raise no_webcam()
@@ -271,7 +270,7 @@ class OpenCvWebcam(CaptureStream):
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._size[1])
 
     def read(self) -> Bytes | None:
-        """Give the next picture."""
+        """Return the next picture."""
         if self._capture is None:
             raise unplugged()
         picture = self.grab(self._capture)
@@ -282,12 +281,12 @@ class OpenCvWebcam(CaptureStream):
 
 
 def list_webcams() -> tuple[tuple[int, str], ...]:
-    """Find the webcams of this computer, and what captures HDMI.
+    """Return the webcams and HDMI grabbers of this computer, by index.
 
-    On Linux the system lists them. Elsewhere the first few are opened one after the other, which
-    takes seconds and lights their lamps: not for the thread of the screens.
+    Linux lists them. On other systems the first few are opened one after the other, which takes
+    seconds and lights their lamps, so do not call it from the window's thread.
 
-    By index, no name twice; none where there is none.
+    No name occurs twice.
     """
     if _SYSTEM == "linux":
         return linux_names(LINUX)
@@ -308,14 +307,14 @@ def _probe_indices(capture: Callable[[int], VideoDevice]) -> tuple[int, ...]:
 
 
 def _name(index: int) -> str:
-    """Give the name the system has for it, where that is quickly asked."""
+    """Return the system's name of the device, if a look-up is fast."""
     names = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
     return names.get(index, tr("Webcam {number}", number=index + 1))
 
 
 def _busy() -> WebcamError:
     return WebcamError(
-        tr("The webcam is in use by another program, or may not be used."),
+        tr("The webcam is in use by another program, or access to it is blocked."),
         tr("Close the other program, or allow the camera in the system’s privacy settings."),
         "busy",
     )

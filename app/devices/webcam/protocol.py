@@ -1,6 +1,6 @@
-"""What a webcam is to the rest of the program, and the thread that each of them has.
+"""The common base of all live cameras, with its thread.
 
-The thread opens the device, delivers pictures of the right kind, and opens it again by itself.
+The thread opens the device, delivers pictures in one format, and reopens it after a failure.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ GUESS_FOV_DEG: Final = 65.0
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """What a kind of source is called, and how patient one is with it.
+    """The name of a kind of source, its hints and its timeouts.
 
-    * `pauses_s`: seconds before it is opened again: after pictures had come, after the first
-      failure, and so on; the last one from then on.
-    * `still`: whether one and the same picture over and over is as it should be.
-    * `silence_s`: seconds without a picture after which it is closed and opened again. It counts as
-      lost before; but a camera that serves one client may not let the next one in at once.
+    * `pauses_s`: seconds before it is reopened: after a picture, after the first failure, and so
+      on; the last one repeats.
+    * `still`: whether the same picture may repeat for ever.
+    * `silence_s`: seconds without a picture after which it is reopened. It counts as lost before,
+      but a camera for one client may not accept the next one at once.
     """
 
     noun: str = tr("webcam")
     revive: str = tr("Unplug it and plug it in again.")
-    quicken: str = tr("More light makes it quicker; so does another USB socket.")
+    quicken: str = tr("Add light, or use another USB port.")
     pauses_s: tuple[float, ...] = (0.5, 1.0, 2.0)
     still: bool = False
     silence_s: float = LOST_S
@@ -68,15 +68,15 @@ WEBCAM: Final = Manner()
 
 
 class Webcam(ABC):
-    """A webcam with a thread of its own.
+    """A live camera with its own thread.
 
-    Each kind of source says how it is connected, read and disconnected, which only that thread
-    does; everything else may be called from any thread.
+    Each kind of source implements `connect`, `read` and `disconnect`, which only that thread calls;
+    everything else may be called from any thread.
 
     * `name`: to show.
-    * `fov_deg`: horizontal field of view of its pictures, deg; None where unknown.
-    * `frames`: where its pictures come; only the newest is kept.
-    * `count`: how many pictures have come.
+    * `fov_deg`: horizontal field of view of its pictures, deg; None if unknown.
+    * `frames`: the newest picture.
+    * `count`: number of pictures so far.
     """
 
     def __init__(
@@ -104,41 +104,41 @@ class Webcam(ABC):
 
     @abstractmethod
     def connect(self) -> None:
-        """Get hold of the source; raises `WebcamError` when it cannot be had."""
+        """Open the source; raises `WebcamError` if that fails."""
 
     @abstractmethod
     def read(self) -> Bytes | None:
-        """Give the next picture, (H, W, 3) uint8 sRGB; None for none.
+        """Return the next picture, (H, W, 3) uint8 sRGB; None if there is none.
 
-        Raises `WebcamError` when the source is gone.
+        Raises `WebcamError` if the source has disappeared.
         """
 
     @abstractmethod
     def disconnect(self) -> None:
-        """Give the source back; a second time does nothing."""
+        """Close the source; a second call does nothing."""
 
     def pace(self, step_s: float, behind_s: float) -> None:
-        """Wait until so long after the last picture; behind by more than a limit, start from here.
+        """Wait for the time of the next picture; restart the pace if it is too late.
 
-        A reader that is slow sees fewer pictures then, and no hurry.
+        So a slow reader sees fewer pictures instead of a burst.
         """
         self._due_s = max(self._due_s + step_s, self._clock.now() - behind_s)
         self._clock.sleep(self._due_s - self._clock.now())
 
     def cut(self) -> None:
-        """End a read that waits, from another thread; by default there is nothing to end."""
+        """Interrupt a waiting read from another thread; does nothing by default."""
         return
 
     @property
     def state(self) -> WebcamState:
-        """What it is doing now; lost too when a read hangs."""
+        """The current state; also lost while a read hangs."""
         with self._lock:
             silent = self._clock.now() - self._last_s > LOST_S
             return WebcamState.LOST if self._state is WebcamState.LIVE and silent else self._state
 
     @property
     def error(self) -> WebcamError | None:
-        """What is wrong, until it is mended."""
+        """The current error; None if there is none."""
         if self.state is WebcamState.LOST and self._error is None:
             return self._silent()
         return self._error
@@ -150,7 +150,7 @@ class Webcam(ABC):
             return self._rate(self._clock.now())
 
     def open(self) -> None:
-        """Begin; does nothing while it runs."""
+        """Start the thread; does nothing while it runs."""
         with self._switching:
             if self._thread is not None and self._thread.is_alive():
                 return
@@ -164,9 +164,9 @@ class Webcam(ABC):
             self._thread.start()
 
     def close(self, wait_s: float = 0.5) -> None:
-        """End; no picture comes after it, even where the device hangs in a read.
+        """Stop; no picture arrives afterwards, even if the device hangs in a read.
 
-        `wait_s`: real seconds to wait for the device; one that hangs is left to its thread.
+        `wait_s`: real seconds to wait for the device.
         """
         with self._switching:
             thread, self._thread = self._thread, None
@@ -192,7 +192,7 @@ class Webcam(ABC):
                 error = self._attempt(token)
                 failures = 0 if self.count > before else failures + 1
                 if error.code in _FINAL:
-                    # Asking again and again with a wrong password locks some cameras for all.
+                    # Repeated requests with a wrong password lock some cameras.
                     self._note(token, WebcamState.RETRYING, error)
                     return
                 is_lost = failures == 0 or (failures == 1 and before > 0)
@@ -202,7 +202,7 @@ class Webcam(ABC):
                 self._note(token, WebcamState.RETRYING, error)
 
     def _attempt(self, token: Token) -> WebcamError:
-        """Deliver pictures until something fails, and say what."""
+        """Deliver pictures until something fails; return the error."""
         token.check()
         try:
             self.connect()
@@ -241,7 +241,7 @@ class Webcam(ABC):
             self.frames.put(WebcamFrame(picture, number))
 
     def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
-        """Look whether a picture is of any use."""
+        """Return the problem of a picture; None if it is usable."""
         manner = self._manner
         few = picture[8::16, 8::16]
         mark = few.tobytes()
@@ -250,7 +250,7 @@ class Webcam(ABC):
         if int(np.max(few)) <= _BLACK:
             return WebcamError(
                 tr("The {noun}’s picture is black.", noun=manner.noun),
-                tr("Open its cover, or make some light."),
+                tr("Open its cover, or turn on a light."),
                 "black",
             )
         if not manner.still and now - self._print_s > _FROZEN_S:
@@ -293,7 +293,7 @@ class Webcam(ABC):
 
 @atexit.register
 def _leave() -> None:
-    """Wait for threads in a read: one that comes back while the program ends would abort it."""
+    """Wait for threads in a read: one that returns while the program ends would abort it."""
     running = dict(_RUNNING)
     for token, cut in running.values():
         token.cancel()
@@ -304,9 +304,9 @@ def _leave() -> None:
 
 
 class WebcamError(DeviceError):
-    """A webcam cannot be used, or its picture is of no use.
+    """A webcam or its picture cannot be used.
 
-    Codes: ``no-webcam``, ``busy``, ``unplugged``, ``silent`` (no picture comes), ``black``,
+    Codes: ``no-webcam``, ``busy``, ``unplugged``, ``silent`` (no picture arrives), ``black``,
     ``frozen``, ``slow``, ``no-views`` (the demo's pictures are missing). Of network cameras:
     ``bad-address``, ``unreachable``, ``not-a-stream``, ``password``, ``password-refused``. Of
     files and folders: ``no-file``, ``bad-file``.
@@ -316,23 +316,23 @@ class WebcamError(DeviceError):
 
 
 def no_webcam() -> WebcamError:
-    """Say that there is none."""
+    """Return the error of a missing webcam."""
     return WebcamError(
         tr("No webcam is connected."), tr("Plug one in and it starts by itself."), "no-webcam"
     )
 
 
 def unplugged() -> WebcamError:
-    """Say that it was there."""
+    """Return the error of a webcam that was unplugged."""
     return WebcamError(tr("Webcam disconnected."), tr("Plug it back in to continue."), "unplugged")
 
 
 class WebcamState(StrEnum):
-    """What a webcam is doing.
+    """The state of a webcam.
 
-    ``off`` until it is opened; ``connecting`` for the first time; ``live`` while pictures come;
-    ``lost`` when they just stopped; ``retrying`` while it is opened again, however often, and
-    while it waits for a password.
+    ``off`` until it is opened; ``connecting`` for the first time; ``live`` while pictures arrive;
+    ``lost`` when they have just stopped; ``retrying`` while it is reopened, and while it waits for
+    a password.
     """
 
     OFF = "off"
@@ -346,7 +346,7 @@ class WebcamState(StrEnum):
 class WebcamFrame:
     """One picture.
 
-    `picture`, (H, W, 3) uint8: sRGB, as the camera sees it, not mirrored. Not to be written to.
+    `picture`, (H, W, 3) uint8: sRGB, not mirrored, read-only.
     """
 
     picture: Bytes = field(repr=False)

@@ -1,8 +1,8 @@
 """A simulated webcam at the demo location.
 
-The demo location has views every 5 deg, with depth. Between two of them the background of both is
-moved by its depth to where the camera would see it, and blended; the sitter, who faces the camera
-whatever the turn, stays in place, and only the light on them passes from one view to the next.
+The demo location has views every 5 deg, with depth. Between two of them the backgrounds of both are
+moved by their depth and blended; the sitter, who always faces the camera, stays in place, and only
+the light on them changes from one view to the next.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ class _SourceView:
 class DemoViews:
     """The views of the demo location from one distance; for one thread.
 
-    * `distance_m`: from the sitter, metres; the nearest that there is.
-    * `aspect`: columns over rows of the pictures wanted; views are cut at top and bottom.
+    * `distance_m`: from the sitter, metres; the nearest available.
+    * `aspect`: columns over rows of the pictures; views are cut at top and bottom.
 
-    Raises `WebcamError` when they are missing or damaged.
+    Raises `WebcamError` if they are missing or damaged.
     """
 
     def __init__(self, folder: Path, distance_m: float = 1.2, aspect: float = 16 / 9) -> None:
@@ -254,9 +254,9 @@ _STILL: Final = replace(WEBCAM, still=True)
 
 
 class SimulatedWebcam(Webcam):
-    """Shows the sitter of the demo location, and what is behind them at the turn it is set to.
+    """Shows the sitter of the demo location and the background at the current turn.
 
-    Its camera looks at the sitter, who is in the middle of the picture and faces it: its heading is
+    The camera looks at the sitter, who is in the middle of the picture and faces it: its heading is
     the turn + 180.
 
     * `views`: the folder of the demo location's views.
@@ -291,7 +291,7 @@ class SimulatedWebcam(Webcam):
         return heading_of_turn(self.turn_deg)
 
     def set_turn(self, turn_deg: float) -> None:
-        """Go to another turn (deg, positive clockwise); from the next picture on."""
+        """Set the turn (deg, positive clockwise) from the next picture on."""
         self._aim = wrap(turn_deg)
 
     def connect(self) -> None:
@@ -303,7 +303,7 @@ class SimulatedWebcam(Webcam):
         self._due_s = self._clock.now()
 
     def read(self) -> Bytes | None:
-        """Give the next picture when it is time for it."""
+        """Return the next picture at its time."""
         # Behind by more than a picture, it skips some, as a camera does.
         self.pace(1.0 / FPS, 1.0 / FPS)
         aim = self._aim
@@ -312,10 +312,10 @@ class SimulatedWebcam(Webcam):
         return self._last[1]
 
     def disconnect(self) -> None:
-        """Nothing is held."""
+        """Do nothing."""
 
     def view(self, turn_deg: float) -> Bytes:
-        """Return what is seen at a turn, (H, W, 3) uint8 sRGB."""
+        """Return the picture at a turn, (H, W, 3) uint8 sRGB."""
         if self._views is None:
             raise WebcamError(tr("The webcam is not open."), tr("Open it first."), "no-webcam")
         picture = self._views.picture(turn_deg)

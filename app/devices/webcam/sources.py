@@ -1,4 +1,4 @@
-"""Which live source is meant, as it is kept in the settings, and how it is made."""
+"""Sources of live pictures, as text for the settings, and the cameras that they make."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from app.devices.webcam.simulated import DEMO_SIZE, SimulatedWebcam
 Kind: TypeAlias = Literal["webcam", "network", "video", "demo"]
 
 FOV_RANGE_DEG: Final = (20.0, 150.0)
-"""Horizontal fields of view that can be set, deg."""
+"""Range of the horizontal field of view, deg."""
 
 WIDTHS: Final = (640, 1280, 1920)
-"""Columns of pictures that can be asked for, besides 0 for what is usual."""
+"""Columns to request, besides 0 for the default."""
 
 _KINDS: Final = ("webcam", "network", "video", "demo")
 _MOST_INDEX: Final = 63
@@ -45,19 +45,19 @@ class LiveSource:
 
     @classmethod
     def webcam(cls, index: int) -> LiveSource:
-        """Mean a webcam of this computer."""
+        """Return the source of a webcam of this computer."""
         return cls("webcam", str(index))
 
     @classmethod
     def network(cls, text: str) -> LiveSource:
-        """Mean a network camera; raises `WebcamError` as `Address.parse` does."""
+        """Return the source of a network camera; raises `WebcamError` as `Address.parse` does."""
         return cls("network", str(Address.parse(text)))
 
     @classmethod
     def parse(cls, text: str) -> LiveSource:
-        """Read what `text` wrote.
+        """Read a source from its `text`.
 
-        Raises `WebcamError` when it is none; the code is "bad-address".
+        Raises `WebcamError` with the code "bad-address" if it is invalid.
         """
         kind, colon, where = text.partition(":")
         if not colon or kind not in _KINDS or not where or len(text) > _LONGEST:
@@ -74,22 +74,22 @@ class LiveSource:
 
     @property
     def text(self) -> str:
-        """All of it in one line."""
+        """The source in one line."""
         return f"{self.kind}:{self.where}"
 
     @property
     def index(self) -> int:
-        """Of a webcam; 0 for others."""
+        """Index of a webcam; 0 for other kinds."""
         return int(self.where) if self.kind == "webcam" else 0
 
     @property
     def address(self) -> Address | None:
-        """Of a network camera; None for others."""
+        """Address of a network camera; None for other kinds."""
         return Address.parse(self.where) if self.kind == "network" else None
 
     @property
     def keepable(self) -> bool:
-        """Whether it may be written into the settings: no password is in it, and it is no demo."""
+        """Whether it may be saved in the settings: it has no password and is not the demo."""
         address = self.address
         secret = address is not None and address.secret
         plain = self.text.isprintable() and self.text == self.text.strip()
@@ -97,7 +97,7 @@ class LiveSource:
 
     @property
     def title(self) -> str:
-        """What it is called in one line; nothing secret is in it."""
+        """Its name, without secrets."""
         address = self.address
         if address is not None:
             return address.host
@@ -111,10 +111,9 @@ class LiveSource:
 def make_source(
     source: LiveSource, clock: Clock, *, width: int = 0, keys: Keys = no_keys
 ) -> Webcam:
-    """Make a source that is not yet opened; those of this computer are made elsewhere.
+    """Return the camera of a source, not yet opened, except for webcams of this computer.
 
-    `width`: most columns of its pictures; 0 for what is usual. Raises `WebcamError` when it is a
-    webcam.
+    `width`: most columns of its pictures; 0 for the default. Raises `WebcamError` for a webcam.
     """
     address = source.address
     if address is not None:
@@ -130,10 +129,10 @@ def make_source(
 
 @dataclass(frozen=True, slots=True)
 class SourceView:
-    """How one source's pictures are taken.
+    """The settings of one source.
 
     * `fov_deg`: horizontal field of view as the user set it, deg; None to estimate it.
-    * `learnt_deg`: the last estimate, deg: to draw with, and never taken for known.
+    * `learnt_deg`: the last estimate, deg; only for drawing.
     """
 
     fov_deg: float | None = None
@@ -143,13 +142,13 @@ class SourceView:
 
 @dataclass(frozen=True, slots=True)
 class SourceViews:
-    """The `SourceView` of each source that has been used lately, the last used last."""
+    """The settings of recent sources, the latest last."""
 
     views: dict[str, SourceView] = field(default_factory=dict)
 
     @classmethod
     def parse(cls, text: str) -> SourceViews:
-        """Read what `text` wrote; whatever is damaged is left out."""
+        """Read settings from their `text`, without damaged entries."""
         try:
             table: Any = json.loads(text[:_LONGEST_KEPT]) if text else {}
         except (ValueError, RecursionError):
@@ -159,7 +158,7 @@ class SourceViews:
 
     @property
     def text(self) -> str:
-        """All of it in one line, to be kept; the oldest are dropped where it is too long."""
+        """The settings in one line, to be saved, without the oldest if it is too long."""
         rows = list(self.views.items())[-_MOST_KEPT:]
         while rows:
             text = json.dumps({name: _row(view) for name, view in rows}, separators=(",", ":"))
@@ -169,16 +168,16 @@ class SourceViews:
         return ""
 
     def of(self, source: LiveSource) -> SourceView:
-        """Return how a source's pictures are taken."""
+        """Return the settings of a source."""
         return self.views.get(source.text, SourceView())
 
     def with_(self, source: LiveSource, **changes: Any) -> SourceViews:
-        """Return them with one source's changed."""
+        """Return a copy with changed settings of one source."""
         others = {name: view for name, view in self.views.items() if name != source.text}
         return SourceViews({**others, source.text: replace(self.of(source), **changes)})
 
     def view_of(self, source: LiveSource) -> SourceViews:
-        """Return them without a source that may not be kept."""
+        """Return a copy without a source that must not be saved."""
         if source.keepable:
             return self
         return SourceViews({n: view for n, view in self.views.items() if n != source.text})
@@ -204,4 +203,6 @@ def _angle(value: object) -> float | None:
 
 
 def _unknown() -> WebcamError:
-    return WebcamError(tr("There is no such live camera."), tr("Choose one again."), "bad-address")
+    return WebcamError(
+        tr("This live camera does not exist."), tr("Choose another one."), "bad-address"
+    )

@@ -77,10 +77,8 @@ def _not_of_bracket(remark: NotOfBracket) -> str:
 
 def _rendered(remark: RenderedByCamera) -> str:
     words = tr_plural(
-        "{names} was taken with HDR rendering or range compensation on, "
-        "which changes every pixel in its own way.",
-        "{names} were taken with HDR rendering or range compensation on, "
-        "which changes every pixel in its own way.",
+        "{names} was taken with the camera's HDR or range compensation on.",
+        "{names} were taken with the camera's HDR or range compensation on.",
         len(remark.names),
         names=listed(remark.names),
     )

@@ -395,10 +395,8 @@ def rendered_frames(headers: Sequence[Header]) -> tuple[str, ...]:
 
 def _rendered(names: Sequence[str]) -> str:
     return tr_plural(
-        "{names} was taken with HDR rendering or range compensation on, "
-        "which changes every pixel in its own way.",
-        "{names} were taken with HDR rendering or range compensation on, "
-        "which changes every pixel in its own way.",
+        "{names} was taken with the camera's HDR or range compensation on.",
+        "{names} were taken with the camera's HDR or range compensation on.",
         len(names),
         names=listed(names),
     )

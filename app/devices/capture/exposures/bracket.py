@@ -33,7 +33,7 @@ _GATHER_S: Final = 2.0
 _STOP_S: Final = 30.0
 _ENOUGH: Final = 3
 _MOST_ENTRIES: Final = 8
-_TELLING: Final = 0.2  # share of a bracket from which on its rate is taken for known
+_TELLING: Final = 0.2  # share of a bracket from which its pace is known
 _SLOW: Final = 1.25
 _REFUSALS: Final = frozenset(
     {
@@ -47,31 +47,31 @@ _REFUSALS: Final = frozenset(
 
 
 class _NoBracket(Exception):
-    """The camera does not want to bracket by itself."""
+    """The camera refuses its own bracket."""
 
 
 class _NotHeard(Exception):
-    """The camera has not begun to shoot."""
+    """The camera did not start to shoot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A bracket that is being taken: when it began and when it must be over, on the clock."""
+    """A bracket in progress: its start and its deadline, on the clock."""
 
     began: float
     until: float
 
 
 def deadline_s(plan: Plan, delay_s: float = 0.0) -> float:
-    """Time after which a bracket has failed, in seconds."""
+    """Return the time after which a bracket has failed, in seconds."""
     return sum(shot.exposure.shutter_s * 2 + FRAME_S for shot in plan.shots) + delay_s
 
 
 def expose(job: CaptureJob) -> None:
     """Take the planned bracket and find its files on the camera.
 
-    Raises `DeviceError` when the camera does not take it; what it took stays on it and is noted in
-    the journal; `Cancelled` when the token was cancelled.
+    Raises `DeviceError` if the camera fails (its photos stay on it and are recorded in the
+    journal); `Cancelled` when the token is cancelled.
     """
     plan = job.plan
     job.board.show(Stage.EXPOSING, tr("Starting the bracket"), shots=len(plan.shots))
@@ -88,7 +88,7 @@ def expose(job: CaptureJob) -> None:
 def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
     """Find the files of the bracket and write them into the journal.
 
-    Raises `CaptureFailed` when there are fewer.
+    `least`: files that are needed; by default three. Raises `CaptureFailed` if there are fewer.
     """
     count = len(job.plan.shots)
     journal = job.session.journal
@@ -107,13 +107,13 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
             break
     group = next((entry.group_id for entry in entries if entry.group_id), "") or ""
     enough = len(entries) >= min(count, _ENOUGH if least is None else least)
-    # After an interruption there may be pictures of the photographer among them.
+    # After an interruption the photographer's own photos may be among them.
     if enough or least is None:
         job.session.set_frames(entries)
     if not enough:
         raise CaptureFailed(
             tr("The camera took {number} of {count} exposures.", number=len(entries), count=count),
-            tr("What it took is on the camera. Check whether it shows a fault, then shoot again."),
+            tr("These photos are on the camera. Check it for an error, then shoot again."),
             "incomplete",
         )
     job.session.update(exposed=True, group_id=group, singles=(), shot_start=None)
@@ -128,7 +128,7 @@ def gather(job: CaptureJob, urls: tuple[str, ...] = (), *, least: int | None = N
 
 
 def stop(job: CaptureJob) -> None:
-    """Make the camera stop shooting, after cancelling; whatever it answers is well."""
+    """Stop the camera after the user cancelled, and ignore its errors."""
     contact = job.contact.unstoppable(10.0)
     try:
         _stop_shooting(job, contact)
@@ -140,7 +140,7 @@ def stop(job: CaptureJob) -> None:
 
 
 def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
-    """Stop what can be stopped, and wait for the end of what cannot, such as a single picture."""
+    """Stop the shot if possible, or wait for its end, for example of a single photo."""
     status = contact.ask(job.client.state).capture_status
     with suppress(DeviceError):
         if status == "self-timer countdown":
@@ -156,18 +156,17 @@ def _stop_shooting(job: CaptureJob, contact: Contact) -> None:
 
 
 def watch(job: CaptureJob, run: Run) -> None:
-    """Wait until the camera has been seen shooting and is idle again, by its state alone.
+    """Wait by the state alone until the camera has been shooting and is idle again.
 
-    Idle counts when it is seen twice in a row: an SC2 says it once between two frames.
-
-    Raises `CaptureFailed` when it takes too long.
+    It must be idle twice in a row: an SC2 reports it once between two frames. Raises
+    `CaptureFailed` if it takes too long.
     """
     began, idle, any_progress = job.clock.now(), 0, False
     while True:
         if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
-            # Not while it is idle: the time may have passed unheard.
+            # Not while it is idle: the time may have passed without a connection.
             _check_deadline(job, run.until)
             idle, any_progress = 0, True
         if idle >= 2 and (any_progress or job.clock.now() - began > _UNSEEN_S):
@@ -177,13 +176,13 @@ def watch(job: CaptureJob, run: Run) -> None:
 
 
 def watch_if_busy(job: CaptureJob, run: Run) -> None:
-    """Wait for the end of what the camera is doing, if it is doing something."""
+    """Wait until the camera is idle, if it is busy."""
     if not job.contact.ask(job.client.state).idle:
         watch(job, run)
 
 
 def bracket_options(profile: ModelProfile, plan: Plan, *, white: bool = True) -> dict[str, Any]:
-    """Return the options that describe a bracket to a camera."""
+    """Return the options of a bracket for a camera."""
     keys = [key for key in profile.shot_keys if white or key != "whiteBalance"]
     shots = [{key: _value(key, shot) for key in keys} for shot in plan.shots]
     bracket = {"_bracketNumber": len(shots), "_bracketParameters": shots}
@@ -205,7 +204,7 @@ def _value(key: str, shot: PlannedShot) -> Any:
 
 
 def _note_start(job: CaptureJob) -> None:
-    """Write down what the camera's newest file is: what is newer later is ours."""
+    """Record the camera's newest file: later files are ours."""
     entries = job.contact.ask(lambda: job.client.list_files(_MOST_ENTRIES))
     state = job.contact.ask(job.client.state)
     job.session.update(
@@ -225,14 +224,14 @@ def _shoot(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
         try:
             return _by_itself(job, plan)
         except _NoBracket:
-            job.board.say(tr("The camera does not bracket by itself; taking single pictures"))
+            job.board.say(tr("The camera refused the bracket; taking single photos"))
     if job.profile.needs_method:
         camera_settings.change_if_known(job.contact, {"_shootingMethod": "normal"})
     return shoot_singly(job, plan.shots)
 
 
 def _by_itself(job: CaptureJob, plan: Plan) -> tuple[str, ...]:
-    """Let the camera take the bracket; its addresses, or nothing where it does not name them."""
+    """Let the camera take the bracket; return its URLs, or nothing if it does not name them."""
     losses = job.contact.losses
     for _ in range(STARTS):
         if job.contact.losses != losses:
@@ -262,7 +261,7 @@ def _arm(job: CaptureJob, plan: Plan) -> None:
         except CameraRefused as error:
             if error.code not in _REFUSALS:
                 raise
-            # Only the X can do without; elsewhere white balance is mandatory or unknown.
+            # Only for the X is white balance optional.
             if not (white and job.profile.needs_method):
                 raise _NoBracket from error
         else:
@@ -280,7 +279,7 @@ def _start(job: CaptureJob) -> CommandReply:
 
 
 def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]:
-    """Wait until the bracket is done."""
+    """Wait until the bracket is done; return its URLs if the camera names them."""
     if job.profile.bracket == "watched" and command.state != "done":
         watch(job, run)
         return ()
@@ -290,7 +289,7 @@ def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]
         job.contact.pause(job.profile.poll_s)
         command = ask_how_far(job, command)
         if command.state != "done" and _overdue(job, run):
-            # Some never say that they are done; their state tells.
+            # Some cameras never report the end; their state shows it.
             idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
             if idle >= 2 and len(_new_files(job)) >= len(job.plan.shots):
                 return ()
@@ -300,16 +299,16 @@ def _follow(job: CaptureJob, command: CommandReply, run: Run) -> tuple[str, ...]
     if not urls and not command.refused_urls and len(_new_files(job)) < len(job.plan.shots):
         raise CaptureFailed(
             tr("The bracket was stopped at the camera."),
-            tr("What it took is on the camera. Start again."),
+            tr("Its photos are still on the camera. Shoot again."),
             "stopped",
         )
     return urls
 
 
 def _after_silence(job: CaptureJob, run: Run) -> tuple[str, ...]:
-    """Find out what the camera did unheard, and wait until it is done.
+    """Wait for a bracket whose start was not confirmed.
 
-    Raises `_NotHeard` when it did nothing.
+    Raises `_NotHeard` if the camera did not take it.
     """
     watch(job, run)
     if not _new_files(job):
@@ -331,20 +330,20 @@ def _overdue(job: CaptureJob, run: Run) -> bool:
 def _check_deadline(job: CaptureJob, until: float) -> None:
     if job.clock.now() > until:
         raise CaptureFailed(
-            tr("The camera does not finish its bracket."),
-            tr("Switch it off and on, then start again. What it took is on the camera."),
+            tr("The camera did not finish the bracket."),
+            tr("Restart it, then shoot again. Its photos are still on the camera."),
             "deadline",
         )
 
 
 def _tell(job: CaptureJob, completion: float | None, run: Run) -> None:
-    """Say which exposure is being made: what the camera says of it, else by the clock."""
+    """Show the current exposure, by the camera's progress or else by the clock."""
     plan = job.plan
     elapsed_s = job.clock.now() - run.began - job.delay_s
     total = max(plan.expected_s, 0.1)
     share = max(completion or 0.0, min(elapsed_s / total, 0.99))
     shots = len(plan.shots)
-    # A camera slower than planned says so by its share; by the clock alone nothing is known then.
+    # A camera that is slower than planned shows it by its progress.
     if completion is not None and completion >= _TELLING:
         slower = elapsed_s / min(completion, 1.0)
         total = slower if slower > _SLOW * total else total

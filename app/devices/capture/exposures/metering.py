@@ -34,7 +34,7 @@ from app.devices.errors import (
 from app.devices.theta import untrusted
 
 HEAD_BYTES: Final = 128 << 10
-"""Start of a file in which all headers are; public Theta files have theirs in 68 KB."""
+"""Bytes at the start of a file that contain all headers; public Theta files need 68 KB."""
 
 _AUTOMATIC: Final = 2
 _ROUNDS: Final = 4
@@ -51,11 +51,9 @@ _MANUAL: Final = 1
 
 
 def make_plan(job: CaptureJob) -> None:
-    """Set the camera up, meter, and plan the bracket.
+    """Set the camera up, meter, and plan the bracket; repeat if the camera loses its settings.
 
-    All of it is done again when the camera has forgotten its settings in between.
-
-    Raises `DeviceError` when the camera does not allow it, or forgets again and again.
+    Raises `DeviceError` if the camera refuses, or loses its settings every time.
     """
     for _ in range(_ROUNDS):
         losses = job.contact.losses
@@ -66,10 +64,10 @@ def make_plan(job: CaptureJob) -> None:
                 for note in plan.notes:
                     job.warn(note)
                 return
-        job.board.say(tr("The camera has forgotten its settings; setting it up again"))
+        job.board.say(tr("The camera lost its settings; setting it up again"))
     raise Unreachable(
-        tr("The connection to the camera is lost again and again."),
-        tr("Go nearer to it, then try again."),
+        tr("The connection to the camera keeps breaking."),
+        tr("Move closer to the camera, then try again."),
         "weak",
     )
 
@@ -92,12 +90,12 @@ def _metered_plan(job: CaptureJob) -> Plan:
 
 
 def meter(job: CaptureJob) -> Exposure:
-    """Take a picture in the automatic program and read its exposure.
+    """Take a photo in the automatic program and return its exposure.
 
-    The picture is deleted on the camera afterwards, if the camera itself named it as its newest and
+    The photo is deleted from the camera afterwards, if the camera itself named it as its newest and
     it was not there before.
 
-    Raises `DeviceError` when no picture comes, or it does not state its exposure.
+    Raises `DeviceError` if there is no photo, or it does not state its exposure.
     """
     delete_pictures(job.contact, job.session)
     camera_settings.change(job.contact, {"exposureProgram": _AUTOMATIC})
@@ -112,7 +110,7 @@ def meter(job: CaptureJob) -> Exposure:
     job.session.update(picture_to_delete=ours, shot_start=None)
     exposure = job.contact.ask(lambda: _exposure_of(job, picture.url))
     with suppress(DeviceError):
-        # The first panorama there is to look at; a capture does without it.
+        # The first panorama to show; optional.
         small = job.client.thumbnail(picture.url)
         job.board.show(Stage.METERING, tr("Metering"), 0.6, metered=small)
     delete_pictures(job.contact, job.session)
@@ -120,9 +118,9 @@ def meter(job: CaptureJob) -> Exposure:
 
 
 def read_limits(job: CaptureJob) -> CameraLimits:
-    """Ask what the manual program accepts; the lists follow the program that is set.
+    """Return the limits of the manual program, which must be set for the camera's lists.
 
-    Returns the camera's own where it states them, else those known of the model.
+    Lists that the camera does not state come from its profile.
     """
     camera_settings.change(job.contact, {"exposureProgram": _MANUAL})
     values = camera_settings.read(job.contact, tuple(_SUPPORT))
@@ -136,7 +134,7 @@ def read_limits(job: CaptureJob) -> CameraLimits:
 
 
 def _most_shots(job: CaptureJob) -> int:
-    """Frames of the longest bracket: what the profile knows, less if the camera says so."""
+    """Return the most frames of a bracket: of the profile, or fewer if the camera states so."""
     most = job.profile.max_shots
     if not job.profile.brackets_itself:
         return most
@@ -150,7 +148,7 @@ def _most_shots(job: CaptureJob) -> int:
 
 
 def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
-    """Return the numbers of a list that can be exposures; 0 stands for automatic."""
+    """Return the numbers of a list within the limits, sorted; 0 means automatic."""
     if not isinstance(support, list) or len(support) > _MOST_VALUES:
         return ()
     numbers = {untrusted.number(value) for value in support}
@@ -158,7 +156,7 @@ def _values(support: Any, least: float, largest: float) -> tuple[float, ...]:
 
 
 def _exposure_of(job: CaptureJob, url: str) -> Exposure:
-    """Read the exposure of a file from its first bytes."""
+    """Return the exposure of a file, from its first bytes."""
     data = _start_of(job, url)
     path = job.session.folder / _FILE
     try:
@@ -166,10 +164,8 @@ def _exposure_of(job: CaptureJob, url: str) -> Exposure:
             stream.write(data)
         exposure = metered_exposure(read_header(path))
     except ProbeError as error:
-        # It may have been cut off on the way: asked for again.
-        raise BadReply(
-            tr("The picture for metering could not be read."), tr("Start again.")
-        ) from error
+        # It may have been cut off; `Contact.ask` repeats the request.
+        raise BadReply(tr("The metering photo could not be read."), tr("Start again.")) from error
     except OSError as error:
         raise not_written(CaptureFailed, path.parent, error) from error
     finally:
@@ -179,8 +175,8 @@ def _exposure_of(job: CaptureJob, url: str) -> Exposure:
     plausible = all(least <= getattr(exposure, name, 0.0) <= most for name, (least, most) in ranges)
     if exposure is None or not exposure.known or not plausible:
         raise CaptureFailed(
-            tr("The camera does not state the exposure it metered."),
-            tr("Take a bracket by hand and merge its files."),
+            tr("The camera did not report the exposure it metered."),
+            tr("Shoot a bracket by hand and merge the files."),
             "metering",
         )
     return exposure

@@ -25,10 +25,10 @@ from app.devices.errors import (
 from app.devices.theta.messages import CommandReply
 
 FRAME_S: Final = 15.0
-"""Time that any camera needs for a picture besides its exposure, at most, in seconds."""
+"""Longest time that any camera needs for a photo besides its exposure, in seconds."""
 
 STARTS: Final = 4
-"""How often a camera is asked to shoot that has not heard it."""
+"""Attempts to start a shot if the camera does not receive the command."""
 
 _MANUAL: Final = 1
 _LOOKS: Final = 5
@@ -41,15 +41,15 @@ _GONE_CODES: Final = frozenset(
 
 
 def as_sent(value: float) -> int | float:
-    """Write whole numbers without a point, as cameras do."""
+    """Return a whole number as int, since cameras write it without a point."""
     return int(value) if value == int(value) else value
 
 
 @dataclass(frozen=True, slots=True)
 class CameraPicture:
-    """A picture on the camera.
+    """A photo on the camera.
 
-    `has_name`: the camera named it as the one just taken; else it was found in the list of files.
+    `has_name`: whether the camera named it as the one just taken, or it comes from the file list.
     """
 
     url: str
@@ -57,19 +57,18 @@ class CameraPicture:
 
 
 class SettingsLost(Exception):
-    """The camera has not begun to shoot, and may have lost its settings."""
+    """The camera did not start to shoot, and may have lost its settings."""
 
 
 def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
-    """Take a picture and wait until it is stored.
+    """Take a photo and wait until it is on the camera's storage.
 
-    Where it is unknown whether the camera has heard it, its state and its files tell; only a
-    picture that was not taken is asked for again.
+    After a connection loss the camera's state and files show whether it took the photo; only a
+    photo that was not taken is requested again.
 
-    `longest_s`: longest time the picture may need besides `FRAME_S`, in seconds. Raises
-    `Unreachable` when the camera never hears it; `SettingsLost` when it was not heard, and the
-    settings must be made again first; `CaptureFailed` when it takes too long, or the camera was
-    stopped.
+    `longest_s`: longest time for the photo besides `FRAME_S`, in seconds. Raises `Unreachable` if
+    the camera never receives the command; `SettingsLost` if it did not and the settings must be
+    restored first; `CaptureFailed` if it takes too long, or the camera was stopped.
     """
     for _ in range(STARTS):
         losses = job.contact.losses
@@ -86,17 +85,17 @@ def take_picture(job: CaptureJob, longest_s: float, previous: str) -> CameraPict
 
 
 def _note_start(job: CaptureJob, previous: str) -> None:
-    """Note that a picture is asked for, so that it can be found if the program ends here."""
+    """Record the request of a photo, to find it if the program ends here."""
     clock_text = camera_settings.read(job.contact, (_CLOCK,)).get(_CLOCK)
     start_time = clock_text if isinstance(clock_text, str) and camera_time(clock_text) else ""
     job.session.update(shot_start=ShotStart(previous, start_time))
 
 
 def unheard() -> Unreachable:
-    """Say that starting fails again and again."""
+    """Return the error of a start that fails every time."""
     return Unreachable(
-        tr("The connection is lost again and again when the camera is to shoot."),
-        tr("Go nearer to it, then try again."),
+        tr("The connection breaks every time the camera starts to shoot."),
+        tr("Move closer to the camera, then try again."),
         "weak",
     )
 
@@ -107,19 +106,19 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     while command.state != "done":
         elapsed_s = job.clock.now() - began - longest_s
         if elapsed_s > FRAME_S:
-            # Slow answers may have used up the time in which it would have been found below.
+            # Slow replies may have used up the time in which the loop would have found it.
             entries = find_frames(job.contact, 1, previous=previous)
             if entries:
                 return CameraPicture(entries[0].url, has_name=False)
             raise CaptureFailed(
-                tr("The camera does not finish its picture."),
-                tr("Switch it off and on."),
+                tr("The camera did not finish the photo."),
+                tr("Restart it, then try again."),
                 "deadline",
             )
         job.contact.pause(job.profile.poll_s)
         command = ask_how_far(job, command)
         if elapsed_s > _OVERDUE_S and command.state != "done":
-            # Some never say that they are done; their state and their files tell.
+            # Some cameras never report the end; their state and files show it.
             idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
             entries = find_frames(job.contact, 1, previous=previous) if idle >= 2 else ()
             if entries:
@@ -127,26 +126,26 @@ def _take(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture:
     urls = command.file_urls
     if urls:
         return CameraPicture(urls[0], has_name=True)
-    # An address that cannot be used was not named in vain: the list has it, too.
+    # The file list has usable URLs even if the reply has not.
     for _ in range(_LOOKS if command.refused_urls else 1):
         entries = find_frames(job.contact, 1, previous=previous)
         if entries:
             return CameraPicture(entries[0].url, has_name=False)
         job.contact.pause(1.0)
     raise CaptureFailed(
-        tr("The camera was stopped before its picture was taken."), tr("Start again."), "stopped"
+        tr("The camera was stopped before it took the photo."), tr("Start again."), "stopped"
     )
 
 
 def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
-    """Ask for a command's state once; its id is that of the first reply.
+    """Request the status of a command once, with the id of its first reply.
 
-    Raises `Unreachable` when the camera gave no id, or does not know the command any more;
-    `CaptureFailed` when the shot was cancelled at the camera.
+    Raises `Unreachable` if the camera sent no id, or no longer knows the command; `CaptureFailed`
+    if the shot was cancelled at the camera.
     """
     number = command.id
     if number is None:
-        raise Unreachable(tr("The camera does not say which picture it takes."))
+        raise Unreachable(tr("The camera did not identify the shot."))
     try:
         # Ricoh's own examples of status replies have no id.
         return replace(job.contact.ask(lambda: job.client.status(number), NOT_NOW), id=number)
@@ -156,17 +155,15 @@ def ask_how_far(job: CaptureJob, command: CommandReply) -> CommandReply:
                 tr("The exposure was stopped at the camera."), tr("Start again."), "stopped"
             ) from error
         if error.code in _GONE_CODES:
-            raise Unreachable(tr("The camera has forgotten its picture.")) from error
+            raise Unreachable(tr("The camera no longer knows the shot.")) from error
         raise
 
 
 def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
     """Take the frames of a bracket one after the other in the manual program.
 
-    Seam and level of the first are kept for the others where the camera can do that; the
-    self-timer runs before the first only.
-
-    Raises `DeviceError` when a picture cannot be taken.
+    The others have the seam and level of the first if the camera supports it; the self-timer runs
+    only before the first. Raises `DeviceError` if a photo fails.
     """
     urls: list[str] = []
     for number, shot in enumerate(shots):
@@ -190,11 +187,11 @@ def shoot_singly(job: CaptureJob, shots: Sequence[PlannedShot]) -> tuple[str, ..
 
 
 def set_timer(job: CaptureJob) -> None:
-    """Set the self-timer; a camera that does not want it shoots at once, and that is said."""
+    """Set the self-timer; warn if the camera refuses it and shoots at once."""
     if camera_settings.change_if_known(job.contact, {"exposureDelay": job.delay_s}):
         job.delay_s = 0
-        job.board.say(tr("The camera does not accept the self-timer; it shoots at once"))
-        job.warn(tr("The camera did not accept the self-timer: the pictures were taken at once."))
+        job.board.say(tr("The camera has no self-timer; shooting now"))
+        job.warn(tr("The camera did not accept the self-timer and shot immediately."))
 
 
 def _one(job: CaptureJob, shot: PlannedShot, number: int, earlier: tuple[str, ...]) -> str:
@@ -229,10 +226,10 @@ def _note_single(job: CaptureJob, url: str) -> None:
 
 
 def _taken_anyway(job: CaptureJob, longest_s: float, previous: str) -> CameraPicture | None:
-    """Look for a picture that was taken unannounced.
+    """Find a photo that was taken although the reply was lost; None if there is none.
 
-    It counts as named where it alone is new and the camera's state calls it the newest, or the
-    state names none and it was taken in time.
+    It counts as named if it is the only new one and the newest in the camera's state, or the state
+    names none and it was taken in time.
     """
     start = job.session.journal.shot_start
     until = job.clock.now() + longest_s + FRAME_S
@@ -264,20 +261,20 @@ def _set_exposure(job: CaptureJob, shot: PlannedShot) -> None:
     if {"exposureProgram", "iso", "shutterSpeed"} & set(refusals):
         raise CaptureFailed(
             tr(
-                "The camera does not take {seconds:.4g} s at ISO {iso:g}.",
+                "The camera does not accept {seconds:.4g} s at ISO {iso:g}.",
                 seconds=exposure.shutter_s,
                 iso=exposure.iso,
             ),
             tr(
-                "Set it to still pictures in manual mode and try again; if that does not "
-                "help, take a bracket by hand and merge its files."
+                "Set it to photos in manual mode and try again, or shoot a bracket by hand and "
+                "merge the files."
             ),
             "no-manual",
         )
 
 
 def _keep_seams(job: CaptureJob, *, first: bool) -> None:
-    """Frames that are stitched and levelled alike lie on each other."""
+    """Use one seam and level for all frames, so that they align."""
     seam_mode = "Save" if first else "Load"
     camera_settings.change_if_known(job.contact, {"_imageStitching": f"dynamic{seam_mode}"})
     camera_settings.change_if_known(job.contact, {"_topBottomCorrection": f"Apply{seam_mode}"})

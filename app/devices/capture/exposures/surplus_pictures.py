@@ -24,11 +24,11 @@ _CLAIM_S: Final = 60.0
 
 
 def delete_pictures(contact: Contact, session: Session) -> None:
-    """Delete the pictures that this program took and does not need.
+    """Delete the photos that this program took and does not need.
 
-    These are the picture for metering, and the pictures of an interrupted bracket once another one
-    is complete; also where the program ended before it could note their addresses. Where the camera
-    does not do it, the journal keeps them for the next time.
+    These are the metering photo, and the photos of an interrupted bracket once another one is
+    complete, even if the program ended before it recorded their URLs. If the camera refuses, the
+    journal keeps them for the next time.
     """
     with suppress(DeviceError):
         if session.journal.stage == Stage.METERING.value:
@@ -44,9 +44,9 @@ def delete_pictures(contact: Contact, session: Session) -> None:
 
 
 def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]) -> None:
-    """Note the pictures of an interrupted bracket as surplus: it is shot again.
+    """Record the photos of an interrupted bracket as surplus, since it is shot again.
 
-    `frames`: what the camera had taken when the bracket was stopped.
+    `frames`: the frames that the camera had taken when the bracket stopped.
     """
     _claim_shot(contact, session)
     journal = session.journal
@@ -56,10 +56,10 @@ def set_aside(contact: Contact, session: Session, frames: Sequence[SessionFrame]
 
 
 def _claim_shot(contact: Contact, session: Session) -> None:
-    """Find the picture that was asked for before the program ended, and note it.
+    """Find the photo that was requested before the program ended, and record it.
 
     It must be the only new one, the camera's newest, and taken within a minute by the camera's own
-    clock: pictures of the photographer are never claimed.
+    clock: the photographer's own photos are never touched.
     """
     start = session.journal.shot_start
     if start is None:
@@ -72,7 +72,7 @@ def _claim_shot(contact: Contact, session: Session) -> None:
 
 
 def in_time(start: ShotStart, entry: FileEntry) -> bool:
-    """Whether a picture was taken when it was asked for, by the camera's own clock."""
+    """Whether a photo was taken at the time of the request, by the camera's own clock."""
     began, shot_time = camera_time(start.camera_time), camera_time(entry.date_time)
     if began is None or shot_time is None:
         return False
@@ -80,10 +80,9 @@ def in_time(start: ShotStart, entry: FileEntry) -> bool:
 
 
 def _delete(contact: Contact, debt: SessionFrame) -> None:
-    """Delete a picture if it is still that picture: cameras use their names again.
+    """Delete a photo only if date and size are unchanged: cameras reuse their names.
 
-    Only a file of the same date and length is deleted. Raises `DeviceError` when the camera does
-    not do it.
+    Raises `DeviceError` if the camera refuses.
     """
     url = contact.client.link.endpoint.rewrite(debt.url)
     there = find_listed(contact, url)
@@ -92,13 +91,13 @@ def _delete(contact: Contact, debt: SessionFrame) -> None:
     try:
         contact.ask(lambda: contact.client.delete([url]), NOT_NOW)
     except CameraRefused:
-        # It may have been deleted by a command whose answer was lost.
+        # A command whose reply was lost may have deleted it.
         if find_listed(contact, url) is not None:
             raise
 
 
 def find_listed(contact: Contact, url: str) -> SessionFrame | None:
-    """Look a file up in the camera's list, among the newest first."""
+    """Return a file of the camera's list, the newest entries first; None if it is not there."""
     for count in (_MOST_ENTRIES, _MOST_LISTED):
         entries = contact.ask(partial(contact.client.list_files, count))
         for entry in entries:
