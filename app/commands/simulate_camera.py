@@ -94,6 +94,7 @@ def serve(
     clock: Clock,
     facts: Mapping[str, object],
     *notes: str,
+    server_class: type[CameraServer] = CameraServer,
 ) -> int:
     """Print a camera's address and serve it until it is interrupted.
 
@@ -101,11 +102,12 @@ def serve(
 
     * `facts`: printed with ``--json`` besides the address.
     * `notes`: sentences for stderr.
+    * `server_class`: makes the server.
 
     Raises `KeyboardInterrupt` when it is interrupted, after every connection was closed;
     `CoreError` when the port is taken.
     """
-    with contextlib.closing(camera), _server(camera, args, clock) as server:
+    with contextlib.closing(camera), _server(server_class, camera, args, clock) as server:
         answer(args, {"url": server.url, **facts}, server.url)
         sys.stdout.flush()
         say(*notes)
@@ -135,11 +137,16 @@ def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> flo
     return mean_cd_m2 / mean
 
 
-def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> CameraServer:
+def _server(
+    server_class: type[CameraServer],
+    camera: SimulatedCamera,
+    args: argparse.Namespace,
+    clock: Clock,
+) -> CameraServer:
     sentence = tr("Cannot listen at port {port}: {reason}.")
     hint = tr("Choose another port, or leave --port out.")
     with os_errors_as(CoreError, sentence, hint, port=args.port):
-        return CameraServer(camera, args.port, clock=clock, log=say if args.log else None)
+        return server_class(camera, args.port, clock=clock, log=say if args.log else None)
 
 
 def _positive(text: str) -> float:

@@ -36,12 +36,12 @@ from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
 from app.devices.errors import DeviceError  # noqa: E402
 from app.devices.simulated.camera import SimulatedCamera  # noqa: E402
-from app.devices.simulated.server import CameraServer  # noqa: E402
 from app.devices.theta.client import OscClient  # noqa: E402
 from app.devices.theta.endpoint import Endpoint  # noqa: E402
 from app.devices.theta.link import Link  # noqa: E402
 from tests.faulty_camera.bad_line import KINDS, BadLine  # noqa: E402
 from tests.faulty_camera.camera import FaultyCamera  # noqa: E402
+from tests.faulty_camera.server import FaultyServer  # noqa: E402
 from tests.helpers.cameras import Rig, lit_room, pack  # noqa: E402
 from tests.helpers.captures import (  # noqa: E402
     Killed,
@@ -146,7 +146,7 @@ def real(model: str, kind: str, seed: int) -> dict[str, Any]:
     line = BadLine(camera, kind, seed=seed)
     began = time.monotonic()
     results: list[CaptureResult | str] = []
-    with tempfile.TemporaryDirectory() as place, CameraServer(camera, clock=clock) as server:
+    with tempfile.TemporaryDirectory() as place, FaultyServer(camera, clock=clock) as server:
         while len(results) < 2 and not (results and not isinstance(results[-1], str)):
             session = Session.open_or_create(Path(place) / "session")
             link = Link(Endpoint.parse(server.url), clock)

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 from app.devices.errors import DeviceError
 from app.devices.passwords import Credentials
-from app.devices.simulated.exchange import Drop, Pause, Piece
+from app.devices.simulated.exchange import Pause, Piece
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.messages import (
@@ -37,6 +37,7 @@ from app.devices.theta.messages import (
 )
 from app.devices.theta.reply import Incoming
 from app.devices.theta.untrusted import MAX_BYTES, parse_json
+from tests.faulty_camera.silence import Drop
 from tests.helpers.osc_wire import (
     FOLDER,
     INFO,

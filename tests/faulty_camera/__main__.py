@@ -15,6 +15,7 @@ from app.devices.clock import SystemClock
 from tests.faulty_camera.camera import FaultyCamera
 from tests.faulty_camera.faults import FAULTS, faults_named
 from tests.faulty_camera.models import PERSONALITIES, personality_named, user_name
+from tests.faulty_camera.server import FaultyServer
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -55,12 +56,13 @@ def run(args: argparse.Namespace) -> int:
         password=args.password,
         rate_mbit=args.rate,
     )
+    serve = partial(simulate_camera.serve, server_class=FaultyServer)
     facts: dict[str, object] = {"model": args.model, "faults": list(faults_named(args.fault))}
     if not args.password:
-        return simulate_camera.serve(camera, args, clock, facts)
+        return serve(camera, args, clock, facts)
     user = args.user or user_name(camera.personality)
     note = f"It asks for the user name {user} and its password."
-    return simulate_camera.serve(camera, args, clock, facts | {"user": user}, note)
+    return serve(camera, args, clock, facts | {"user": user}, note)
 
 
 def check(args: argparse.Namespace) -> None:

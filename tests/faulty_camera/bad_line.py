@@ -8,14 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.devices.simulated.exchange import (
-    Drop,
     Pause,
     Reply,
     Request,
     head_of,
     text_reply,
 )
-from tests.faulty_camera.silence import NO_ANSWER, NO_ANSWER_S
+from tests.faulty_camera.silence import NO_ANSWER, NO_ANSWER_S, Drop
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,7 +14,6 @@ from typing import Final
 
 from app.devices.simulated.exchange import (
     LATENCY_S,
-    Drop,
     Pause,
     Piece,
     Reply,
@@ -23,6 +22,7 @@ from app.devices.simulated.exchange import (
     refusal,
     text_reply,
 )
+from tests.faulty_camera.silence import Drop
 
 _ROUTER_PAGE: Final = (
     b"<!DOCTYPE html><html><head><title>404 Not Found</title></head>"

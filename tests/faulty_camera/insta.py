@@ -20,6 +20,7 @@ from app.devices.simulated.optics import FrameView, view_of
 from app.devices.simulated.options import OptionStore
 from app.devices.simulated.scene import Scene, Take
 from tests.faulty_camera.models import personality_named
+from tests.faulty_camera.strict_options import StrictOptions
 
 _NAME: Final = "insta360"
 _HEADER: Final = "x-xsrf-protected"
@@ -91,7 +92,7 @@ def _insta_scene(scene: Scene) -> InstaScene:
     return InstaScene(scene)
 
 
-class InstaOptions(OptionStore):
+class InstaOptions(StrictOptions):
     """It can be told to stitch, and stitches nothing all the same."""
 
     def reset(self) -> None:
@@ -104,7 +105,7 @@ class InstaOptions(OptionStore):
 
 
 class InstaCamera(SimulatedCamera):
-    """An Insta360 where the model is one."""
+    """A camera with strict options; an Insta360 if the model is one."""
 
     def __init__(
         self, scene: Scene, personality: Personality | str, clock: Clock, **options: Any
@@ -114,7 +115,7 @@ class InstaCamera(SimulatedCamera):
         super().__init__(_insta_scene(scene) if self._is_insta else scene, person, clock, **options)
 
     def make_store(self, person: Personality) -> OptionStore:
-        return InstaOptions(person) if self._is_insta else super().make_store(person)
+        return InstaOptions(person) if self._is_insta else StrictOptions(person)
 
     def refuse(self, request: Request) -> Reply | None:
         if self._is_insta and _HEADER not in request.headers:

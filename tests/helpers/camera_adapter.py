@@ -22,7 +22,8 @@ from urllib3.connectionpool import HTTPConnectionPool
 from urllib3.exceptions import ConnectTimeoutError
 from urllib3.util import Timeout
 
-from app.devices.simulated.exchange import Drop, Pause, Request, head_of
+from app.devices.simulated.exchange import Pause, Request, head_of
+from tests.faulty_camera.silence import Drop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -209,12 +210,12 @@ class _Stream(io.RawIOBase):
         # What was sent while nobody read lies in buffers, which are not endless.
         self._due = max(self._due, asked - _BUFFERED_S)
         for piece in self._wire:
+            if isinstance(piece, Drop):
+                self.over = True
+                raise ConnectionResetError("Connection reset by peer")
             if isinstance(piece, Pause):
                 self._due += piece.seconds
                 self._wait(asked, limit)
-            elif isinstance(piece, Drop):
-                self.over = True
-                raise ConnectionResetError("Connection reset by peer")
             elif piece:
                 self._rest = piece
                 return

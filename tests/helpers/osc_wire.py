@@ -18,11 +18,12 @@ import urllib3
 from app.devices.bounded_socket import Watch, WatchedAdapter
 from app.devices.clock import VirtualClock
 from app.devices.passwords import Credentials
-from app.devices.simulated.exchange import Drop, Pause, Piece
+from app.devices.simulated.exchange import Pause, Piece
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Link
 from app.devices.theta.reply import Timeouts
+from tests.faulty_camera.silence import Drop
 
 FOLDER = "http://192.168.1.1/files/0123456789abcdef0123456789abcdef/100RICOH/"
 

@@ -14,7 +14,7 @@ from app.devices.errors import (
     NotACamera,
     Unreachable,
 )
-from app.devices.simulated.exchange import Drop, Pause
+from app.devices.simulated.exchange import Pause
 from app.devices.theta.client import (
     BUSY_PAUSES_S,
     MAX_DELETED,
@@ -23,6 +23,7 @@ from app.devices.theta.client import (
     OscClient,
 )
 from app.devices.theta.endpoint import Endpoint
+from tests.faulty_camera.silence import Drop
 from tests.helpers.osc_wire import (
     FOLDER,
     INFO,

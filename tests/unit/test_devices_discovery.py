@@ -21,7 +21,6 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.simulated.server import CameraServer
 from app.devices.theta.announcements import Advert
 from app.devices.theta.camera_identity import described, merged
 from app.devices.theta.discovery import Discovery, discover, look_at
@@ -30,6 +29,7 @@ from app.devices.theta.last_camera import remember
 from app.devices.theta.link import Link
 from app.devices.theta.messages import Info
 from app.devices.theta.reply import Timeouts
+from tests.faulty_camera.server import FaultyServer
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import Talker
 from tests.helpers.waiting import PATIENCE_S
@@ -489,7 +489,7 @@ def test_troubles_of_the_camera_end_in_time(fault: str, seed: int) -> None:
 
 def test_a_camera_in_client_mode_is_found_over_a_real_connection() -> None:
     talker = Talker("Z1", user="THETAYN10010104", password="10010104")
-    with CameraServer(talker.camera, 0, clock=SystemClock()) as server:
+    with FaultyServer(talker.camera, 0, clock=SystemClock()) as server:
         advert = Advert("THETAYN10010104", ("127.0.0.1",), server.port)
 
         def links(endpoint: Endpoint) -> Any:

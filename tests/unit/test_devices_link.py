@@ -26,11 +26,12 @@ from app.devices.errors import (
     Unreachable,
 )
 from app.devices.passwords import Credentials, Digest
-from app.devices.simulated.exchange import Drop, Pause
+from app.devices.simulated.exchange import Pause
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Link
 from app.devices.theta.reply import Timeouts
 from app.devices.theta.untrusted import MAX_BYTES
+from tests.faulty_camera.silence import Drop
 from tests.helpers.osc_wire import INFO, REFUSED, STATE, Rig, http
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.waiting import PATIENCE_S

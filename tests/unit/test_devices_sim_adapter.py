@@ -11,14 +11,13 @@ from requests.auth import HTTPDigestAuth
 
 from app.devices.clock import VirtualClock
 from app.devices.simulated.exchange import (
-    Drop,
     Pause,
     Piece,
     Reply,
     Request,
 )
 from tests.faulty_camera.camera import FaultyCamera
-from tests.faulty_camera.silence import NO_ANSWER
+from tests.faulty_camera.silence import NO_ANSWER, Drop
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import QUICK, room, stored
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from app.devices.simulated.exchange import Drop, Reply
+from app.devices.simulated.exchange import Reply
 from tests.faulty_camera.faults import FAULTS, Faults, faults_named
 from tests.faulty_camera.models import PERSONALITIES, personality_named
-from tests.faulty_camera.silence import NO_ANSWER_S
+from tests.faulty_camera.silence import NO_ANSWER_S, Drop
 from tests.helpers.simulated import Talker, bracket, content, path_of, stored
 
 LASTING = frozenset(

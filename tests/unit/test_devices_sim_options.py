@@ -8,15 +8,15 @@ import pytest
 
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import CommandRefused
-from app.devices.simulated.options import OptionStore
 from tests.faulty_camera.models import PERSONALITIES, personality_named
+from tests.faulty_camera.strict_options import StrictOptions
 from tests.helpers.simulated import Talker, bracket
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]
 Z1 = personality_named("Z1")
 
 
-def _refused(store: OptionStore, **options: Any) -> str:
+def _refused(store: StrictOptions, **options: Any) -> str:
     with pytest.raises(CommandRefused) as caught:
         store.set(options)
     return caught.value.code
@@ -24,7 +24,7 @@ def _refused(store: OptionStore, **options: Any) -> str:
 
 @pytest.mark.parametrize("person", ALL)
 def test_lists_follow_the_program(person: Personality) -> None:
-    store = OptionStore(person)
+    store = StrictOptions(person)
     assert store.values["exposureProgram"] == 2
     assert store.values["iso"] == store.values["shutterSpeed"] == 0
     names = ["isoSupport", "shutterSpeedSupport", "exposureCompensationSupport"]
@@ -48,7 +48,7 @@ def test_lists_follow_the_program(person: Personality) -> None:
 
 @pytest.mark.parametrize("person", ALL)
 def test_whatever_was_read_can_be_written_back(person: Personality) -> None:
-    store = OptionStore(person)
+    store = StrictOptions(person)
     for program in person.programs:
         store.set({"exposureProgram": program})
         for name, value in list(store.values.items()):
@@ -64,7 +64,7 @@ def test_whatever_was_read_can_be_written_back(person: Personality) -> None:
 
 
 def test_program_and_values_in_one_call_in_any_order() -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     store.set({"iso": 100, "shutterSpeed": 0.00004, "aperture": 5.6, "exposureProgram": 1})
     assert store.values["aperture"] == 5.6
     store.set({"exposureProgram": 2})
@@ -72,7 +72,7 @@ def test_program_and_values_in_one_call_in_any_order() -> None:
 
 
 def test_other_programs_leave_one_value_to_the_user() -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     store.set({"exposureProgram": 4, "shutterSpeed": 0.5})
     assert store.values["iso"] == 0
     assert max(store.support("shutterSpeed")) <= 8  # type: ignore[type-var, operator]
@@ -80,7 +80,7 @@ def test_other_programs_leave_one_value_to_the_user() -> None:
     assert store.values["shutterSpeed"] == 0
     store.set({"exposureProgram": 3, "aperture": 3.5})
     assert store.values["iso"] == 0
-    assert _refused(OptionStore(personality_named("V")), exposureProgram=3) == (
+    assert _refused(StrictOptions(personality_named("V")), exposureProgram=3) == (
         "invalidParameterValue"
     )
 
@@ -89,7 +89,7 @@ def test_other_programs_leave_one_value_to_the_user() -> None:
     "value", [0.016, 0.01666667, "0.01", True, None, [0.01], {"a": 1}, 1e400, -1, 70]
 )
 def test_shutter_values_off_the_list(value: Any) -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     store.set({"exposureProgram": 1})
     before = dict(store.values)
     assert _refused(store, iso=200, shutterSpeed=value) == "invalidParameterValue"
@@ -97,24 +97,24 @@ def test_shutter_values_off_the_list(value: Any) -> None:
 
 
 def test_numbers_may_be_written_either_way() -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     store.set({"exposureProgram": 1, "iso": 100.0, "shutterSpeed": 1.0})
     assert store.values["iso"] == 100
 
 
 def test_values_that_do_not_go_together() -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     assert _refused(store, _function="normal", exposureDelay=5) == "invalidParameterValue"
     assert _refused(store, dateTimeZone="2026:01:01 10:00:00+01:00", iso=0) == (
         "invalidParameterValue"
     )
-    OptionStore(personality_named("generic")).set(
+    StrictOptions(personality_named("generic")).set(
         {"dateTimeZone": "2026:01:01 10:00:00+01:00", "iso": 0}
     )
 
 
 def test_hdr_takes_the_program_away() -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     store.set({"exposureProgram": 1})
     store.set({"_filter": "hdr"})
     assert store.values["exposureProgram"] == 2
@@ -135,7 +135,7 @@ def test_hdr_takes_the_program_away() -> None:
     ],
 )
 def test_single_options_of_a_z1(name: str, good: list[Any], bad: list[Any]) -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     for value in good:
         store.set({name: value})
         assert store.values[name] == value
@@ -144,7 +144,7 @@ def test_single_options_of_a_z1(name: str, good: list[Any], bad: list[Any]) -> N
 
 
 def test_options_that_only_some_models_have() -> None:
-    have = {person.name: set(OptionStore(person).values) for person in PERSONALITIES}
+    have = {person.name: set(StrictOptions(person).values) for person in PERSONALITIES}
     assert {name for name, names in have.items() if "_shootingMethod" in names} == {
         "X", "X-old", "A1",
     }  # fmt: skip
@@ -153,14 +153,14 @@ def test_options_that_only_some_models_have() -> None:
     }  # fmt: skip
     assert not any(key.startswith("_") for key in have["generic"])
     assert "_imageStitching" not in have["S"]
-    assert _refused(OptionStore(personality_named("SC2")), previewFormat={}) == (
+    assert _refused(StrictOptions(personality_named("SC2")), previewFormat={}) == (
         "invalidParameterValue"
     )
 
 
 @pytest.mark.parametrize("person", [p for p in PERSONALITIES if p.bracket], ids=lambda p: p.name)
 def test_what_a_bracket_must_hold(person: Personality) -> None:
-    store = OptionStore(person)
+    store = StrictOptions(person)
     assert person.bracket is not None
     good = bracket(person, 0.01, 0.04)
     store.set({"_autoBracket": good})
@@ -198,11 +198,11 @@ def test_what_a_bracket_must_hold(person: Personality) -> None:
 
 @pytest.mark.parametrize("value", [None, [], "x", {}, {"_bracketNumber": 2}])
 def test_brackets_of_the_wrong_shape(value: Any) -> None:
-    assert _refused(OptionStore(Z1), _autoBracket=value) == "invalidParameterValue"
+    assert _refused(StrictOptions(Z1), _autoBracket=value) == "invalidParameterValue"
 
 
 def test_passwords_can_be_set_and_not_read() -> None:
-    store = OptionStore(Z1)
+    store = StrictOptions(Z1)
     store.set({"_password": "12345678"})
     with pytest.raises(CommandRefused):
         store.get(["_password"], {})

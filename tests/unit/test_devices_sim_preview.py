@@ -90,7 +90,7 @@ def played(live: LivePicture, clock: VirtualClock, sending_s: float, count: int)
     for piece in preview_pieces(live, 30, clock):
         if isinstance(piece, Pause):
             clock.sleep(piece.seconds)
-        elif isinstance(piece, bytes) and piece.startswith(b"\xff\xd8"):
+        elif piece.startswith(b"\xff\xd8"):
             clock.sleep(sending_s)
             sent.append(piece[:-2])
         if len(sent) == count:

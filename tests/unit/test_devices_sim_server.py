@@ -11,8 +11,10 @@ from collections.abc import Callable, Iterable, Iterator
 import pytest
 import requests
 
-from app.devices.simulated.exchange import Drop, Pause, Piece, Reply, Request
-from app.devices.simulated.server import MAX_BODY_BYTES, CameraServer
+from app.devices.simulated.exchange import Pause, Piece, Reply, Request
+from app.devices.simulated.server import MAX_BODY_BYTES
+from tests.faulty_camera.server import FaultyServer
+from tests.faulty_camera.silence import Drop
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.waiting import PATIENCE_S, until
 
@@ -37,11 +39,11 @@ def body(data: bytes, *, status: int = 200, length: int = -1) -> Reply:
 
 
 @pytest.fixture
-def serve() -> Iterator[Callable[..., CameraServer]]:
-    running: list[CameraServer] = []
+def serve() -> Iterator[Callable[..., FaultyServer]]:
+    running: list[FaultyServer] = []
 
-    def make(camera: Fake, **options: object) -> CameraServer:
-        server = CameraServer(camera, **options)  # type: ignore[arg-type]
+    def make(camera: Fake, **options: object) -> FaultyServer:
+        server = FaultyServer(camera, **options)  # type: ignore[arg-type]
         running.append(server)
         server.start()
         return server
@@ -53,14 +55,14 @@ def serve() -> Iterator[Callable[..., CameraServer]]:
     assert not left
 
 
-Serve = Callable[..., CameraServer]
+Serve = Callable[..., FaultyServer]
 
 
-def connect(server: CameraServer) -> http.client.HTTPConnection:
+def connect(server: FaultyServer) -> http.client.HTTPConnection:
     return http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE_S)
 
 
-def raw(server: CameraServer, data: bytes) -> bytes:
+def raw(server: FaultyServer, data: bytes) -> bytes:
     """Send bytes and read until the server closes."""
     with socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE_S) as connection:
         connection.sendall(data)
@@ -184,7 +186,7 @@ def test_several_connections_at_once(serve: Serve) -> None:
 
 def test_stopping_cuts_what_is_under_way() -> None:
     hold = Reply(200, (JSON,), (b"1", Pause(600.0), b"2"))
-    server = CameraServer(Fake(hold, Reply(200, (JSON,), (), delay_s=600.0)))
+    server = FaultyServer(Fake(hold, Reply(200, (JSON,), (), delay_s=600.0)))
     server.start()
     threads = threading.active_count()
     connections = [connect(server) for _ in range(3)]
@@ -275,11 +277,11 @@ def test_quiet_unless_asked(serve: Serve, capfd: pytest.CaptureFixture[str]) -> 
 def test_a_port_that_is_taken(serve: Serve) -> None:
     server = serve(Fake())
     with pytest.raises(OSError, match="in use"):
-        CameraServer(Fake(), server.port)
+        FaultyServer(Fake(), server.port)
 
 
 def test_as_a_context_manager() -> None:
-    with CameraServer(Fake()) as server:
+    with FaultyServer(Fake()) as server:
         assert requests.get(server.url, timeout=PATIENCE_S).ok
     with pytest.raises(requests.ConnectionError):
         requests.get(server.url, timeout=PATIENCE_S)

@@ -1,8 +1,8 @@
-"""What passes between a simulated camera and whoever carries its words.
+"""Requests to a simulated camera, and its replies.
 
-The camera knows no sockets: it turns a `Request` into a `Reply`. A reply's body is a series of
-pieces: bytes to send, pauses to make, or the end of the connection. `server` plays them over real
-HTTP; tests hand them to `requests` in the same process, on virtual time.
+The camera has no sockets: it turns a `Request` into a `Reply`. The body of a reply is a series of
+pieces: bytes to send, and pauses. `server` sends them over real HTTP; tests pass them to `requests`
+in the same process, on virtual time.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from http import HTTPStatus
 from typing import Final, TypeAlias
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
-"""What JSON can hold."""
+"""A JSON value."""
 
 LATENCY_S: Final = 0.012
-"""Time that every answer takes; it also keeps virtual time going."""
+"""Duration of every reply; it also keeps virtual time moving."""
 
 _FORBIDDEN: Final = (
     "tooManyParameters", "disabledCommand", "corruptedFile", "powerOffSequenceRunning",
@@ -42,7 +42,7 @@ _CHUNK_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a client asks. `method`: "GET" or "POST"."""
+    """A request of a client. `method`: "GET" or "POST"."""
 
     method: str
     target: str
@@ -53,23 +53,18 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """Nothing is sent for so many seconds."""
+    """A pause in sending."""
 
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class Drop:
-    """The connection is cut here."""
-
-
-Piece: TypeAlias = bytes | Pause | Drop
-"""One thing that happens while a body is sent."""
+Piece: TypeAlias = bytes | Pause
+"""Bytes of a body, or a pause between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What the camera answers."""
+    """The camera's reply."""
 
     status: int
     headers: tuple[tuple[str, str], ...] = ()
@@ -78,17 +73,16 @@ class Reply:
 
 
 def head_of(status: int, headers: Iterable[tuple[str, str]]) -> bytes:
-    """Write the head of an answer, up to its empty line."""
+    """Return the head of a reply, including its empty line."""
     phrase = HTTPStatus(status).phrase if status in set(HTTPStatus) else "Unknown"
     lines = [f"HTTP/1.1 {status} {phrase}", *(f"{name}: {value}" for name, value in headers)]
     return "\r\n".join([*lines, "", ""]).encode("latin-1", "replace")
 
 
 class CommandRefused(Exception):
-    """The camera answers with an error; its code is one of OSC's.
+    """A command that the camera refuses, with an error code of OSC.
 
-    * `code`: error code.
-    * `message`: for humans; the usual sentence of the code where it is empty.
+    `message`: for people; empty for the usual sentence of the code.
     """
 
     def __init__(self, code: str, message: str = "") -> None:
@@ -98,21 +92,20 @@ class CommandRefused(Exception):
 
 
 def json_reply(value: JsonValue, status: int = 200) -> Reply:
-    """Answer with JSON."""
+    """Return a reply with JSON."""
     body = json.dumps(value).encode()
     return text_reply(body, "application/json;charset=utf-8", status)
 
 
 def text_reply(body: bytes, kind: str, status: int = 200) -> Reply:
-    """Answer with a short body at once."""
+    """Return a reply with a short body."""
     return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), LATENCY_S)
 
 
 def refusal(name: str, code: str, message: str = "", *, status: int | None = None) -> Reply:
-    """Answer with an error as OSC words it.
+    """Return a reply with an error of OSC.
 
-    * `code`: error code.
-    * `status`: HTTP status; that of the code unless given.
+    `status`: HTTP status; by default the one that belongs to the code.
     """
     words = message or _SENTENCES.get(code, "Something is wrong.")
     body: dict[str, JsonValue] = {
@@ -130,7 +123,7 @@ def file_reply(
     *,
     ranges: bool,
 ) -> Reply:
-    """Answer with a file, or the part of it that is asked for.
+    """Return a reply with a file, or with the requested part of it.
 
     `rate_mbit`: transfer rate in megabits per second; None for no limit.
     """
@@ -152,10 +145,9 @@ def file_reply(
 
 
 def paced(data: bytes, rate_mbit: float | None) -> Iterator[Piece]:
-    """Cut a body into chunks with pauses, so that the transfer rate holds.
+    """Split a body into chunks of 16 to 64 kB, with pauses for the transfer rate.
 
-    `rate_mbit`: megabits per second; None for no limit. Chunks of 16 to 64 kB, each after the time
-    that it takes.
+    `rate_mbit`: megabits per second; None for no limit.
     """
     rate = None if rate_mbit is None else rate_mbit * 125_000.0
     size = _MOST_CHUNK
@@ -173,7 +165,7 @@ def _headers(kind: str) -> tuple[tuple[str, str], ...]:
 
 
 def _span(range_header: str, size: int) -> tuple[int, int] | None:
-    """Understand ``bytes=first-`` and ``bytes=first-last``; None for anything else."""
+    """Read ``bytes=first-`` and ``bytes=first-last``; None for anything else."""
     unit, _, span = range_header.partition("=")
     first, dash, last = span.strip().partition("-")
     if unit.strip() != "bytes" or not dash or not (first.isdecimal() and len(span) < 64):

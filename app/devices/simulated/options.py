@@ -1,11 +1,10 @@
-"""The options of a simulated camera: what it has, what it accepts, and what hangs together."""
+"""The options of a simulated camera: their values, lists, and dependence on the program."""
 
 from __future__ import annotations
 
 import copy
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from app.devices.simulated.cameras import Personality
@@ -14,35 +13,18 @@ from app.devices.simulated.scene import nearest
 
 MANUAL: Final = 1
 _AUTO_MOST_S: Final = 8.0
-_COMPENSATIONS: Final = (
-    -2.0, -1.7, -1.3, -1.0, -0.7, -0.3, 0.0, 0.3, 0.7, 1.0, 1.3, 1.7, 2.0,
-)  # fmt: skip
-_BALANCES: Final = (
-    "auto", "daylight", "shade", "cloudy-daylight", "incandescent", "_warmWhiteFluorescent",
-    "_dayLightFluorescent", "_dayWhiteFluorescent", "fluorescent", "_bulbFluorescent",
-    "_colorTemperature",
-)  # fmt: skip
-_PLAIN_BALANCES: Final = ("auto", "daylight", "incandescent", "fluorescent")
-_MENUS: Final[dict[str, tuple[JsonValue, ...]]] = {
-    "sleepDelay": (60, 180, 300, 600, 65535),
-    "offDelay": (600, 1800, 3600, 65535),
-}
-"""Lists that are shorter than what is accepted."""
-_X_MENUS: Final[dict[str, tuple[JsonValue, ...]]] = {
-    "sleepDelay": (180, 300, 420, 600, 65535),
-    "offDelay": (0, 3600, 7200, 14400, 28800, 43200, 64800, 86400, 172800),
-}
 _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
-_DATE: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d([+-]\d\d:\d\d)?", re.ASCII)
-_EXPOSURE: Final = ("iso", "shutterSpeed", "aperture", "exposureCompensation")
 _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1, 3)}
-"""In which exposure programs each value is the user's; elsewhere it is 0, the camera's."""
+"""Exposure programs in which the user sets each value; in the others it is 0, automatic."""
 
 
 class OptionStore:
-    """All options of one camera."""
+    """All options of one camera.
+
+    A subclass may override `support`, `allows` and `allows_bracket` to accept less.
+    """
 
     def __init__(self, personality: Personality) -> None:
         self._person = personality
@@ -51,7 +33,7 @@ class OptionStore:
         self.reset()
 
     def reset(self) -> None:
-        """Go back to the settings that the camera wakes up with."""
+        """Restore the settings that the camera starts with."""
         person = self._person
         self._manual = {
             "iso": nearest(400, person.isos),
@@ -69,7 +51,7 @@ class OptionStore:
 
     @property
     def method(self) -> str:
-        """Shooting method of the X; "normal" elsewhere."""
+        """Shooting method of the X; "normal" for other models."""
         return str(self.values.get("_shootingMethod", "normal"))
 
     def get(self, names: Sequence[str], live: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
@@ -85,7 +67,6 @@ class OptionStore:
         Raises `CommandRefused`: invalidParameterName for an option that does not exist or cannot be
         set, invalidParameterValue for a value that is not allowed.
         """
-        self._check_company(changes)
         before = copy.deepcopy(self.values), dict(self._manual)
         try:
             self._apply(changes)
@@ -96,8 +77,8 @@ class OptionStore:
             raise
 
     def support(self, name: str, program: int | None = None) -> tuple[JsonValue, ...]:
-        """List what an option accepts."""
-        if name in _EXPOSURE:
+        """Return the values that an option accepts; empty if it has no list."""
+        if name in _WHICH_PROGRAMS:
             return self._exposure_support(name, self.program if program is None else program)
         return _supports(self._person).get(name, ())
 
@@ -107,39 +88,27 @@ class OptionStore:
         if name in self.values and name not in {"_password", "_username"}:
             return copy.deepcopy(self.values[name])
         option = name.removesuffix("Support")
-        if name != option and option in self.values:
-            if option in _MENUS:
-                menus = _X_MENUS if "_shootingMethod" in self.values else _MENUS
-                return list(menus[option])
-            if option in (ranges := _ranges(self._person)):
-                return copy.deepcopy(ranges[option])
-            if values := self.support(option):
-                return copy.deepcopy(list(values))
+        if name != option and option in self.values and (values := self.support(option)):
+            return copy.deepcopy(list(values))
         if name == "_shootingMethodSupport" and self._person.digest:
             return []
         if name == "_bracketNumberSupport" and self._person.bracket is not None:
             return {"minNumber": 2, "maxNumber": self._person.bracket.most, "stepSize": 1}
         raise CommandRefused("invalidParameterName")
 
-    def _check_company(self, changes: Mapping[str, JsonValue]) -> None:
-        if not self._person.ricoh:
-            return
-        if "_function" in changes and "exposureDelay" in changes:
-            raise CommandRefused("invalidParameterValue", "Not with exposureDelay.")
-        if "dateTimeZone" in changes and len(changes) > 1:
-            raise CommandRefused("invalidParameterValue", "dateTimeZone must come alone.")
-
     def _apply(self, changes: Mapping[str, JsonValue]) -> None:
-        # The program comes first, since the lists of the others follow it.
+        # The program comes first, since the lists of the others depend on it.
         for name in sorted(changes, key=lambda key: key != "exposureProgram"):
             if name not in self.values or name in _READ_ONLY:
                 raise CommandRefused("invalidParameterName", f"There is no option {name!r:.40}.")
-            self._check_value(name, changes[name])
+            if not self.allows(name, changes[name]):
+                value = changes[name]
+                raise CommandRefused("invalidParameterValue", f"{name} cannot be {value!r:.60}.")
             self.values[name] = copy.deepcopy(changes[name])
             self._settle(name)
 
     def _settle(self, name: str) -> None:
-        """Let other options follow the one that was set."""
+        """Update the options that depend on the one that was set."""
         if name == "exposureProgram":
             self._follow_program()
         elif name in self._manual and self.program in _WHICH_PROGRAMS[name]:
@@ -161,8 +130,6 @@ class OptionStore:
 
     def _exposure_support(self, name: str, program: int) -> tuple[JsonValue, ...]:
         person = self._person
-        if name == "exposureCompensation":
-            return (0.0,) if program == MANUAL else _COMPENSATIONS
         if name == "aperture" and len(person.apertures) == 1:
             return person.apertures
         if program not in _WHICH_PROGRAMS[name]:
@@ -172,59 +139,22 @@ class OptionStore:
             return tuple(time for time in person.shutters if time <= limit)
         return person.isos if name == "iso" else person.apertures
 
-    def _check_value(self, name: str, value: JsonValue) -> None:
-        if not self._allows(name, value):
-            raise CommandRefused("invalidParameterValue", f"{name} cannot be {value!r:.60}.")
+    def allows(self, name: str, value: JsonValue) -> bool:
+        """Whether an option accepts a value; any value if the option has no list."""
+        if name == "_autoBracket":
+            return self.allows_bracket(value)
+        has_list = name in _WHICH_PROGRAMS or name in _supports(self._person)
+        return not has_list or member(value, self.support(name))
 
-    def _allows(self, name: str, value: JsonValue) -> bool:
-        special: dict[str, Callable[[JsonValue], bool]] = {
-            "_autoBracket": self._allowed_bracket,
-            "dateTimeZone": lambda v: isinstance(v, str) and bool(_DATE.fullmatch(v)),
-            "previewFormat": self._allowed_preview,
-            "clientVersion": lambda v: v in (1, 2),
-            "_username": lambda v: isinstance(v, str),
-            "_password": lambda v: isinstance(v, str) and 8 <= len(v) <= 63 and v.isascii(),
-            "gpsInfo": lambda v: isinstance(v, dict),
-            "exposureBracket": lambda v: isinstance(v, dict),
-        }
-        if name in special:
-            return special[name](value)
-        numbers = _ranges(self._person).get(name)
-        if numbers is not None:
-            return _in_range(value, numbers)
-        return _member(value, self.support(name))
-
-    def _allowed_preview(self, value: JsonValue) -> bool:
-        return bool(self._person.previews) and _member(value, self.support("previewFormat"))
-
-    def _allowed_bracket(self, value: JsonValue) -> bool:
+    def allows_bracket(self, value: JsonValue) -> bool:
+        """Whether a value is a bracket with a number of shots that the model accepts."""
         rules = self._person.bracket
         if rules is None or not isinstance(value, dict):
             return False
         number, shots = value.get("_bracketNumber"), value.get("_bracketParameters")
         if not isinstance(shots, list) or number != len(shots) or isinstance(number, bool):
             return False
-        return 2 <= len(shots) <= rules.most and all(self._allowed_shot(shot) for shot in shots)
-
-    def _allowed_shot(self, shot: JsonValue) -> bool:
-        rules = self._person.bracket
-        if rules is None or not isinstance(shot, dict):
-            return False
-        keys = set(shot)
-        if keys - rules.required - rules.optional:
-            raise CommandRefused("invalidParameterName")
-        if not rules.required <= keys:
-            return False
-        program = shot.get("exposureProgram", MANUAL)
-        if not _member(program, rules.programs):
-            return False
-        exposures = {name: shot[name] for name in _EXPOSURE if name in shot}
-        if not all(
-            _member(value, self.support(name, whole(program))) for name, value in exposures.items()
-        ):
-            return False
-        others = {"whiteBalance", "_colorTemperature"} & keys
-        return all(self._allows(name, shot[name]) for name in others)
+        return 2 <= len(shots) <= rules.most and all(isinstance(shot, dict) for shot in shots)
 
 
 def _defaults(person: Personality) -> dict[str, JsonValue]:
@@ -297,62 +227,24 @@ def _ricoh_defaults(person: Personality) -> dict[str, JsonValue]:
 
 
 def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
-    methods = ["normal", "interval", "continuous", "timeShift"]
-    if person.bracket is not None:
-        methods.insert(2, "bracket")
-    functions = ["normal", "mySetting"]
-    if "_shootingMethod" not in _ricoh_defaults(person):
-        functions.insert(1, "selfTimer")
-    kinds = ("jpeg", "raw+") if person.name == "Z1" else ("jpeg",)
+    methods = ["normal", "bracket"] if person.bracket is not None else ["normal"]
     return {
         "captureMode": ("image", "video"),
         "exposureProgram": person.programs,
-        "whiteBalance": _BALANCES if person.ricoh else _PLAIN_BALANCES,
         "exposureDelay": tuple(range(11)),
         "fileFormat": tuple(
-            {"type": kind, "width": columns, "height": rows}
-            for kind in kinds
-            for rows, columns in person.sizes
+            {"type": "jpeg", "width": columns, "height": rows} for rows, columns in person.sizes
         ),
         "previewFormat": tuple(_preview(*each) for each in person.previews),
-        "isoAutoHighLimit": tuple(iso for iso in person.isos if iso >= 100),
-        "hdr": ("off", "hdr"),
         "_filter": person.filters,
         "_imageStitching": person.stitching,
         "_topBottomCorrection": person.levelling,
         "_shootingMethod": tuple(methods),
-        "_function": tuple(functions),
-        "_networkType": ("AP", "CL"),
     }
 
 
-def _ranges(person: Personality) -> dict[str, JsonValue]:
-    least, most, *single = person.sleep_delays
-    offs: list[JsonValue] = [0, 65535] if person.digest else [65535]
-    return {
-        "_colorTemperature": {
-            "minTemperature": 2500, "maxTemperature": 10000, "stepSize": 100,
-        },
-        "_shutterVolume": {"minShutterVolume": 0, "maxShutterVolume": 100},
-        "captureInterval": {"minInterval": 8, "maxInterval": 3600},
-        "sleepDelay": {"least": least, "most": most, "also": list(single)},
-        "offDelay": {"least": 30 if person.switches_api else 600, "most": 65534, "also": offs},
-    }  # fmt: skip
-
-
-def _in_range(value: JsonValue, numbers: JsonValue) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int) or not isinstance(numbers, dict):
-        return False
-    also = numbers.get("also")
-    if isinstance(also, list) and value in also:
-        return True
-    bounds = [whole(each) for key, each in numbers.items() if key not in {"also", "stepSize"}]
-    step = whole(numbers.get("stepSize", 1))
-    return min(bounds) <= value <= max(bounds) and (value - min(bounds)) % step == 0
-
-
-def _member(value: JsonValue, among: Sequence[JsonValue]) -> bool:
-    """Whether a value is on a list; numbers must be numbers, and agree to the last digit sent."""
+def member(value: JsonValue, among: Sequence[JsonValue]) -> bool:
+    """Whether a value is in a list; numbers must agree to the last digit."""
     if isinstance(value, bool):
         return False
     if isinstance(value, int | float):
@@ -368,5 +260,5 @@ def _preview(width: int, height: int, rate: int) -> dict[str, JsonValue]:
 
 
 def whole(value: object) -> int:
-    """Read a whole number; 0 where there is none."""
+    """Return a whole number; 0 for anything else."""
     return int(value) if isinstance(value, int | float) else 0

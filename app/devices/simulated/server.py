@@ -1,28 +1,24 @@
-"""A simulated camera on the network: real HTTP on the loopback address.
-
-The camera says what to answer; this plays it over a socket, as wrong as it was meant: a length
-that is not that of the body, a connection that is reset in the middle, nothing at all.
-"""
+"""A simulated camera on the network: real HTTP on the loopback address."""
 
 from __future__ import annotations
 
 import contextlib
 import re
 import socket
-import struct
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from ipaddress import ip_address
+from itertools import chain
 from types import TracebackType
-from typing import Any, Final, Protocol, Self
+from typing import Any, ClassVar, Final, Protocol, Self
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.devices.clock import Clock, SystemClock, wait
-from app.devices.simulated.exchange import Drop, Pause, Piece, Reply, Request, head_of
+from app.devices.simulated.exchange import Pause, Piece, Reply, Request, head_of
 
 MAX_BODY_BYTES: Final = 1 << 20
 """Longest body of a request; more is refused."""
@@ -30,16 +26,15 @@ MAX_BODY_BYTES: Final = 1 << 20
 _HOST: Final = "127.0.0.1"
 _IDLE_S: Final = 60.0  # of a connection that is kept open
 _LOCAL: Final = re.compile(r"(?:\[([0-9A-Fa-f:.]{2,45})\]|([A-Za-z0-9.]{1,45}))(?::\d{1,5})?")
-_LINGER: Final = struct.pack("ii", 1, 0)  # closing resets instead of saying goodbye
 _JOIN_S: Final = 5.0
 _LAG_S: Final = 0.05
 
 
 class Answering(Protocol):
-    """Whatever turns requests into replies; called from several threads."""
+    """Turns requests into replies; called from several threads."""
 
     def answer(self, request: Request) -> Reply:
-        """Answer one request."""
+        """Return the reply to a request."""
 
 
 class CameraServer:
@@ -47,6 +42,9 @@ class CameraServer:
 
     Raises `OSError` when the port is taken.
     """
+
+    handler: ClassVar[type[CameraHandler]]
+    """Serves one connection."""
 
     def __init__(
         self,
@@ -56,21 +54,21 @@ class CameraServer:
         clock: Clock | None = None,
         log: Callable[[str], None] | None = None,
     ) -> None:
-        self._http = _Http((_HOST, port), camera, clock or SystemClock(), log)
+        self._http = _Http((_HOST, port), self.handler, camera, clock or SystemClock(), log)
         self._thread: threading.Thread | None = None
 
     @property
     def port(self) -> int:
-        """Where it listens."""
+        """The port on which it listens."""
         return int(self._http.server_address[1])
 
     @property
     def url(self) -> str:
-        """Address for a client, without a slash at the end."""
+        """Address for a client, without a final slash."""
         return f"http://{_HOST}:{self.port}"
 
     def start(self) -> None:
-        """Begin to answer; once."""
+        """Start to answer; a second call does nothing."""
         if self._thread is None:
             self._thread = threading.Thread(
                 target=self._http.serve_forever, args=(0.05,), name="camera server", daemon=True
@@ -78,7 +76,7 @@ class CameraServer:
             self._thread.start()
 
     def stop(self) -> None:
-        """Cut every connection and wait for all threads; safe to call again."""
+        """Close all connections and wait for all threads; a second call does nothing."""
         if self._thread is not None:
             self._http.shutdown()
             self._thread.join()
@@ -99,13 +97,14 @@ class CameraServer:
 
 
 class _Http(HTTPServer):
-    """Listens; every connection has a thread of its own, which ends with it."""
+    """Listens, and serves every connection in a separate thread."""
 
     request_queue_size = 16
 
     def __init__(
         self,
         address: tuple[str, int],
+        handler: type[CameraHandler],
         camera: Answering,
         clock: Clock,
         log: Callable[[str], None] | None,
@@ -116,17 +115,17 @@ class _Http(HTTPServer):
         self.token = Token()
         self._lock = threading.Lock()
         self._open: dict[socket.socket, threading.Thread] = {}
-        super().__init__(address, _Handler)
+        super().__init__(address, handler)
 
     def server_bind(self) -> None:
-        """Bind without asking the name service who we are, which may take seconds."""
+        """Bind without a look-up of the host's own name, which may take seconds."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, sys.platform != "win32")
         self.socket.bind(self.server_address)
         self.server_address = self.socket.getsockname()
         self.server_name, self.server_port = _HOST, self.server_address[1]
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Give a connection its thread."""
+        """Start the thread of a connection."""
         thread = threading.Thread(
             target=self._serve, args=(request, client_address), name="camera", daemon=True
         )
@@ -135,16 +134,16 @@ class _Http(HTTPServer):
         thread.start()
 
     def _serve(self, request: socket.socket, client_address: Any) -> None:
-        # A client that goes away in the middle is nothing to speak of.
+        # A client may go away at any time.
         with contextlib.suppress(OSError, Cancelled):
-            _Handler(request, client_address, self)
+            self.finish_request(request, client_address)
         with contextlib.suppress(OSError):
             request.close()
         with self._lock:
             self._open.pop(request, None)
 
     def end(self) -> None:
-        """Stop listening, wake everything that waits, and wait for it to end."""
+        """Stop listening, interrupt all waits, and wait for all threads."""
         self.token.cancel()
         self.server_close()
         with self._lock:
@@ -157,9 +156,9 @@ class _Http(HTTPServer):
 
 
 def _is_here(host: str) -> bool:
-    """Whether a Host header names this machine, or is an address in numbers; with or without port.
+    """Whether a Host header names this machine or is an IP address, with or without a port.
 
-    Only such a host goes into the camera's URLs.
+    Only such a host appears in the camera's URLs.
     """
     match = _LOCAL.fullmatch(host)
     if match is None:
@@ -170,8 +169,8 @@ def _is_here(host: str) -> bool:
     return match[2] is not None and match[2].lower() in ("localhost", "camera.local")
 
 
-class _Handler(BaseHTTPRequestHandler):
-    """One connection: requests after each other, until an answer ends it."""
+class CameraHandler(BaseHTTPRequestHandler):
+    """One connection with its requests, one after the other."""
 
     protocol_version = "HTTP/1.1"
     timeout = _IDLE_S
@@ -179,17 +178,18 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Http
 
     def do_GET(self) -> None:
+        """Answer a GET."""
         self._exchange(b"")
 
     def do_POST(self) -> None:
-        """Answer a POST, once its body is here."""
+        """Answer a POST after its body has arrived."""
         length_header = self.headers.get("Content-Length", "0").strip()
         if "Transfer-Encoding" in self.headers or not (
             length_header.isascii() and length_header.isdigit()
         ):
             self._refuse(HTTPStatus.LENGTH_REQUIRED)
             return
-        # A number of thousands of digits is not converted at all.
+        # A number of thousands of digits is not converted.
         length = int(length_header) if len(length_header) < 10 else MAX_BODY_BYTES + 1
         if length > MAX_BODY_BYTES:
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
@@ -201,7 +201,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - the base class's name
-        """Tell whoever asked to be told."""
+        """Pass a line to the log, if there is one."""
         if self.server.log is not None:
             self.server.log(format % args)
 
@@ -212,7 +212,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _exchange(self, body: bytes) -> None:
         host = self.headers.get("Host", "").strip() or f"{_HOST}:{self.server.server_port}"
         if not _is_here(host):
-            # A web page whose name was made to lead here.
+            # A web page whose host name points to this machine.
             self._refuse(HTTPStatus.FORBIDDEN)
             return
         request = Request(self.command, self.path, self._headers(), body, host)
@@ -222,12 +222,9 @@ class _Handler(BaseHTTPRequestHandler):
             wait(self.server.clock, reply.delay_s, self.server.token)
         pieces = iter(reply.pieces)
         try:
-            if reply.status == 0:
-                self._reset()
-            else:
-                self._play(reply, pieces)
+            self.play(reply, pieces)
         finally:
-            # A generator learns here that the client is gone.
+            # Ends the generator if the client has gone.
             close = getattr(pieces, "close", None)
             if close is not None:
                 close()
@@ -235,7 +232,8 @@ class _Handler(BaseHTTPRequestHandler):
     def _headers(self) -> dict[str, str]:
         return {name.lower(): value for name, value in self.headers.items()}
 
-    def _play(self, reply: Reply, pieces: Iterator[Piece]) -> None:
+    def play(self, reply: Reply, pieces: Iterator[Piece]) -> None:
+        """Send a reply. `pieces`: its body."""
         length_header = next((v for n, v in reply.headers if n.lower() == "content-length"), None)
         first = next(pieces, None)
         extra = []
@@ -250,40 +248,25 @@ class _Handler(BaseHTTPRequestHandler):
         if self.close_connection:
             extra.append(("Connection", "close"))
         self._send(head_of(reply.status, (*reply.headers, *extra)))
-        count = self._send_body(first, pieces, chunked=chunked)
-        if count is None:
-            return
+        self._send_body(pieces if first is None else chain([first], pieces), chunked=chunked)
         if chunked:
             self._send(b"0\r\n\r\n")
-        elif length_header is not None and length_header != str(count):
-            self.close_connection = True
 
-    def _send_body(
-        self, first: Piece | None, pieces: Iterator[Piece], *, chunked: bool
-    ) -> int | None:
-        """Play the pieces; how many bytes went out, None where the connection was cut."""
+    def _send_body(self, pieces: Iterable[Piece], *, chunked: bool) -> None:
         clock = self.server.clock
-        sent, due = 0, clock.now()
-        piece = first
-        while piece is not None:
-            if isinstance(piece, Drop):
-                self._reset()
-                return None
+        due = clock.now()
+        for piece in pieces:
             if isinstance(piece, Pause):
-                # By the clock and not one after the other: else a rate falls short by the time
-                # that sending takes. What a slow reader has lost is not made up for.
+                # Pauses follow the clock: otherwise the time that sending takes would lower the
+                # rate. A slow reader does not catch up.
                 due = max(due, clock.now() - _LAG_S) + piece.seconds
                 wait(clock, due - clock.now(), self.server.token)
             elif piece:
                 self._send(b"%x\r\n%b\r\n" % (len(piece), piece) if chunked else piece)
-                sent += len(piece)
-            piece = next(pieces, None)
-        return sent
 
     def _send(self, data: bytes) -> None:
         self.server.token.check()
         self.connection.sendall(data)
 
-    def _reset(self) -> None:
-        self.close_connection = True
-        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _LINGER)
+
+CameraServer.handler = CameraHandler
