@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.places.place import CaptureFacts
 from app.ui.presenters.model import Step
-from app.ui.shell.commands import SECONDS, GuidedDemo
+from app.ui.shell.guided_demo import SECONDS, GuidedDemo
 from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.whole_window import open_light, opened, says, sees, until

@@ -13,7 +13,8 @@ from pytestqt.qtbot import QtBot
 
 from app.core.places.library import list_places
 from app.core.places.store import create_place
-from app.ui.overlays.places import PlacesBody, SpotsSheet
+from app.ui.overlays.places import PlacesBody
+from app.ui.overlays.spots import SpotsSheet
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.surfaces import Menu, OutlineBox, PictureLine

@@ -16,7 +16,7 @@ from app.core.base.progress import Token, silent
 from app.core.places.place import Place, PlaceError
 from app.core.places.store import create_place, read_place, write_place
 from app.devices.clock import VirtualClock
-from app.ui.presenters.saving import Autosave
+from app.ui.presenters.autosave import Autosave
 from app.ui.presenters.services import Services
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def test_who_hands_over_never_waits_for_the_disk(
         write_place(*given)
 
     with monkeypatch.context() as patch:
-        patch.setattr("app.ui.presenters.saving.write_place", slow)
+        patch.setattr("app.ui.presenters.autosave.write_place", slow)
         keeper.keep(folder, place_with(folder, 1.0))
         runner.run()
     assert read_place(folder).needle_deg == 1.0

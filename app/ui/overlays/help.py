@@ -16,7 +16,8 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 from app.core.base.paths import resources
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.shell.commands import STEPS, Commands
+from app.ui.shell.commands import Commands
+from app.ui.shell.guided_demo import STEPS
 from app.ui.shell.notify import Message
 from app.ui.shell.shortcuts import key_text
 from app.ui.theme import px, theme
