@@ -246,6 +246,6 @@ _WAYS: Final[dict[str, Callable[[Any, Any, Path], object]]] = {
     "lamp of Light": lambda app, presenter, path: presenter.lamps.take([path]),
     "style into Styles": lambda app, presenter, path: presenter.files.import_style(path),
     "style into Paint": lambda app, presenter, path: presenter.files.import_style(path),
-    "head": lambda app, presenter, path: app.place_controller.choose_head(path),
+    "head": lambda app, presenter, path: app.place_controller.heads.choose(path),
     "library of styles": _library,
 }

@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from app.core.portrait.head import Head, load_head
-from app.ui.presenters import place_controller
+from app.ui.presenters import heads
 
 if TYPE_CHECKING:
     import pytest
@@ -24,11 +24,11 @@ def _loaded(name: str, hair: str, in_place: bool) -> Head:
 
 def make_quick(patch: pytest.MonkeyPatch) -> None:
     """Read each head once for all tests of a file, and draw it small."""
-    patch.setattr(place_controller, "load_head", _loaded)
+    patch.setattr(heads, "load_head", _loaded)
     patch.setattr(Head, "full", None)
 
 
 def make_real(patch: pytest.MonkeyPatch) -> None:
     """Take that back."""
-    patch.setattr(place_controller, "load_head", _load)
+    patch.setattr(heads, "load_head", _load)
     patch.setattr(Head, "full", _full)

@@ -163,7 +163,7 @@ def main(folder: Path) -> int:
         listener.heard.clear()
         root.grab()
         model, camera = app.model, app.model.camera
-        known = {*names, *(title for _, title in app.place_controller.heads())}
+        known = {*names, *(title for _, title in app.place_controller.heads.titles())}
         known |= {model.place.name} if model.place is not None else set()
         known |= {camera.device.name, camera.device.model} if camera is not None else set()
         # What ends in an ellipsis was cut off in painting: its widget says the whole.

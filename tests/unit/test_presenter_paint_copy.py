@@ -17,7 +17,7 @@ from app.core.places.place import Place
 from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import StyleResult
 from app.core.styles.lamps import Studio
-from app.ui.presenters import place_controller
+from app.ui.presenters import heads
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.state import Sizes
@@ -36,7 +36,7 @@ _SETTINGS: dict[str, Callable[[Table], None]] = {
 
 @pytest.fixture
 def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Table:
-    monkeypatch.setattr(place_controller, "load_head", lambda name, *_: head(name))
+    monkeypatch.setattr(heads, "load_head", lambda name, *_: head(name))
     table = Table(tmp_path)
     table.model.update(place=Place("Studio", datetime(2026, 11, 21, tzinfo=UTC)))
     table.presenter.sized(Sizes(portrait=_SIZE, card=(60, 50)))
@@ -91,7 +91,7 @@ _FURTHER_CASES = [("generic", "short")] + [
     [*quick_first(_CASES + _SLOW_CASES), *sample_first(_FURTHER_CASES, 0)],
 )
 def test_painting_without_strokes_shows_the_style(table: Table, name: str, setting: str) -> None:
-    table.desk.load_head(name)
+    table.desk.heads.load(name)
     _SETTINGS[setting](table)
     for key in [style.name for style in head(name).pack.styles]:
         paint = _paint(table, key)

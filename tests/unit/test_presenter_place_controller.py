@@ -131,24 +131,24 @@ class TestHeadsOfOnesOwn:
     def test_they_are_listed_after_those_that_ship(self, table: Table, tmp_path: Path) -> None:
         anna = own_head(tmp_path / "heads", "anna")
         (tmp_path / "heads" / "half.npz").write_bytes(anna.read_bytes())  # without its pack
-        assert table.desk.heads()[-1] == (str(anna), "Head anna")
-        assert not any("half" in title for _, title in table.desk.heads())
+        assert table.desk.heads.titles()[-1] == (str(anna), "Head anna")
+        assert not any("half" in title for _, title in table.desk.heads.titles())
         table.open(scene_light())
-        table.desk.load_head(str(anna))
+        table.desk.heads.load(str(anna))
         assert table.model.head is not None
         assert table.model.head.name == str(anna)
         assert len(table.model.results) == len(table.model.head.pack.styles)
 
     def test_a_chosen_file_is_remembered(self, table: Table, tmp_path: Path) -> None:
         elsewhere = own_head(tmp_path / "elsewhere", "ben")
-        table.desk.choose_head(elsewhere)
+        table.desk.heads.choose(elsewhere)
         assert table.model.head is not None
         assert table.model.sitter == "Head ben"
         assert table.model.settings.own_head == str(elsewhere)
-        table.desk.load_head("generic")
-        assert (str(elsewhere), "Head ben") in table.desk.heads()
+        table.desk.heads.load("generic")
+        assert (str(elsewhere), "Head ben") in table.desk.heads.titles()
         elsewhere.unlink()
-        assert (str(elsewhere), "Head ben") not in table.desk.heads()
+        assert (str(elsewhere), "Head ben") not in table.desk.heads.titles()
 
     @pytest.mark.parametrize("part", ["head", "pack", "shape", "size"])
     def test_what_cannot_be_used_gives_way_to_the_generic_head(
@@ -166,7 +166,7 @@ class TestHeadsOfOnesOwn:
             transport = lambert_sphere_transport(shape=(16, 32))
             header = replace(pack.header, transport_sha256=save_transport(anna, transport))
             save_pack(pack_path(anna), replace(pack, header=header))
-        table.desk.load_head(str(anna))
+        table.desk.heads.load(str(anna))
         assert len(table.told.errors) == 1
         assert isinstance(table.told.errors[0], CoreError)
         assert table.model.head is not None

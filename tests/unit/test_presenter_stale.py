@@ -12,7 +12,7 @@ from app.core.base.angles import wrap
 from app.core.places.place import Place
 from app.core.solver.lens_search import LensWish
 from app.core.styles.lamps import Studio
-from app.ui.presenters import place_controller
+from app.ui.presenters import heads, solving
 from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.registry import screen
@@ -26,7 +26,7 @@ DARK = "generic-dark"
 @pytest.fixture
 def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Table:
     """A solved place, from now on with slow answers."""
-    monkeypatch.setattr(place_controller, "load_head", lambda name, *_: head(name))
+    monkeypatch.setattr(heads, "load_head", lambda name, *_: head(name))
     table = Table(tmp_path, HoldingRunner())
     table.model.update(place=Place("Studio", datetime(2026, 11, 21, tzinfo=UTC)))
     table.open(scene_light("studio"))
@@ -42,7 +42,7 @@ def _numbers(state: StylesState) -> list[str]:
 @pytest.mark.parametrize(
     "change",
     [
-        lambda table: table.desk.load_head(DARK),
+        lambda table: table.desk.heads.load(DARK),
         lambda table: table.desk.move_front(40.0),
         lambda table: table.model.set("paper_mode", True),
         lambda table: table.desk.choose_lamps(Studio(30.0, None)),
@@ -75,7 +75,7 @@ def test_styles_screen_is_stale_until_the_new_answer(table: Table, change: objec
 def test_head_is_selected_before_it_is_loaded(table: Table) -> None:
     frame = FramePresenter(table.services)
     table.model.update(step=Step.STYLES)
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     assert table.model.head is not None
     assert table.model.head.name == "generic"
     assert "dark" in frame.resolve().sitter
@@ -89,7 +89,7 @@ def test_head_is_selected_before_it_is_loaded(table: Table) -> None:
 def test_answer_for_the_head_before_does_not_count(table: Table) -> None:
     table.desk.move_front(40.0)
     old = table.runner.waiting["solve"]
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     assert "solve" not in table.runner.waiting
     assert table.model.computing
     table.runner.release("head")
@@ -107,7 +107,7 @@ def test_status_and_filter_count_the_same(table: Table) -> None:
     table.model.update(step=Step.STYLES)
     for name in ("generic", DARK):
         for scene in ("studio", "interior"):
-            table.desk.load_head(name)
+            table.desk.heads.load(name)
             table.model.update(light=scene_light(scene))
             out = dict(table.presenter.resolve().filters)["out"].rpartition(" ")[2]
             words = frame.resolve().status
@@ -119,7 +119,7 @@ def test_rail_shows_no_goal_of_another_head(table: Table) -> None:
     table.presenter.turn()
     table.model.update(step=Step.STYLES)
     assert screen("turn").note(table.model)[0]
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     assert screen("turn").note(table.model) == ("", "")
     for key in ("head", "solve"):
         table.runner.release(key)
@@ -133,7 +133,7 @@ def test_goal_set_by_hand_stays_with_another_head(table: Table) -> None:
     assert result is not None
     goal = wrap(result.turn_refined_deg + 31.0)
     table.model.update(goal_deg=goal)
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     for key in ("head", "solve"):
         table.runner.release(key)
     assert table.model.goal_deg == goal
@@ -141,7 +141,7 @@ def test_goal_set_by_hand_stays_with_another_head(table: Table) -> None:
 
 def test_place_closed_while_computing_keeps_the_selected_head(table: Table) -> None:
     saving = table.desk.saving
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     kept = saving._now()
     assert kept is not None
     assert kept.head == DARK
@@ -153,7 +153,7 @@ def test_failed_solve_leaves_no_answer(table: Table, monkeypatch: pytest.MonkeyP
     def fail(*_: object) -> None:
         raise ValueError
 
-    monkeypatch.setattr(place_controller, "solve_place", fail)
+    monkeypatch.setattr(solving, "solve_place", fail)
     table.desk.move_front(40.0)
     table.runner.release("solve")
     assert table.model.results == ()
@@ -164,7 +164,7 @@ def test_sheet_and_numbers_wait_for_the_answer(table: Table) -> None:
     works = {action.key: action.enabled for action in table.presenter.actions()}
     assert works["set-sheet"]()
     assert works["copy-numbers"]()
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     assert not works["set-sheet"]()
     assert not works["copy-numbers"]()
     assert not works["styles-main"]()
@@ -175,7 +175,7 @@ def test_turn_screen_is_stale_until_the_new_answer(table: Table) -> None:
     turn = TurnPresenter(table.services, table.desk)
     table.presenter.turn()
     assert not turn.resolve().stale
-    table.desk.load_head(DARK)
+    table.desk.heads.load(DARK)
     state = turn.resolve()
     assert state.stale
     assert (state.style.match, state.style.match_at_goal) == (COMPUTING, "")

@@ -236,6 +236,6 @@ def _styles(commands: Commands) -> list[Findable]:
 def _heads(commands: Commands) -> list[Findable]:
     place_controller = commands.place_controller
     return [
-        Findable(title, tr("head"), "person", "", partial(place_controller.load_head, name))
-        for name, title in place_controller.heads()
+        Findable(title, tr("head"), "person", "", partial(place_controller.heads.load, name))
+        for name, title in place_controller.heads.titles()
     ]

@@ -111,7 +111,7 @@ class SettingsBody(QWidget):
         heads = entry.offers == "heads"
         field = ListField(
             words.title(entry),
-            self._commands.place_controller.heads() if heads else words.choices(entry),
+            self._commands.place_controller.heads.titles() if heads else words.choices(entry),
         )
         field.choose(str(value))
         field.chosen.connect(lambda key: self._change(entry, key))

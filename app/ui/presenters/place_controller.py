@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from app.core.base.angles import difference, wrap
+from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
 from app.core.environment.layers import LayerError
@@ -22,33 +21,26 @@ from app.core.places.load import NotFinished, last_opened, load_place
 from app.core.places.open import OpenOptions, make_place, open_paths
 from app.core.places.place import OpenPlace
 from app.core.places.resume import UnfinishedPlace, finish_files
-from app.core.places.solve import solve_place
-from app.core.portrait.head import Head, list_heads, load_head, with_lamps
+from app.core.portrait.head import with_lamps
 from app.core.solver.lens_search import LensWish
-from app.core.solver.solve import StyleResult, proposal
 from app.core.styles.lamps import Studio
-from app.core.styles.style_pack import pack_names
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
-from app.ui.presenters.model import DEMO_SPOT, Event, Model, Selection, Step
+from app.ui.presenters.heads import HeadChoice
+from app.ui.presenters.model import DEMO_SPOT, Event, Step
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
+from app.ui.presenters.solving import SELECTION_FIELDS, Solving
 from app.ui.presenters.undo_stack import Undoable
-from app.words.portrait.heads import head_title
 from app.words.remarks import remark_words
 
 if TYPE_CHECKING:
     from app.devices.capture.place_capture import CapturedPlace
 
-_SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings", "place"})
 _DEMO: Final = tr("Demo café at the court")
 _SAVED_FIELDS: Final = frozenset(
     {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
 )
-_FALLBACK_HEAD: Final = "generic"
-_SAME_DEG: Final = 1e-6
-_NO_GOAL: Final[dict[str, float | None]] = {"goal_deg": None}
-_HEADS: Final = "heads"
 
 
 class PlaceController:
@@ -63,11 +55,11 @@ class PlaceController:
 
     def __init__(self, services: Services) -> None:
         self._services = services
-        self._question: tuple[Selection, Head] | None = None
-        self._head_wanted = ""
         self._arrivals = SerialQueue(services, "open-arrived")
         self.file_work = SerialQueue(services, "files")
         self.saving = Saving(services, self.file_work)
+        self._solving = Solving(services)
+        self.heads = HeadChoice(services, self._solving)
         self.own_styles = OwnStyles(services, self.file_work)
         self.places_changed = Event()
         self.photo_taker: Callable[[Sequence[Path]], bool] | None = None
@@ -81,7 +73,7 @@ class PlaceController:
 
     def begin(self, *, reopen: bool = False) -> None:
         """Load the head that is set and the user's own styles; open the last place again."""
-        self.load_head(self._services.model.settings.head)
+        self.heads.load(self._services.model.settings.head)
         self.refresh_user_styles()
         if reopen:
             self._reopen()
@@ -110,58 +102,6 @@ class PlaceController:
     def keep_all(self) -> bool:
         """Write what is not yet on the disk; give whether all is kept. Why not has been told."""
         return self.saving.keep_all()
-
-    # -- who is lit ----------------------------------------------------------------------------
-
-    def heads(self) -> tuple[tuple[str, str], ...]:
-        """Name and title of every head there is: those that ship, then one's own.
-
-        One's own are in the folder `heads` beside the user's styles, or were chosen as a file.
-        """
-        model, folder = self._services.model, self._services.folders.home / _HEADS
-        last, head = model.settings.own_head, model.head
-        files = [model.settings.head, "" if head is None else head.name]
-        files += [last] if Path(last).is_file() else []
-        return tuple((name, head_title(name)) for name in list_heads(folder, *files))
-
-    def choose_head(self, file: Path) -> None:
-        """Light a head of one's own, and offer it from now on."""
-        try:
-            self._services.model.set("own_head", str(file))
-        except CoreError as error:
-            self._services.notify.tell_error(error)
-        self.load_head(str(file))
-
-    def load_head(self, name: str) -> None:
-        """Light another head of `heads`; one that is gone gives way to the generic one.
-
-        It is the selected head from now on: answers for the one before no longer count.
-        """
-        self._head_wanted = name
-        names = pack_names()
-        head_name = name if name in names or name.endswith(".npz") else _FALLBACK_HEAD
-        looks = self._services.model.settings.looks
-        # An answer on its way is for the head before.
-        self._question = None
-        self._services.runner.cancel("solve")
-        self._services.model.update(head_name=head_name)
-        self._services.runner.submit(
-            "head",
-            lambda *_: load_head(head_name, *looks),
-            done=lambda head: self._services.model.update(head=head),
-            failed=lambda error: self._head_failed(error, head_name),
-        )
-
-    def _head_failed(self, error: Exception, name: str) -> None:
-        self._services.notify.tell_error(error)
-        if name.endswith(".npz"):
-            self.load_head(_FALLBACK_HEAD)
-            return
-        head = self._services.model.head
-        if head is not None:
-            self._services.model.update(head_name=head.name)
-        # With the loaded head.
-        self._solve()
 
     def refresh_user_styles(self) -> None:
         """Read the user's own styles again."""
@@ -407,8 +347,8 @@ class PlaceController:
         self.saving.keep_now()
         place, notify = new_place.place, self._services.notify
         self._services.undo.forget_places()
-        self._question = None
-        self._want_head(place.head)
+        self._solving.forget()
+        self.heads.load_for_place(place.head)
         for about in ("open", "keep"):
             notify.mended(about)
         self._services.model.update(
@@ -431,13 +371,6 @@ class PlaceController:
         self._remember(new_place.folder)
         self.saving.hold(new_place)
 
-    def _want_head(self, name: str) -> None:
-        """Load the head of a place before its light is there: else another would be lit."""
-        model, runner = self._services.model, self._services.runner
-        coming = runner.running("head") and self._head_wanted == name
-        if not coming and (model.head is None or model.head.name != name):
-            self.load_head(name)
-
     def _remember(self, folder: Path | None) -> None:
         """Note which place is opened at the next start."""
         model, last = self._services.model, "" if folder is None else str(folder)
@@ -446,81 +379,12 @@ class PlaceController:
                 model.set("last_place", last)
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        if names & _SOLVED_ANEW:
-            self._solve()
-        head, looks = self._services.model.head, self._services.model.settings.looks
-        if "settings" in names and head is not None and (head.hair, head.in_place) != looks:
-            self.load_head(head.name)
+        if names & SELECTION_FIELDS:
+            self._solving.solve()
+        if "settings" in names:
+            self.heads.follow_looks()
         if names & _SAVED_FIELDS and "place_folder" not in names:
             self.saving.keep()
-
-    def _solve(self) -> None:
-        model = self._services.model
-        light, head, settings, studios = model.light, model.head, model.settings, model.studios
-        if head is None or (light is None and head.studios == studios):
-            # The answer on its way is for a place that was closed.
-            self._question = None
-            self._services.runner.cancel("solve")
-            return
-        if self._services.runner.running("head"):
-            # With the head that is loading, as soon as it is there.
-            return
-        selection = model.selection
-        question = selection, head.published or head
-        if self._question is not None and self._question == question:
-            return
-        self._question = question
-
-        def work(token: Token, report: Report) -> tuple[Head, tuple[StyleResult, ...]]:
-            studio_head = head.lit_by(selection.studios)
-            if light is None:
-                return studio_head, ()
-            front, lens = selection.front_deg, selection.lens
-            return studio_head, solve_place(
-                studio_head, light, selection.styles, settings, front, lens
-            )
-
-        def failed(error: Exception) -> None:
-            # No answers rather than those of another selection.
-            model.update(results=(), answered=selection)
-            self._services.notify.tell_error(error)
-
-        self._services.runner.submit(
-            "solve", work, done=partial(self._solved, selection), failed=failed
-        )
-
-    def _solved(self, selection: Selection, answer: tuple[Head, tuple[StyleResult, ...]]) -> None:
-        model, (head, results) = self._services.model, answer
-        new: dict[str, Any] = {"head": head, "results": results, "answered": selection}
-        if not results or model.chosen in {result.name for result in results}:
-            model.update(**new, **_followed(model, selection, results))
-        else:
-            # Another style's goal is no goal for this one.
-            best = proposal(results)
-            model.update(**new, chosen=best, needle_deg=None, goal_deg=None)
-
-
-def _followed(
-    model: Model, selection: Selection, results: Sequence[StyleResult]
-) -> dict[str, float | None]:
-    """Keep a goal at the best turn at the best turn of the new answers.
-
-    A goal set by hand stays. One that belongs to a lamp goes with its lamp.
-    """
-    before, answered = model.result, model.answered
-    now = next((one for one in results if one.name == model.chosen), None)
-    if model.goal_deg is None or now is None:
-        return {}
-    if model.plan is not None and model.plan.result.name == model.chosen:
-        question = model.plan.selection
-        return {} if question is None or question.matches_apart_from_front(selection) else _NO_GOAL
-    if before is None:
-        return {}
-    front = model.front_deg if answered is None else answered.front_deg
-    best = wrap(before.turn_refined_deg + front)
-    if abs(difference(model.azimuth_of(model.goal_deg), best)) > _SAME_DEG:
-        return {}
-    return {"goal_deg": now.turn_refined_deg}
 
 
 def _shift_turn(turn_deg: float | None, by_deg: float) -> float | None:

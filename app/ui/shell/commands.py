@@ -182,9 +182,9 @@ class Commands:
     def _choose_sitter(self, at: QPoint) -> None:
         selected = self.services.model.head_name
         menu = Menu(self.window, tr("Who is lit"))
-        for name, title in self.place_controller.heads():
+        for name, title in self.place_controller.heads.titles():
             icon = "check" if name == selected else "person"
-            menu.add(title, partial(self.place_controller.load_head, name), icon)
+            menu.add(title, partial(self.place_controller.heads.load, name), icon)
         menu.add(tr("Choose a file…"), self.choose_head, "folder")
         menu.popup(at)
 
@@ -193,7 +193,7 @@ class Commands:
         title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
         path = ask_file(self.window, title, kinds)
         if path is not None:
-            self.place_controller.choose_head(path)
+            self.place_controller.heads.choose(path)
 
     def open_files(self) -> None:
         """Ask for files and open them."""
