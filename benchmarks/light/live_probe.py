@@ -235,7 +235,7 @@ def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
     from app.ui.presenters.model import CameraSeen, Model
     from app.ui.presenters.services import Folders, Services
     from app.ui.presenters.undo_stack import UndoStack
-    from app.ui.screens.probe.cameras import CameraFinder
+    from app.ui.screens.probe.capture.camera import CameraFinder
     from app.ui.screens.probe.live import LivePreview
     from app.ui.screens.probe.screen import BEAT_MS
     from app.ui.shell.jobs import QtRunner

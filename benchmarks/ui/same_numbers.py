@@ -27,7 +27,7 @@ from app.core.solver.place_light import Facing, PlaceLight, prepare
 from app.core.storage.settings import Settings
 from app.export.set_sheet import SetSheet, assemble
 from app.ui.presenters.lamps_here import lamps_here
-from app.ui.screens.probe.notices import lamp_rows
+from app.ui.screens.probe.lamps import lamp_rows
 from app.ui.screens.styles.cards import cards_of
 from app.ui.screens.styles.detail import DetailResolver
 from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot

@@ -12,9 +12,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.ui.screens.probe.capture.capture import Running
 from app.ui.screens.probe.screen import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.screen_view import ProbeScreen
-from app.ui.screens.probe.state import WAYS, Running
+from app.ui.screens.probe.ways import WAYS
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
 
@@ -114,7 +115,7 @@ class TestTools:
         click(qtbot, screen.light.start.ways[0])
         assert bench.model.place is not None
         assert screen.light.tools.near.isEnabled()
-        assert len(screen.light.lamps) == len(bench.presenter.resolve().lamps) > 0
+        assert len(screen.light.lamps.rows) == len(bench.presenter.resolve().lamps) > 0
 
 
 class TestCapture:
@@ -287,7 +288,7 @@ class TestEverywhere:
         bench.presenter.open_demo()
         screen = shown(bench, qtbot, compact)
         light = screen.light
-        foot = light.open_button.parentWidget()
+        foot = light.drop.open_button.parentWidget()
         assert foot is not None
         blocks = [light.tools, light.panorama, light._lower, foot]
         tops = [block.mapTo(screen, QPoint(0, 0)).y() for block in blocks]
@@ -295,7 +296,7 @@ class TestEverywhere:
         assert all(end <= top for end, top in zip(ends[:-1], tops[1:], strict=True))
         assert ends[-1] <= screen.height()
         assert light.panorama.picture_rect.height() >= (250 if compact else 400)
-        for button in (light.open_button, light.watch_button, screen.camera.styles):
+        for button in (light.drop.open_button, light.drop.watch_button, screen.camera.styles):
             assert button.width() >= button.sizeHint().width()
 
 

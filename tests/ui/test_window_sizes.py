@@ -12,8 +12,11 @@ from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
 from app.ui.screens.paint.screen_view import PaintScreen
+from app.ui.screens.probe.capture.capture import Running
+from app.ui.screens.probe.capture.sign import DistantSign
+from app.ui.screens.probe.live import Live, RoughCard
+from app.ui.screens.probe.screen import ProbeState
 from app.ui.screens.probe.screen_view import ProbeScreen
-from app.ui.screens.probe.state import DistantSign, Live, ProbeState, RoughCard, Running
 from app.ui.screens.styles.screen_view import StylesScreen
 from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.shell.frame import fitted

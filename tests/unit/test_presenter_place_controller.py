@@ -28,8 +28,8 @@ from app.core.solver.transport import save_transport
 from app.core.styles.style_pack import pack_path, save_pack
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.screen import LightPresenter
-from app.ui.screens.probe.notices import advice_notice
-from app.ui.screens.probe.state import CameraBlock, Notice
+from app.ui.screens.probe.capture.camera import CameraBlock
+from app.ui.screens.probe.capture.notice import Notice, advice_notice
 from app.words.remarks import remark_words, sentences
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.probes import place

@@ -12,7 +12,7 @@ from app.core.places.place import PlaceError
 from app.core.places.store import read_place
 from app.devices.capture.status import Stage
 from app.ui.presenters.window_frame import FramePresenter
-from app.ui.screens.probe.state import ProbeState
+from app.ui.screens.probe.screen import ProbeState
 from app.words.phrases.quantities import LIGHTS, place_name
 from tests.helpers.captures import Weather, when
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after

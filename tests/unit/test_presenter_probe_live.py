@@ -9,9 +9,8 @@ import pytest
 
 from app.devices.capture.status import Stage, Status
 from app.ui.presenters.model import Step
-from app.ui.screens.probe.live import KEY
-from app.ui.screens.probe.notices import sign_of
-from app.ui.screens.probe.state import DistantSign, Live
+from app.ui.screens.probe.capture.sign import DistantSign, sign_of
+from app.ui.screens.probe.live import KEY, Live
 from tests.helpers.probe_screen import Bench
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.core.measure.finish.findings import clip_level, find
 from app.core.places.place import CaptureFacts, FrameFacts, Location
-from app.ui.screens.probe.state import ProbeView
+from app.ui.screens.probe.screen import ProbeView
 from tests.helpers.probe_screen import Bench, with_lamp
 from tests.helpers.probes import place as lit_place
 
@@ -107,12 +107,12 @@ class TestPanoramas:
         with_lamp(bench, 0.0)
         presenter = bench.presenter
         plain = presenter.resolve().picture
-        presenter.expose(2.0)
+        presenter.panorama.expose(2.0)
         brighter = presenter.resolve().picture
         assert plain is not None
         assert brighter is not None
         assert brighter.mean() > plain.mean() + 20.0
-        presenter.expose(0.0)
+        presenter.panorama.expose(0.0)
         assert presenter.resolve().picture is plain
 
     def test_a_place_opened_again_knows_what_was_clipped(self, bench: Bench) -> None:

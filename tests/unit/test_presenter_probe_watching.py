@@ -12,7 +12,9 @@ import pytest
 from app.core.measure.finish.findings import Findings, LampFinding
 from app.core.measure.finish.lights import Source
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.screens.probe.notices import HowFar, lamp_rows, plan_parts, trouble_notice
+from app.ui.screens.probe.capture.notice import HowFar, trouble_notice
+from app.ui.screens.probe.capture.plans import plan_parts
+from app.ui.screens.probe.lamps import lamp_rows
 from app.words.lights import share_words
 from tests.helpers.probe_screen import Bench
 

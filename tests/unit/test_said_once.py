@@ -24,7 +24,7 @@ from app.ui.presenters.services import Sounds
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.screen import PaintPresenter
-from app.ui.screens.probe.notices import plan_parts
+from app.ui.screens.probe.capture.plans import plan_parts
 from app.ui.screens.turn.live.camera import LiveCamera
 from app.ui.screens.turn.live.source import NO_WEBCAMS
 from app.ui.shell.commands import Commands

@@ -23,7 +23,7 @@ from app.devices.latest_frame import Mailbox
 from app.devices.webcam.files import FilmWriter
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-from app.ui.screens.probe.state import Live
+from app.ui.screens.probe.live import Live
 from app.ui.screens.turn.live.camera import LiveCamera
 
 KEY: Final = "filming"

@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import direction_of
 from app.core.base.progress import PhraseReport, Token
@@ -23,20 +27,64 @@ from app.devices.mjpeg import decode
 from app.devices.theta.client import OscClient
 from app.devices.theta.link import Link
 from app.ui.presenters.services import Services
-from app.ui.screens.probe.cameras import CameraFinder
-from app.ui.screens.probe.state import Live, RoughCard
+from app.ui.screens.probe.capture.camera import CameraFinder
 from app.words.phrases.directions import place_words
 from app.words.phrases.turns import direction_words, size_words
 
+
+@dataclass(frozen=True, slots=True)
+class RoughCard:
+    """One of the best styles by the live preview.
+
+    Attributes:
+        title, side, turn, direction, grade: "Rembrandt", "sitter's left (camera right)", "96°",
+            "clockwise", "in reach".
+        arrow: Icon of the direction.
+        note: "rough", and whether it needs the bracket.
+        unsure: The turn depends on what the preview clips.
+    """
+
+    title: str
+    side: str
+    turn: str
+    direction: str
+    grade: str
+    note: str
+    arrow: str
+    unsure: bool
+    spoken: str
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """The camera's live preview.
+
+    `picture`: (h, 2 h, 3) uint8 or None. SRGB; None before there is one. `trouble`: `message` says
+    what is wrong.
+    """
+
+    picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+    cards: tuple[RoughCard, ...] = ()
+    message: str = ""
+    trouble: bool = False
+
+
 KEY: Final = "live-preview"
+
 _ANSWER: Final = "live-answer"
 
 _PAUSE_S: Final = 1.0
+
 _SILENT_S: Final = 3.0
+
 _OPENING: Final = tr("Opening the live preview…")
+
 _LOST_WORDS: Final = tr("Preview lost. Stay near the camera; it reconnects by itself.")
+
 _NOTHING: Final = tr("No style seems to be in reach here. Walk on.")
+
 _HALF: Final = tr("The preview shows no whole panorama. Set the camera to show both lenses.")
+
 _ROUGH: Final = tr("Rough, from the live preview")
 
 

@@ -3,57 +3,113 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.findings import Findings
-from app.core.places.files.frames import frame_pictures
 from app.core.places.place import Place
 from app.core.portrait.age import Age, Kind, light_age
-from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Presenter, Services
-from app.ui.screens.probe.cameras import CameraFinder, Watching
-from app.ui.screens.probe.capture import CaptureControl
+from app.ui.screens.probe.capture.camera import CameraBlock, CameraFinder
+from app.ui.screens.probe.capture.capture import CaptureControl, Running
+from app.ui.screens.probe.capture.checklist import ChoiceRow
+from app.ui.screens.probe.capture.frames import FrameTile, frames_note, tile_of
+from app.ui.screens.probe.capture.notice import Notice, advice_notice
+from app.ui.screens.probe.capture.plans import metered_of, plan_parts
 from app.ui.screens.probe.filming import Filming
-from app.ui.screens.probe.live import LivePreview
-from app.ui.screens.probe.notices import (
-    advice_notice,
-    frames_note,
-    lamp_rows,
-    metered_of,
-    plan_parts,
-    tile_of,
-)
-from app.ui.screens.probe.state import (
-    CameraBlock,
-    ChoiceRow,
-    FrameTile,
-    Notice,
-    ProbeState,
-    ProbeView,
-)
+from app.ui.screens.probe.lamps import LampRow, lamp_rows
+from app.ui.screens.probe.live import Live, LivePreview
+from app.ui.screens.probe.panorama import LAYERS, PlacePanorama
+from app.ui.screens.probe.watching import Watching
 from app.words.portrait.age import age_words
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeState:
+    """Everything on the screen.
+
+    Attributes:
+        picture: (h, 2 h, 3) uint8 or None. Panorama at the chosen exposure, sRGB; None before there
+            is one.
+        findings: Its lamps and clip mask; None while they are looked for.
+        front_deg: Azimuth at which the photographer stands, deg.
+        exposure_ev: Of the picture, stops.
+    """
+
+    picture: NDArray[np.uint8] | None = field(default=None, repr=False)
+    findings: Findings | None = None
+    front_deg: float = 0.0
+    marker_words: str = tr("Photographer stands here")
+    exposure_ev: float = 0.0
+    layers: frozenset[str] = LAYERS - {"grid"}
+    lamps: tuple[LampRow, ...] = ()
+    lamps_note: str = ""
+    opening: str = ""
+    recent: tuple[PlacesListRow, ...] = ()
+    age: str = ""
+    age_old: bool = False
+    way: str = "camera"
+    mirrored: bool = False
+    watching: str = ""
+    camera: CameraBlock = field(default_factory=CameraBlock)
+    plans: tuple[ChoiceRow, ...] = ()
+    plan: str = "paper"
+    timer_s: int = 0
+    ticked: frozenset[str] = frozenset()
+    frames: tuple[FrameTile, ...] = ()
+    frames_note: str = ""
+    running: Running | None = None
+    live: Live | None = None
+    notice: Notice | None = None
+    has_place: bool = False
+    can_capture: bool = False
+    why_not: str = ""
+
+
+class ProbeView(Protocol):
+    """Shows a `ProbeState`."""
+
+    def show_state(self, state: ProbeState) -> None:
+        """Show it; what is the same as before is left alone."""
+
+    def zoom_by(self, steps: float) -> None:
+        """Zoom the panorama, positive is nearer."""
+
+    def take_marker(self) -> None:
+        """Give the marker the keyboard."""
+
+    def ask_folder(self) -> None:
+        """Ask which folder is to be watched."""
+
+    def ask_measured(self, way: str) -> None:
+        """Ask for the files of one of `WAYS`."""
+
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""
+
 SLOW_BEAT_MS: Final = 1000
 """How often a view should call `ProbePresenter.tick`."""
 
 _AGE_S: Final = 15.0
+
 _RECENT: Final = 4
+
 _TIMERS: Final = (0, 2, 5, 10)
+
 _WINDOWS: Final = 0.1
+
 _MARKERS: Final = {"walk": tr("Photographer stands here"), "selfie": tr("You face this way now")}
+
 _FIELDS: Final = frozenset(
     {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
 )
@@ -64,16 +120,10 @@ class ProbePresenter(Presenter[ProbeView]):
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
-        self._light: PlaceLight | None = None
-        self._findings: Findings | None = None
-        self._picture: NDArray[np.uint8] | None = None
-        self._exposure = self._target_ev = 0.0
-        self._exposing = False
-        self._frames: tuple[NDArray[np.uint8] | None, ...] = ()
-        self._layers = ProbeState().layers
         self._ticked: frozenset[str] = frozenset()
         self._age_at = services.clock.now()
         self._watched = ""
+        self.panorama = PlacePanorama(services, self._refresh)
         self.cameras = CameraFinder(services, self._refresh)
         self.live = LivePreview(services, self.cameras, self._refresh)
         self.filming = Filming(services, place_controller, self._refresh)
@@ -85,7 +135,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.open_files, self.open_demo = place_controller.open_paths, place_controller.open_demo
         self.move_marker = place_controller.move_front
         services.model.changed.connect(self._model_changed)
-        self._take_light()
+        self._show_light()
 
     # -- screen --------------------------------------------------------------------------------
 
@@ -152,7 +202,7 @@ class ProbePresenter(Presenter[ProbeView]):
         plans = plan_parts(model.camera, metered_of(None if place is None else place.capture))
         running = self.taking.running()
         age = self._age()
-        findings = self._findings
+        findings = self.panorama.findings
         rough = place is not None and place.capture is not None and place.capture.plan == "rough"
         why_not = tr("The camera asks for a password.") if block.asks_password else ""
         why_not = tr("There is no camera yet.") if block.missing else why_not
@@ -164,12 +214,12 @@ class ProbePresenter(Presenter[ProbeView]):
         elif findings is not None and not findings.lamps:
             lamps_note = tr("No lamp stands out: the light comes from everywhere.")
         return ProbeState(
-            picture=self._picture,
+            picture=self.panorama.picture,
             findings=findings,
             front_deg=model.front_deg,
             marker_words=_MARKERS.get(settings.mode, _MARKERS["walk"]),
-            exposure_ev=self._target_ev,
-            layers=self._layers,
+            exposure_ev=self.panorama.target_ev,
+            layers=self.panorama.layers,
             lamps=() if findings is None else lamp_rows(findings, model.front_deg, rough=rough),
             lamps_note=lamps_note,
             opening=model.opening,
@@ -202,11 +252,11 @@ class ProbePresenter(Presenter[ProbeView]):
         if self.taking.notice is not None:
             return self.taking.notice
         full = next((part for part in plans if part.key == "full" and part.second), None)
-        return advice_notice(place, self._findings, full, block)
+        return advice_notice(place, self.panorama.findings, full, block)
 
     def _tiles(self, place: Place | None) -> tuple[FrameTile, ...]:
         facts = () if place is None or place.capture is None else place.capture.frames
-        pictures = (*self._frames, *(None for _ in facts))
+        pictures = (*self.panorama.frames, *(None for _ in facts))
         values = [(one.ev, one.shutter_s, one.clipped_share) for one in facts]
         return tuple(tile_of(*one, picture) for one, picture in zip(values, pictures, strict=False))
 
@@ -220,7 +270,7 @@ class ProbePresenter(Presenter[ProbeView]):
         return light_age(
             place.measured_at,
             self._services.today(),
-            _kind(place, self._findings),
+            _kind(place, self.panorama.findings),
             place.location.sun_elevation_deg,
         )
 
@@ -277,15 +327,9 @@ class ProbePresenter(Presenter[ProbeView]):
         self._ticked = self._ticked ^ {key}
         self._refresh()
 
-    def expose(self, stops: float) -> None:
-        """Show the panorama brighter or darker by so many stops."""
-        self._target_ev = stops
-        self._expose()
-        self._refresh()
-
-    def show_layer(self, name: str, on: bool) -> None:
-        """Show or hide ``clipped``, ``lamps`` or ``grid``."""
-        self._layers = self._layers | {name} if on else self._layers - {name}
+    def show_state(self, state: PlacesListState) -> None:
+        """Show the list of recent places again: it has changed."""
+        del state
         self._refresh()
 
     # -- inside --------------------------------------------------------------------------------
@@ -301,17 +345,12 @@ class ProbePresenter(Presenter[ProbeView]):
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names:
             self.live.stop()
-            self._take_light()
+            self._show_light()
         if self._services.model.recapture:
             self._services.model.update(recapture=False)
             self.taking.start("full", self.resolve().timer_s, back=True)
         if names & _FIELDS:
             self._refresh()
-
-    def show_state(self, state: PlacesListState) -> None:
-        """Take the list of places."""
-        del state
-        self._refresh()
 
     def _look_for_places(self) -> None:
         """Read which places can be opened, while none is."""
@@ -327,66 +366,9 @@ class ProbePresenter(Presenter[ProbeView]):
             :_RECENT
         ]
 
-    def _take_light(self) -> None:
-        """Begin with another light: its lamps and frames are looked for."""
-        model = self._services.model
-        light, place, folder = model.light, model.place, model.place_folder
-        self._light = light
-        self._findings, self._frames = None, ()
-        self._exposure = self._target_ev = 0.0
-        self._picture = None if light is None else light.display
-        if light is None:
-            self._look_for_places()
-            return
-        facts = None if place is None else place.capture
-        self._services.runner.submit(
-            "findings",
-            lambda *_: lamps_here(light, facts),
-            done=lambda findings: self._take_findings(light, findings),
-            failed=lambda error: self._services.notify.tell_error(error),
-        )
-        if facts is not None and facts.frames:
-            self._services.runner.submit(
-                "frame-pictures",
-                lambda *_: frame_pictures(folder, facts, light.environment.radiance),
-                done=lambda pictures: self._pictured(light, pictures),
-                failed=lambda error: None,
-            )
-
-    def _take_findings(self, light: PlaceLight, findings: Findings) -> None:
-        if light is self._light:
-            self._findings = findings
-            self._refresh()
-
-    def _pictured(self, light: PlaceLight, pictures: tuple[NDArray[np.uint8] | None, ...]) -> None:
-        if light is self._light:
-            self._frames = pictures
-            self._refresh()
-
-    def _expose(self) -> None:
-        """Make the picture at the wanted exposure; one at a time, the newest wish next."""
-        light, stops = self._light, self._target_ev
-        if light is None or self._exposing or stops == self._exposure:
-            return
-        if stops == 0.0:
-            self._exposure, self._picture = 0.0, light.display
-            return
-        self._exposing = True
-        radiance, width = light.environment.radiance, light.display.shape[1]
-        self._services.runner.submit(
-            "exposure",
-            lambda *_: display_panorama(radiance, stops, width),
-            done=lambda picture: self._exposed(light, stops, picture),
-            failed=lambda error: self._exposed(light, stops, light.display),
-            cancelled=lambda: self._exposed(light, stops, light.display),
-        )
-
-    def _exposed(self, light: PlaceLight, stops: float, picture: NDArray[np.uint8]) -> None:
-        self._exposing = False
-        if light is self._light:
-            self._exposure, self._picture = stops, picture
-        self._expose()
-        self._refresh()
+    def _show_light(self) -> None:
+        self.panorama.show_light()
+        self._look_for_places()
 
 
 def _kind(place: Place, findings: Findings | None) -> Kind:

@@ -1,10 +1,10 @@
-"""Captures from the screen's side: started, stopped, gone on with, and laid on the last."""
+"""The capture from the screen: start, stop, resume, and a new capture of the same spot."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,23 +30,32 @@ from app.devices.errors import PasswordNeeded
 from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
-from app.ui.screens.probe.cameras import CameraFinder
-from app.ui.screens.probe.notices import (
-    HowFar,
-    offer_notice,
-    sign_of,
-    tile_of,
-    trouble_notice,
-)
-from app.ui.screens.probe.state import DistantSign, FrameTile, Notice, Running
+from app.ui.screens.probe.capture.camera import CameraFinder
+from app.ui.screens.probe.capture.frames import FrameTile, tile_of
+from app.ui.screens.probe.capture.notice import HowFar, Notice, offer_notice, trouble_notice
+from app.ui.screens.probe.capture.sign import DistantSign, sign_of
 from app.words.measure.preview import rough_words
 from app.words.photos import registration_words
 from app.words.phrases.quantities import place_name, time_words
 from app.words.remarks import remark_words
 
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A capture that is under way.
+
+    `stopping`: it was asked to stop and is giving the camera its settings back.
+    """
+
+    rough: str = ""
+    stopping: bool = False
+    sign: DistantSign = field(default_factory=DistantSign)
+
+
 KEY: Final = "capture"
 
 _LOOKED_AT: Final = ("needle_deg", "goal_deg", "chosen")
+
 _STOPPING: Final = tr("Giving the camera its settings back")
 
 

@@ -1,20 +1,17 @@
-"""Finding the 360 camera, choosing it, and asking how it is.
-
-For any other camera a folder is watched: brackets that arrive become places.
-"""
+"""The 360 camera: the search for it, the choice of one, its password and its status."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, Final
 
 from app.core.base.errors import CoreError
+from app.core.base.phrases import percent
 from app.core.base.progress import PhraseReport, Token
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 from app.devices.clock import Clock, wait
 from app.devices.errors import BadReply, DeviceError, NotACamera, PasswordNeeded, Unreachable
 from app.devices.passwords import Credentials, default_password_hint
@@ -23,17 +20,64 @@ from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import Discovery
 from app.devices.theta.first_contact import FirstContact
 from app.devices.theta.last_camera import remember
-from app.devices.watched_folder.incoming_bracket import IncomingBracket
-from app.devices.watched_folder.watch import WatchedFolder
 from app.ui.presenters.model import CameraSeen
-from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.window_frame import camera_warning
-from app.ui.screens.probe.notices import camera_second, is_loopback
-from app.ui.screens.probe.state import CameraBlock, ChoiceRow
+from app.ui.screens.probe.capture.checklist import ChoiceRow
+
+
+@dataclass(frozen=True, slots=True)
+class CameraBlock:
+    """The camera, and the panel in which another one is chosen.
+
+    Attributes:
+        title, second: "RICOH THETA V", "Wi-Fi, battery 82 %, 1.9 GB free".
+        missing: Whether there is no camera; `second` says what to do then.
+    """
+
+    title: str = tr("No camera")
+    second: str = ""
+    short: str = ""
+    warning: str = ""
+    busy: str = ""
+    missing: bool = True
+    open: bool = False
+    rows: tuple[ChoiceRow, ...] = ()
+    chosen: str = ""
+    note: str = ""
+    address_error: str = ""
+    asks_password: bool = False
+    user: str = ""
+    password_error: str = ""
+    password_hint: str = ""
+
+
+_LOOPBACK: Final = ("127.", "localhost", "::1")
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address is this computer's own."""
+    return host.startswith(_LOOPBACK)
+
+
+def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
+    """Say how the camera is: "Wi-Fi, battery 82 %, 1.9 GB free", or "82 %, 1.9 GB free"."""
+    parts = []
+    if not short:
+        # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
+        parts.append(tr("Local") if is_loopback(camera.device.endpoint.host) else tr("Wi-Fi"))
+    if camera.battery is not None:
+        charge = percent(camera.battery)
+        parts.append(charge if short else tr("battery {charge}", charge=charge))
+    if camera.free_bytes is not None:
+        parts.append(tr("{size} GB free", size=f"{camera.free_bytes / 1e9:.1f}"))
+    return ", ".join(parts)
+
 
 _NONE: Final = tr("No camera found. Switch its Wi-Fi on and join it, or type its address.")
+
 _SEVERAL: Final = tr("Several cameras were found. Choose yours.")
+
 _BOTH: Final = tr("Type both the user name and the password.")
 
 
@@ -316,100 +360,3 @@ def _key(camera: FoundCamera) -> str:
 
 def _account(camera: FoundCamera) -> str:
     return camera.serial or camera.endpoint.base
-
-
-KEY: Final = "watch"
-
-
-class _Relay(Token):
-    """The token of whichever job is waiting now: the wait continues over several of them."""
-
-    __slots__ = ("brackets", "job")
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.job = Token()
-        self.brackets: Iterator[IncomingBracket] | None = None
-
-    @property
-    def cancelled(self) -> bool:
-        """Whether the job that waits was asked to stop."""
-        return self.job.cancelled
-
-    def check(self) -> None:
-        """Stop here if it was."""
-        self.job.check()
-
-
-class Watching:
-    """One folder at a time."""
-
-    def __init__(
-        self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
-    ) -> None:
-        self._services = services
-        self._place_controller = place_controller
-        self._changed = changed
-        self.folder: Path | None = None
-        self._relay = _Relay()
-
-    def start(self, folder: Path) -> None:
-        """Watch a folder; what lies in it already is left alone."""
-        self.stop()
-        self.folder = folder
-        self._relay = _Relay()
-        self._wait()
-        self._changed()
-
-    def stop(self) -> None:
-        """Watch nothing any more."""
-        if self.folder is not None:
-            self.folder = None
-            self._services.runner.cancel(KEY)
-            self._changed()
-
-    def _wait(self) -> None:
-        folder, relay, clock = self.folder, self._relay, self._services.clock
-        if folder is None:
-            return
-
-        def work(token: Token, report: PhraseReport) -> IncomingBracket:
-            relay.job = token
-            report(0.0, tr("Waiting for pictures in {name}", name=folder.name))
-            if relay.brackets is None:
-                relay.brackets = WatchedFolder(folder, clock).brackets(relay)
-            return next(relay.brackets)
-
-        self._services.runner.submit(
-            KEY,
-            work,
-            title=tr("Watching {name}", name=folder.name),
-            done=lambda bracket: self._arrived(relay, bracket),
-            failed=lambda error: self._failed(relay, error),
-            cancelled=lambda: self._ended(relay),
-        )
-
-    def _arrived(self, relay: _Relay, bracket: IncomingBracket) -> None:
-        folder = self.folder
-        if relay is not self._relay or folder is None:
-            return
-        self._services.notify.tell(
-            tr_plural(
-                "A bracket of {count} frame has arrived in {folder}.",
-                "A bracket of {count} frames has arrived in {folder}.",
-                len(bracket.paths),
-                folder=folder.name,
-            )
-        )
-        self._place_controller.take_in(list(bracket.paths))
-        self._wait()
-
-    def _failed(self, relay: _Relay, error: Exception) -> None:
-        self._ended(relay)
-        self._services.notify.tell_error(error)
-
-    def _ended(self, relay: _Relay) -> None:
-        # Not of a wait that another one of the same folder has followed.
-        if relay is self._relay and self.folder is not None:
-            self.folder = None
-            self._changed()

@@ -1,0 +1,25 @@
+"""The checklist before a capture, and rows to choose from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.core.text import tr
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceRow:
+    """A line of the list before pressing, a plan ("Quick", "3 frames, 9 s"), or a camera."""
+
+    key: str
+    title: str
+    second: str = ""
+
+
+CHECKS = (
+    ChoiceRow("head-height", tr("Camera where the head will be")),
+    ChoiceRow("front-lens", tr("Front lens toward you")),
+    ChoiceRow("kneel", tr("Kneel under the camera")),
+    ChoiceRow("no-obstacle", tr("Nothing in front of the lights")),
+)
+"""The list before pressing."""

@@ -1,0 +1,93 @@
+"""The table of lamps."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QWidget
+
+from app.core.text import tr
+from app.ui.screens.probe.lamps import LampRow
+from app.ui.theme import px
+from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
+from app.ui.widgets.surfaces import Scroll
+
+_ROW: Final = 44
+
+_FULL: Final = (
+    Column(tr("Lamps found"), 160),
+    Column(tr("Where")),
+    Column(tr("Azimuth"), 84),
+    Column(tr("Elevation"), 88),
+    Column(tr("Share of the light"), 120),
+    Column("", 92),
+)
+
+_COMPACT: Final = (
+    Column(tr("Lamps found")),
+    Column(tr("Azimuth"), 68),
+    Column(tr("Elevation"), 80),
+    Column(tr("Share"), 128),
+    Column("", 96),
+)
+
+
+class _WholeRows(Scroll):
+    """Shows whole rows only."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out what would be part of a row."""
+        high = px(_ROW)
+        self.setViewportMargins(0, 0, 0, self.height() % high if self.height() > high else 0)
+        super().resizeEvent(event)
+
+
+class LampTable(QWidget):
+    """A row for each lamp, or a note why there are none."""
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__()
+        self._compact = compact
+        self._columns = _COMPACT if compact else _FULL
+        self._note = Text("", role="dim")
+        self._note.setFixedHeight(px(_ROW))
+        self._rows = column(self._note, ...)
+        self.rows: list[TableRow] = []
+        head = row(TableHead(self._columns), gap=None)
+        scroll = _WholeRows(boxed(self._rows), name=tr("Lamps found"))
+        # The head keeps its columns over those of the rows, which leave room for the bar.
+        scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
+        column(head, (scroll, 1), into=self)
+
+    def show_lamps(self, lamps: tuple[LampRow, ...], note: str) -> None:
+        """Show the lamps; `note` is empty where there is nothing to add."""
+        while len(self.rows) > len(lamps):
+            row = self.rows.pop()
+            row.hide()
+            row.deleteLater()
+        while len(self.rows) < len(lamps):
+            row = TableRow(self._columns, self._cells(lamps[len(self.rows)]))
+            # Only to be read: a lamp is not chosen by its row.
+            row.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            row.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            self.rows.append(row)
+            self._rows.insertWidget(self._rows.count() - 1, row)
+        for row, lamp in zip(self.rows, lamps, strict=True):
+            row.set(self._cells(lamp))
+            row.setAccessibleName(lamp.spoken)
+        self._note.say(note)
+
+    def _cells(self, lamp: LampRow) -> tuple[Cell, ...]:
+        where = () if self._compact else (Cell(lamp.where),)
+        return (
+            Cell(lamp.name, letter=lamp.letter, strong=True),
+            *where,
+            Cell(lamp.azimuth),
+            Cell(lamp.elevation),
+            Cell(lamp.share),
+            Cell(tr("clipped"), "hatch") if lamp.clipped else Cell(""),
+        )

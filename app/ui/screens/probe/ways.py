@@ -1,0 +1,82 @@
+"""The ways to measure light, and what each needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.core.text import tr
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """How light is measured.
+
+    Attributes:
+        steps: What to do, in this order.
+        button, files: Words of the button that asks for files, and which files; the camera's way
+            has none.
+        live: Words that begin what the camera sees and end it, and a tip; nothing without that.
+    """
+
+    title: str
+    steps: tuple[str, ...] = ()
+    button: str = tr("Choose photographs…")
+    files: str = tr("Photographs (*.jpg *.jpeg *.png *.tif *.tiff *.dng)")
+    live: tuple[()] | tuple[str, str, str] = ()
+
+
+WAYS: Final = {
+    "camera": Way(
+        tr("Camera"),
+        live=(
+            tr("Live preview"),
+            tr("Stop the preview"),
+            tr("Walk with the camera; the best styles are named on the way"),
+        ),
+    ),
+    "film": Way(
+        tr("Film"),
+        (
+            tr("The sitter turns once on the spot, in 20 to 60 seconds."),
+            tr("Walk around with them, a metre away, their face in the middle of the picture."),
+            tr("Alone, hold your phone at arm’s length and turn with it."),
+            tr("Choose the film here. It stays on this computer."),
+        ),
+        tr("Choose a film…"),
+        tr("Films (*.mp4 *.mov *.m4v *.mkv *.avi *.webm *.mpg)"),
+        (
+            tr("Film with the live camera"),
+            tr("Stop filming"),
+            tr("The camera that the Turn step uses: a webcam, or a phone in your network"),
+        ),
+    ),
+    "ball": Way(
+        tr("Ball"),
+        (
+            tr("Put a chrome ball where the head will be. A garden or Christmas ball does."),
+            tr("From where you will stand, let it fill a good part of the picture."),
+            tr("Take three to seven exposures, two stops apart, without moving."),
+            tr("Choose them here, or drop two folders: a second side shows what you hid."),
+        ),
+    ),
+    "photos": Way(
+        tr("Photos"),
+        (
+            tr("Stand where the sitter will be, and turn on the spot."),
+            tr("Take 12 to 40 photographs that overlap by a third, level, up and down."),
+            tr("Two or three exposures of each hold windows and lamps."),
+            tr("Choose them here, or a phone’s panorama."),
+        ),
+    ),
+    "file": Way(
+        tr("File"),
+        (
+            tr("An HDR panorama, or the exposures of a bracket from any 360 camera."),
+            tr("A single panorama without exposures gives a rough answer."),
+        ),
+        tr("Choose files…"),
+        tr("Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
+    ),
+}
+"""The ways to measure, by the setting's key."""
