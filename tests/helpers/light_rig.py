@@ -17,11 +17,12 @@ from app.core.solver.place_light import PlaceLight
 from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.solve import StyleResult
 from app.core.solver.turn_choice import LIMITS
-from app.ui.screens.light import jobs
-from app.ui.screens.light.mask import MaskEdit
-from app.ui.screens.light.pictures import Answers, InHand, LampPosition, LampQuestion, LampView
-from app.ui.screens.light.screen import LightPresenter
-from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
+from app.ui.screens.light.own_lamp.mask import MaskEdit
+from app.ui.screens.light.own_lamp.sheets import CaptureAsk, WordsAsk
+from app.ui.screens.light.placement import work
+from app.ui.screens.light.placement.answers import Answers, InHand, LampPosition, LampQuestion
+from app.ui.screens.light.placement.pictures import LampView
+from app.ui.screens.light.screen import LightPresenter, LightState
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 
 __all__ = ["LightRig", "Watching", "placed"]
@@ -117,11 +118,11 @@ class LightRig:
         self.allowed = np.ones(576, bool)
         self.power = 1.0
         self.weak: set[str] = set()
-        patch.setattr(jobs, "take_in_hand", self.take)
-        patch.setattr(jobs, "ask", self._ask)
-        patch.setattr(jobs, "look", self._look)
-        patch.setattr(jobs, "result_with", self._with)
-        patch.setattr(jobs, "closer", lambda *_: self.nearer)
+        patch.setattr(work, "take_in_hand", self.take)
+        patch.setattr(work, "ask", self._ask)
+        patch.setattr(work, "look", self._look)
+        patch.setattr(work, "result_with", self._with)
+        patch.setattr(work, "closer", lambda *_: self.nearer)
         self.shape = load_shape_of(head().transport, "generic")
         self.presenter = LightPresenter(self.table.services, self.table.desk)
         self.view = Watching()

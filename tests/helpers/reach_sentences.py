@@ -28,7 +28,7 @@ from app.core.solver.style_signature import UNSIGNED
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.export import result_card
 from app.ui.presenters import spots
-from app.ui.screens.light import resolve as light_screen
+from app.ui.screens.light import style_list
 from app.ui.screens.paint.live import LiveState
 from app.ui.screens.styles import detail
 from app.ui.screens.styles.cards import cards_of
@@ -145,7 +145,7 @@ def _with_lamp(pack: StylePack, added: AddedLight) -> Iterable[tuple[str, dict[s
         if one.attainable and one.grade in ("yes", None):
             continue
         facts = light_command._style_json(one, added, shape)
-        row = light_screen._row(one, styles[one.name], "", answers)
+        row = style_list._row(one, styles[one.name], "", answers)
         yield (
             one.name,
             {

@@ -166,13 +166,13 @@ def test_panels_import_neither_views_nor_qt() -> None:
 
 
 @pytest.mark.parametrize(
-    "leak", ["import PySide6.QtCore", "from app.ui.screens.light.columns_view import LampColumn"]
+    "leak", ["import PySide6.QtCore", "from app.ui.screens.light.lamp_view import LampColumn"]
 )
 def test_panels_notice_a_leak_inside_a_function(tmp_path: Path, leak: str) -> None:
     shutil.copytree(ROOT / "app", tmp_path / "app", ignore=shutil.ignore_patterns("_resources"))
-    with (tmp_path / "app/ui/screens/light/mask.py").open("a", encoding="utf-8") as stream:
+    with (tmp_path / "app/ui/screens/light/lamp.py").open("a", encoding="utf-8") as stream:
         stream.write(f"\n\ndef leak() -> None:\n    {leak}\n")
-    assert "app.ui.screens.light.mask" in views_and_qt(tmp_path / "app")
+    assert "app.ui.screens.light.lamp" in views_and_qt(tmp_path / "app")
 
 
 def modules() -> list[str]:

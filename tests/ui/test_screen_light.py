@@ -12,8 +12,10 @@ from PySide6.QtWidgets import QAbstractButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.second_light.captured import make_lamp
-from app.ui.screens.light.screen_view import CaptureSheet, LightScreen, MaskSheet, column_widths
-from app.ui.screens.light.state import DISTANCES_M
+from app.ui.screens.light.lamp import DISTANCES_M
+from app.ui.screens.light.own_lamp.capture_view import CaptureSheet
+from app.ui.screens.light.own_lamp.mask_view import MaskSheet
+from app.ui.screens.light.screen_view import LightScreen, column_widths
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import LineSheet

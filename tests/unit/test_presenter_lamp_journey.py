@@ -16,9 +16,9 @@ from app.core.second_light.added_light import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
 from app.ui.presenters.model import LampPlan, Step
-from app.ui.screens.light import jobs
-from app.ui.screens.light.jobs import take_in_hand
-from app.ui.screens.light.pictures import Answers, InHand, LampPosition, portrait_with
+from app.ui.screens.light.placement import work
+from app.ui.screens.light.placement.answers import Answers, InHand, LampPosition, take_in_hand
+from app.ui.screens.light.placement.pictures import portrait_with
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
 from app.ui.screens.turn.photos.photo_check import shot_context
@@ -39,7 +39,7 @@ class Journey:
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.turn = rig = Rig(patch)
         patch.setattr(
-            jobs,
+            work,
             "take_in_hand",
             lambda of, lamp, *_: _in_hand(lamp.kind, lamp.distance_m, lamp),
         )

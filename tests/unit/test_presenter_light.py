@@ -15,10 +15,12 @@ from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens_search import LensWish
 from app.ui.presenters.model import Step
-from app.ui.screens.light import jobs, pictures
-from app.ui.screens.light.pictures import Answers
+from app.ui.screens.light.brightness import BRIGHTNESS
+from app.ui.screens.light.lamp import DISTANCES_M
+from app.ui.screens.light.placement import answers as placed
+from app.ui.screens.light.placement import work
+from app.ui.screens.light.placement.answers import Answers
 from app.ui.screens.light.screen import LightPresenter
-from app.ui.screens.light.state import BRIGHTNESS, DISTANCES_M
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
 
@@ -188,7 +190,7 @@ def test_a_lens_that_may_stand_elsewhere_is_told_where(
         asked.append((one.name, answers.question.lens))
         return replace(one, yaw_deg=30.0, lighting="short", match=71.4)
 
-    monkeypatch.setattr(jobs, "seen_from", seen)
+    monkeypatch.setattr(work, "seen_from", seen)
     rig.start()
     assert not rig.state.detail.best_line
     now = rig.table.services.today()
@@ -211,13 +213,13 @@ def test_the_lens_is_asked_for_from_where_the_photographer_stands(
         wishes.append(rest[-1])
         return placements
 
-    monkeypatch.setattr(pictures, "seen_aside", aside)
+    monkeypatch.setattr(placed, "seen_aside", aside)
     rig.start()
     answers = rig.presenter.work.answers
     assert answers is not None
     question = replace(answers.question, front_deg=90.0, lens=LensWish("auto", (100.0, 130.0)))
     one = answers.placements[0]
-    assert pictures.seen_from(replace(answers, question=question), one) is one
+    assert placed.seen_from(replace(answers, question=question), one) is one
     assert wishes == [LensWish("auto", (10.0, 40.0))]
 
 
@@ -274,10 +276,10 @@ def test_trouble_is_said_in_its_own_words_and_can_be_tried_again(
         raise CoreError("The head's shape is missing.", "Bake it again.")
 
     right = rig.take
-    monkeypatch.setattr(jobs, "take_in_hand", fails)
+    monkeypatch.setattr(work, "take_in_hand", fails)
     rig.start()
     assert rig.state.empty == "The head's shape is missing. Bake it again."
-    monkeypatch.setattr(jobs, "take_in_hand", right)
+    monkeypatch.setattr(work, "take_in_hand", right)
     rig.presenter.press("again")
     assert not rig.state.empty
 

@@ -11,9 +11,15 @@ import pytest
 
 from app.core.second_light.lamp_presets import KINDS, at_distance, powers_of
 from app.core.solver.transport import render
-from app.ui.screens.light import jobs, pictures
-from app.ui.screens.light.jobs import ask, take_in_hand
-from app.ui.screens.light.pictures import LampPosition, LampQuestion, best_held, look
+from app.ui.screens.light.placement import answers, pictures
+from app.ui.screens.light.placement.answers import (
+    LampPosition,
+    LampQuestion,
+    ask,
+    best_held,
+    take_in_hand,
+)
+from app.ui.screens.light.placement.pictures import look
 from tests.helpers.light_rig import LightRig
 from tests.helpers.styles_screen import head, scene_light
 
@@ -86,9 +92,9 @@ def test_the_search_is_given_the_powers_of_the_lamp(monkeypatch: pytest.MonkeyPa
         asked.append(powers)
         return ()
 
-    monkeypatch.setattr(jobs, "place_all", place)
+    monkeypatch.setattr(answers, "place_all", place)
     hand = cast(
-        pictures.InHand,
+        answers.InHand,
         type("Hand", (), {"head": head(), "lamp": at_distance(KINDS["flash"]), "lamp_light": None,
                           "tables": None})(),
     )  # fmt: skip

@@ -21,8 +21,8 @@ from app.core.places.store import create_place, read_place
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.window_frame import FramePresenter
-from app.ui.screens.light import lamps
-from app.ui.screens.light.lamps import LampActions
+from app.ui.screens.light import lamp_list
+from app.ui.screens.light.own_lamp.actions import LampActions
 from tests.helpers.paint_studio import Studio, studio
 from tests.unit.test_second_light_library import lamp
 
@@ -50,7 +50,7 @@ class World:
             create_place(services.folders.places, name, now) for name in ("Café", "Yard")
         ]
         room.model.update(place_folder=self.folders[0], place=read_place(self.folders[0]))
-        self.lamps = lamps.LampList(services, lambda: None, self._taken)
+        self.lamps = lamp_list.LampList(services, lambda: None, self._taken)
         for title in ("Desk lamp", "Torch"):
             add_lamp(self.lamps.folder, lamp(), title)
         self.lamp_actions = LampActions(services, self.desk, self.lamps)

@@ -19,7 +19,7 @@ from app.core.storage.settings import TABLE
 from app.core.text import tr
 from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.model import Step
-from app.ui.screens.light.lamps import lamps_of, own_key
+from app.ui.screens.light.lamp_list import lamps_of, own_key
 from app.ui.shell.commands import Commands
 from app.ui.shell.shortcuts import key_text
 from app.ui.theme import px, theme

@@ -86,7 +86,7 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class MaskPicture(Protocol):
-    """What is painted on, and with which brush; see `app.ui.screens.light.mask.MaskState`."""
+    """What is painted on, and with which brush; see `MaskState` of the Light screen."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:

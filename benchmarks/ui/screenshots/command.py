@@ -23,9 +23,9 @@ from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.solver.solve import proposal
 from app.core.text import tr
 from app.ui.presenters.model import Step
-from app.ui.screens.light.resolve import rescued
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.screen_view import LightScreen
+from app.ui.screens.light.style_list import rescued
 from app.ui.screens.styles.gallery_view import Gallery
 from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.widgets.choices import SegmentedChoice

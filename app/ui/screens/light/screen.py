@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, field, replace
+from typing import Final, Protocol
 
 from app.core.base.angles import wrap
-from app.core.second_light.lamp_presets import KINDS, at_distance
-from app.core.second_light.place_brightness import Comparison, compare
+from app.core.second_light.place_brightness import compare
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
 from app.core.text import tr
@@ -16,30 +15,76 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.model import LampPlan, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services
-from app.ui.screens.light.jobs import LightWork
-from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
-from app.ui.screens.light.pictures import Lamp, LampPosition, LampQuestion, best_held, powers_for
-from app.ui.screens.light.resolve import (
-    LampResult,
-    Resolver,
-    detail_of,
-    front_of,
-    hold_of,
-    lamp_name,
-    note_of,
-    way_icon,
+from app.ui.screens.light.brightness import BrightState, PlaceScale
+from app.ui.screens.light.detail import LampDetailState, detail_of
+from app.ui.screens.light.hold import HeadsState, HoldState, hold_of, way_icon
+from app.ui.screens.light.lamp import DISTANCES_M, LampHold, LampState, lamp_name, nearest_stop
+from app.ui.screens.light.lamp_list import LampList
+from app.ui.screens.light.own_lamp.actions import LampActions
+from app.ui.screens.light.own_lamp.sheets import LampSheets
+from app.ui.screens.light.placement.answers import (
+    LampPosition,
+    best_held,
+    powers_for,
 )
-from app.ui.screens.light.state import (
-    DISTANCES_M,
-    HeadsState,
-    HoldState,
-    LampState,
-    LightSizes,
-    LightState,
-    LightView,
-    PlaceScale,
-)
+from app.ui.screens.light.placement.pictures import Size
+from app.ui.screens.light.placement.result import LampResult
+from app.ui.screens.light.placement.sky import SkyState
+from app.ui.screens.light.placement.work import LightWork
+from app.ui.screens.light.resolver import Resolver
+from app.ui.screens.light.style_list import Section, front_of, note_of
 from app.words.lamps import comparison_sentence, comparison_words
+
+
+@dataclass(frozen=True, slots=True)
+class LightSizes:
+    """How large pictures are on the view's screen, rows and columns of device pixels."""
+
+    row: Size = (56, 56)
+    portrait: Size = (176, 160)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightState:
+    """What the Light screen shows.
+
+    Attributes:
+        actions: tuple of (str, str). Key and words of its buttons.
+        meter: Why the lamp in hand cannot be compared with the place, and that its brightness can
+            be typed; empty where it can be compared. In place of the schematics.
+        capturing: A lamp of one's own is being read.
+        stale: Answers for the lamp are not of what is selected; dimmed under "Computing…".
+        note: Above the list: "This lamp is too weak at 30 cm. …".
+    """
+
+    empty: str = ""
+    actions: tuple[tuple[str, str], ...] = ()
+    asks: bool = False
+    bright: BrightState = field(default_factory=BrightState)
+    meter: str = ""
+    meter_error: str = ""
+    lamp: LampState = field(default_factory=LampState)
+    sections: tuple[Section, ...] = ()
+    note: str = ""
+    note_action: str = ""
+    busy: bool = False
+    stale: bool = False
+    hold: HoldState = field(default_factory=HoldState)
+    heads: HeadsState = field(default_factory=HeadsState)
+    sky: SkyState = field(default_factory=SkyState)
+    detail: LampDetailState = field(default_factory=LampDetailState)
+    capturing: bool = False
+
+
+class LightView(LampSheets, Protocol):
+    """Shows a `LightState`."""
+
+    def show_state(self, state: LightState) -> None:
+        """Show it."""
+
+    def take_lamp_focus(self) -> None:
+        """Give the keyboard to the lamp."""
+
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
@@ -55,10 +100,9 @@ class LightPresenter(Presenter[LightView]):
         self.lamps = LampList(services, self._pursue, self.take_lamp)
         self.lamp_actions = LampActions(services, place_controller, self.lamps)
         self.scale = PlaceScale(services, self._begin_anew)
+        self._hand = LampHold(services, self.lamps, self.scale)
         self._sizes = LightSizes()
         self._resolver = Resolver()
-        self._stop = nearest_stop(0.3)
-        self._arm, self._floor = False, True
         self._position: LampPosition | None = None
         self._going = False
         self.work = LightWork(services, self._worked, self._answered)
@@ -126,14 +170,14 @@ class LightPresenter(Presenter[LightView]):
         if key != self.lamps.key:
             self.lamps.choose(key)
             if (usual := self.lamps.usual_m) is not None:
-                self._stop = nearest_stop(usual)
+                self._hand.stop = nearest_stop(usual)
             self._begin_anew()
 
     def move_away(self, stop: int) -> None:
         """Hold the lamp nearer or farther; the answers follow."""
         stop = min(max(stop, 0), len(DISTANCES_M) - 1)
-        if stop != self._stop and not self.lamps.fixed:
-            self._stop = stop
+        if stop != self._hand.stop and not self.lamps.fixed:
+            self._hand.stop = stop
             self._begin_anew()
 
     def come_closer(self) -> None:
@@ -143,12 +187,12 @@ class LightPresenter(Presenter[LightView]):
 
     def set_arm(self, on: bool) -> None:
         """Allow only what an arm can reach."""
-        self._arm = on
+        self._hand.arm = on
         self._begin_anew()
 
     def set_floor(self, on: bool) -> None:
         """Allow nothing under the floor."""
-        self._floor = on
+        self._hand.floor = on
         self._begin_anew()
 
     def press(self, key: str) -> None:
@@ -222,7 +266,7 @@ class LightPresenter(Presenter[LightView]):
         model = self._services.model
         is_loaded = model.head is not None and model.head.name == model.head_name
         head = model.head if is_loaded else None
-        return not self.work.is_current(head, self._lamp(), self._question())
+        return not self.work.is_current(head, self._hand.lamp(), self._hand.question())
 
     def _turn_with(self, plan: LampPlan) -> None:
         model, position = self._services.model, self._position
@@ -242,7 +286,7 @@ class LightPresenter(Presenter[LightView]):
     def resolve(self) -> LightState:
         """Work out what the screen shows now."""
         state = LightState(
-            lamp=self._lamp_state(), bright=self.scale.state(), capturing=self.lamps.capturing
+            lamp=self._hand.state(), bright=self.scale.state(), capturing=self.lamps.capturing
         )
         if self._services.model.light is None:
             return replace(state, empty=_NO_LIGHT, actions=(("probe", tr("Go to Probe")),))
@@ -274,7 +318,9 @@ class LightPresenter(Presenter[LightView]):
         return replace(
             state,
             sections=self._resolver.sections(result, work.rows, work.version),
-            note=" ".join(part for part in (comparison_sentence(self._comparison()), note) if part),
+            note=" ".join(
+                part for part in (comparison_sentence(self._hand.comparison()), note) if part
+            ),
             note_action=action,
             hold=replace(self._hold_state(result, heads), turn_works=False)
             if state.stale
@@ -286,24 +332,16 @@ class LightPresenter(Presenter[LightView]):
 
     def _hold_state(self, result: LampResult, heads: HeadsState) -> HoldState:
         """Write the two steps; while another lamp is being tried, none is told to be held."""
-        hold, lamp, lamp_in_hand = hold_of(result, heads), self._lamp(), result.answers.hand.lamp
+        hold, lamp, lamp_in_hand = (
+            hold_of(result, heads),
+            self._hand.lamp(),
+            result.answers.hand.lamp,
+        )
         if not self.work.busy or lamp is None or lamp_name(lamp) == lamp_name(lamp_in_hand):
             return hold
         trying = tr("Trying {lamp} all around the head…", lamp=lamp_name(lamp))
         still = tr("Still showing {lamp}.", lamp=lamp_name(lamp_in_hand))
         return replace(hold, hold=trying, hold_line=still, turn_works=False)
-
-    def _lamp_state(self) -> LampState:
-        return LampState(
-            items=self.lamps.items,
-            key=self.lamps.key,
-            distance=self._stop,
-            distance_fixed=self.lamps.fixed,
-            arm=self._arm,
-            floor=self._floor,
-            brightness="" if self._services.model.light is None else self.scale.words,
-            own=self.lamps.own is not None,
-        )
 
     # -- what is worked out --------------------------------------------------------------------
 
@@ -314,7 +352,11 @@ class LightPresenter(Presenter[LightView]):
     def _pursue(self) -> None:
         """Begin whatever is missing, and show what there is."""
         if self._in_front and self._view is not None:
-            head, lamp, question = self._services.model.head, self._lamp(), self._question()
+            head, lamp, question = (
+                self._services.model.head,
+                self._hand.lamp(),
+                self._hand.question(),
+            )
             if head is not None:
                 self.work.make_rows(head, self._sizes.row)
             if head is not None and lamp is not None and question is not None:
@@ -338,43 +380,6 @@ class LightPresenter(Presenter[LightView]):
         self._go()
         self._refresh()
 
-    # -- what it is about ----------------------------------------------------------------------
-
-    def _lamp(self) -> Lamp | None:
-        key, own = self.lamps.key, self.lamps.own
-        if key in KINDS:
-            return at_distance(KINDS[key], DISTANCES_M[self._stop])
-        return own if self._comparison().possible else None
-
-    def _comparison(self) -> Comparison:
-        """Whether the lamp in hand, where it was captured, can be compared with the place."""
-        own = self.lamps.own
-        if own is None:
-            return Comparison()
-        return compare(self.scale.white, own, place_camera=self.scale.camera)
-
-    def _distance_m(self) -> float:
-        own = self.lamps.own
-        if own is not None and own.distance_m is not None:
-            return own.distance_m
-        return DISTANCES_M[self._stop]
-
-    def _question(self) -> LampQuestion | None:
-        model, gain = self._services.model, self.scale.white
-        if model.light is None or gain is None:
-            return None
-        settings = model.settings
-        return LampQuestion(
-            light=model.light,
-            gain=gain,
-            front_deg=model.front_deg,
-            arm=self._arm,
-            floor=self._floor,
-            distance_m=self._distance_m(),
-            objective=settings.objective,
-            lens=model.lens,
-        )
-
     @property
     def front(self) -> LampPlacement | None:
         """Answer for the style in front; None until there is one."""
@@ -395,7 +400,7 @@ class LightPresenter(Presenter[LightView]):
         if answers is None or one is None or position is None:
             return None
         newest, lens = self.work.view, self.work.lens_of(one)
-        return LampResult(answers, one, position, self._distance_m(), newest, lens)
+        return LampResult(answers, one, position, self._hand.distance_m, newest, lens)
 
     def _powers(self) -> tuple[float, ...]:
         answers = self.work.answers

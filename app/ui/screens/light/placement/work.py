@@ -1,138 +1,61 @@
-"""The Light screen's work in the background: what is under way, and what came of it."""
+"""The jobs of the Light screen: trying a lamp, placing it, making pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.base.progress import Report, Token, span
 from app.core.portrait.head import Head
-from app.core.second_light import added_light as added_lights
-from app.core.second_light.added_light import prepare_near
-from app.core.second_light.captured import grey_lamp, place_lamp
-from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
-from app.core.second_light.placements import COUNT, above_floor, within_arm
-from app.core.second_light.search import LampPlacement, place_all
-from app.core.second_light.search_kernel import lamp_tables
-from app.core.solver.head_shape import load_shape_of
+from app.core.second_light.search import LampPlacement
 from app.core.solver.lens_search import STRAIGHT
 from app.core.text import tr
 from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
-from app.ui.screens.light.lamps import nearest_stop
-from app.ui.screens.light.pictures import (
+from app.ui.screens.light.hold import HoldState
+from app.ui.screens.light.lamp import DISTANCES_M, lamp_name, nearest_stop
+from app.ui.screens.light.placement.answers import (
     Answers,
     InHand,
     Lamp,
     LampPosition,
     LampQuestion,
-    LampView,
     Nearer,
-    lamp_powers,
+    ask,
+    closer,
+    seen_from,
+    take_in_hand,
+)
+from app.ui.screens.light.placement.pictures import (
+    LampView,
+    Size,
     look,
     portrait_with,
     result_with,
-    seen_from,
     targets,
 )
-from app.ui.screens.light.resolve import LampResult, lamp_name, rescued
-from app.ui.screens.light.state import DISTANCES_M, HoldState, Size
+from app.ui.screens.light.placement.result import LampResult
+from app.ui.screens.light.style_list import rescued
 
 _LAMP: Final = "light-lamp"
+
 _PLACES: Final = "light-places"
+
 _VIEW: Final = "light-view"
+
 _CLOSER: Final = "light-closer"
+
 _ROWS: Final = "light-rows"
+
 _PLAN: Final = "light-plan"
+
 _LENS: Final = "light-lens"
+
 _LITTLE_M: Final = 0.02
-
-
-def take_in_hand(
-    head: Head,
-    lamp: Lamp,
-    hand: InHand | None,
-    token: Token,
-    report: Report,
-    grey: bool = False,
-) -> InHand:
-    """Get a lamp ready; the head's part is taken over where it is known.
-
-    With `grey` it is searched without its colours, as in the paper.
-
-    Raises:
-        CoreError: If the head's shape is missing, or the lamp cannot be used.
-        Cancelled: When the token says so.
-    """
-    if hand is not None and hand.head is head:
-        shape, near, face = hand.shape, hand.near, hand.face
-    else:
-        shape = load_shape_of(head.transport, head.name)
-        token.check()
-        near = prepare_near(head.transport, shape)
-        token.check()
-        face = prepare_face(head.transport, head.pack.region_on(head.transport))
-    token.check()
-    if isinstance(lamp, NumbersLamp):
-        lamp_light = added_lights.from_numbers(
-            head.transport, shape, lamp, token, report, near=near, face=face
-        )
-    else:
-        capture = grey_lamp(lamp) if grey else lamp
-        around = place_lamp(capture, token=token, report=span(report, 0.0, 0.3))
-        lamp_light = added_lights.from_captured(head.transport, around, token, report, face=face)
-    tables = lamp_tables(head.pack, head.transport, lamp_light)
-    return InHand(head, shape, near, face, lamp, lamp_light, tables, grey)
-
-
-def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
-    """Place a lamp for every style, or for some."""
-    is_open = _open_spots(question)
-    placements = place_all(
-        hand.head.pack,
-        hand.head.transport,
-        question.light.searched_by(question.objective) * np.float32(question.gain),
-        hand.lamp_light,
-        question.objective,
-        styles=styles,
-        is_open=is_open,
-        powers=lamp_powers(hand.lamp, question.objective),
-        front_deg=question.front_deg,
-        tables=hand.tables,
-    )
-    return Answers(hand, question, tuple(placements), is_open)
-
-
-def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
-    distance = question.distance_m
-    is_open = np.ones(COUNT, bool)
-    if question.arm:
-        is_open &= within_arm(distance)
-    if question.floor:
-        is_open &= above_floor(distance)
-    return is_open
-
-
-def closer(
-    answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
-) -> LampPlacement | None:
-    """Find what a lamp would rescue from nearer by.
-
-    Returns the style that comes out best; None without any.
-    """
-    hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
-    placements = ask(hand, answers.question, names).placements
-    return max(
-        placements, key=lambda one: (one.attainable, one.grade != "nearly", one.match), default=None
-    )
 
 
 class LightWork:

@@ -1,4 +1,4 @@
-"""Painting where a captured lamp is: a draft of its mask, until it is saved."""
+"""The mask of a captured lamp: painted, found again, saved."""
 
 from __future__ import annotations
 
@@ -26,8 +26,11 @@ RADII_DEG: Final = (0.5, 12.0)
 """Smallest and largest brush."""
 
 _FIND: Final = "light-mask"
+
 _MEASURE: Final = "light-mask-lux"
+
 _MOST_UNDONE: Final = 50
+
 _DEEP: Final = 2000.0  # the lamp's level over the darkest that is still told apart
 
 

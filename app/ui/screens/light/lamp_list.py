@@ -1,10 +1,9 @@
-"""Lamps to choose from: kinds known by their numbers, and those of the user's own library."""
+"""The lamps to choose from: kinds known by their numbers, and captured ones."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
@@ -18,207 +17,36 @@ from app.core.second_light.library import (
     add_lamp,
     capture_lamp,
     check_distance,
-    delete_lamp,
     list_lamps,
     read_lamp,
-    rename_lamp,
-    restate_lamp,
-    restore_lamp,
-    update_lamp,
 )
-from app.core.second_light.place_brightness import read_lux
-from app.core.storage.library import TrashedItem
 from app.core.text import tr
-from app.ui.presenters.actions import Action
-from app.ui.presenters.file_changes import FileChange, delete_with_undo, told_beside
-from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Action as Answer
 from app.ui.presenters.services import Folders, Services
-from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
-from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, LightView, WordsAsk, WordsWish
+from app.ui.screens.light.own_lamp.sheets import CaptureAsk, LampSheets
 from app.words.lamps import GUIDE, lamp_title, mask_warnings
 from app.words.phrases.quantities import metres, read_metres
 from app.words.remarks import sentences
-
-_QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
-    "rename": (tr("Rename the lamp"), tr("Name"), tr("Rename"), tr("My panel")),
-    "distance": (
-        tr("Distance of the lamp"),
-        tr("From the camera to the lamp, as it was captured"),
-        tr("Correct"),
-        "40 cm",
-    ),
-    "lux": (
-        tr("Brightness of the lamp"),
-        tr("Light meter where the camera stood, facing the lamp, lux"),
-        tr("Set"),
-        "640",
-    ),
-}
-
-
-class LampActions:
-    """Changes the files of the lamp in hand; files are changed one after the other."""
-
-    def __init__(
-        self, services: Services, place_controller: PlaceController, lamps: LampList
-    ) -> None:
-        self._services = services
-        self._place_controller = place_controller
-        self._lamps = lamps
-        self._trouble = ("", "")
-
-    @property
-    def trouble(self) -> str:
-        """What was wrong with the last answer that was given for the lamp in hand."""
-        about, sentence = self._trouble
-        own = self._lamps.own
-        return sentence if own is not None and own.name == about else ""
-
-    def actions(self) -> Sequence[Action]:
-        """List what can be done with a lamp of the user's own."""
-        own = self._has_own
-        return (
-            Action("lamp-rename", tr("Rename the lamp…"), lambda: self.ask("rename"),
-                   "edit", "", own),
-            Action("lamp-distance", tr("Correct its distance…"), lambda: self.ask("distance"),
-                   "lamp", "", own),
-            Action("lamp-lux", tr("Correct its brightness…"), lambda: self.ask("lux"),
-                   "sun", "", own),
-            Action("lamp-mask", tr("Paint where the lamp is…"), self.ask_mask, "brush", "", own),
-            Action("lamp-delete", tr("Delete the lamp"), self.delete, "trash", "", own),
-        )  # fmt: skip
-
-    def _has_own(self) -> bool:
-        return self._lamps.own is not None
-
-    # -- a line --------------------------------------------------------------------------------
-
-    def ask(self, wish: WordsWish) -> None:
-        """Ask for another name, distance or brightness of the lamp in hand."""
-        lamp = self._lamps.own
-        view = self._lamps.view
-        if lamp is None or view is None:
-            return
-        title, label, button, example = _QUESTIONS[wish]
-        text = lamp.title
-        if wish == "distance":
-            text = "" if lamp.distance_m is None else metres(lamp.distance_m)
-        elif wish == "lux":
-            text = "" if lamp.lux is None else f"{lamp.lux:.3g}"
-        view.ask_words(WordsAsk(wish, title, label, button, text, example))
-
-    def answer(self, wish: WordsWish, text: str) -> None:
-        """Take the line; what is wrong with it is said beside it."""
-        lamp, folder = self._lamps.own, self._lamps.folder
-        if lamp is None:
-            return
-        try:
-            if wish == "rename":
-                self._change(
-                    lamp,
-                    tr("rename {lamp}", lamp=lamp.title),
-                    lambda: rename_lamp(folder, lamp.name, text),
-                )
-            elif wish == "distance":
-                far = check_distance(read_metres(text))
-                make = partial(restate_lamp, folder, lamp.name, distance_m=far)
-                self._change(lamp, tr("correct the distance of {lamp}", lamp=lamp.title), make)
-            else:
-                lux = read_lux(text)
-                make = partial(restate_lamp, folder, lamp.name, lux=lux)
-                self._change(lamp, tr("correct the brightness of {lamp}", lamp=lamp.title), make)
-        except CoreError as error:
-            self._say(str(error))
-
-    def _change(self, lamp: CapturedLamp, what: str, make: Callable[[], object]) -> None:
-        def done(_: object) -> None:
-            self._say("")
-            self._lamps.read_again(lamp.name)
-
-        FileChange(
-            self._place_controller.file_work,
-            what,
-            make,
-            lambda _: update_lamp(self._lamps.folder, lamp),
-            on_apply=done,
-            undone=done,
-            failed=told_beside(self._services, self._say),
-        ).begin()
-
-    def _say(self, sentence: str) -> None:
-        own = self._lamps.own
-        self._trouble = ("" if own is None else own.name, sentence)
-        if self._lamps.view is not None:
-            self._lamps.view.say(sentence)
-        self._lamps.changed()
-
-    # -- all of it -----------------------------------------------------------------------------
-
-    def ask_mask(self) -> None:
-        """Let the user paint where the lamp is."""
-        lamp, lamps = self._lamps.own, self._lamps
-        if lamp is None:
-            return
-        name = lamp.name
-
-        def ready(look: MaskLook) -> None:
-            if lamps.view is not None and lamps.own is lamp:
-                arguments = (self._services, self._place_controller, lamps.folder, lamp, look)
-                lamps.view.ask_mask(MaskEdit(*arguments, partial(lamps.read_again, name)))
-
-        self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
-
-    def delete(self) -> None:
-        """Put the lamp in hand away; undo, or the message that tells so, brings it back."""
-        lamp, lamps = self._lamps.own, self._lamps
-        if lamp is None:
-            return
-        folder, name = lamps.folder, lamp.name
-
-        def message(trashed: TrashedItem) -> str:
-            lamps.forget(trashed.name)
-            return trashed.title
-
-        def returned(back: CapturedLamp) -> str:
-            nonlocal name
-            name = back.name
-            lamps.take_own(name)
-            return back.title
-
-        delete_with_undo(
-            self._place_controller.file_work,
-            lamp.title,
-            lambda: delete_lamp(folder, name),
-            lambda trashed: restore_lamp(folder, trashed),
-            message=message,
-            returned=returned,
-        )
-
 
 Source: TypeAlias = Literal["files", "place"]
 """What a lamp is made of: pictures, or the place that is open."""
 
 _OWN: Final = "own:"
+
 _FOLDER: Final = "lamps"
+
 _READ: Final = "light-own"
+
 _LIST: Final = "light-library"
+
 _TAKE: Final = "light-capture"
+
 _PLACE: Final = tr(
     "With a camera that Turnlight knows, capture the dark room in the Probe "
     "step, come back here and take the place that is open."
 )
+
 _FIXED: Final = tr("A captured lamp holds for the distance that it was captured at.")
-
-
-def nearest_stop(distance_m: float) -> int:
-    """Give the stop of the distance slider nearest to a distance.
-
-    Examples:
-        >>> DISTANCES_M[nearest_stop(0.31)]
-        0.3
-    """
-    return min(range(len(DISTANCES_M)), key=lambda stop: abs(DISTANCES_M[stop] - distance_m))
 
 
 def lamps_of(folders: Folders) -> Path:
@@ -240,7 +68,7 @@ class LampList:
         self._services = services
         self.changed = changed
         self._on_new = on_new
-        self.view: LightView | None = None
+        self.view: LampSheets | None = None
         self.key = ""
         self.own: CapturedLamp | None = None
         self._entries: tuple[LampEntry, ...] = ()

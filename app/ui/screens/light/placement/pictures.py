@@ -1,137 +1,46 @@
-"""A lamp at a place: what is known of it, pictures of a face with it, and the map around it."""
+"""Pictures of the face with a lamp held somewhere."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.portrait.head import Head
-from app.core.second_light.added_light import AddedLight, NearField, near_picture
+from app.core.second_light.added_light import near_picture
 from app.core.second_light.captured import CapturedLamp, placed_at
-from app.core.second_light.contrast import FaceBasis, less_mean
-from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
-from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
+from app.core.second_light.contrast import less_mean
+from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
-from app.core.second_light.search_kernel import LampTables
-from app.core.second_light.turned_head import seen_aside
-from app.core.solver.head_shape import HeadShape
-from app.core.solver.lens_search import STRAIGHT, LensWish
 from app.core.solver.peaks import value_at
-from app.core.solver.place_light import Facing, PlaceLight, picture_at, turned
+from app.core.solver.place_light import Facing, picture_at, turned
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.style_signature import Grade
 from app.core.solver.transport import render, to_image
-from app.core.solver.turn_choice import LIMITS, Objective
+from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import far_lamp
 from app.core.styles.styles import StyleLamp
-from app.core.text import tr
-from app.ui.screens.light.state import Size, SkyState
+from app.ui.screens.light.placement.answers import (
+    Answers,
+    InHand,
+    LampPosition,
+    LampQuestion,
+    best_held,
+)
 
-Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
+Size: TypeAlias = tuple[int, int]
+"""Rows and columns, device pixels."""
 
 _ROWS: Final = len(ALTITUDES_DEG)
-_COLUMNS: Final = len(AZIMUTHS_DEG)
-_FINER: Final = 4
-_DARKEST: Final = 28  # tones of the map, sRGB
-_BRIGHTEST: Final = 242
-_CURVE: Final = 1.4  # so that the best places stand out
 _STEP_DEG: Final = 5.625
+
 _HARDLY_LESS: Final = 0.97  # of the best match: the rule of the tolerance arc
-
-
-class LampPosition(NamedTuple):
-    """Where and how a lamp is held."""
-
-    azimuth_deg: float
-    altitude_deg: float
-    power: float = 1.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InHand:
-    """A lamp, ready to be placed around a head."""
-
-    head: Head
-    shape: HeadShape = field(repr=False)
-    near: NearField = field(repr=False)
-    face: FaceBasis = field(repr=False)
-    lamp: Lamp
-    lamp_light: AddedLight = field(repr=False)
-    tables: LampTables = field(repr=False)
-    grey: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LampQuestion:
-    """What places are asked for. `gain`: luminance of radiance 1, cd/m2."""
-
-    light: PlaceLight
-    gain: float
-    front_deg: float = 0.0
-    arm: bool = False
-    floor: bool = True
-    distance_m: float = 0.3
-    objective: Objective = "picture"
-    lens: LensWish = STRAIGHT
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        """Equal keys have equal answers."""
-        values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
-        return (self.light, *values, self.objective, self.lens)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Answers:
-    """Where a lamp belongs for every style.
-
-    `is_open`, (576,) bool: placements that can be reached.
-    """
-
-    hand: InHand
-    question: LampQuestion
-    placements: tuple[LampPlacement, ...] = field(repr=False)
-    is_open: NDArray[np.bool_] = field(repr=False)
-
-    def of(self, name: str | None) -> LampPlacement | None:
-        """Give the answer for a style."""
-        return next((one for one in self.placements if one.name == name), None)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Nearer:
-    """What a lamp that rescues nothing does from nearer by."""
-
-    answers: Answers
-    one: LampPlacement
-    distance_m: float
-
-
-def powers_for(answers: Answers) -> tuple[float, ...]:
-    """Return the powers that the lamp of some answers was tried at, the strongest first."""
-    return lamp_powers(answers.hand.lamp, answers.question.objective)
-
-
-def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
-    """As the ``light`` command: the paper's objective takes lamps as their numbers say."""
-    if objective == "paper" or not isinstance(lamp, NumbersLamp):
-        return FULL
-    return powers_of(lamp.kind)
-
-
-def best_held(placement: LampPlacement) -> LampPosition:
-    """Give the best place of a lamp, between the placements of the search, and its power."""
-    return LampPosition(
-        placement.lamp_azimuth_refined_deg, placement.lamp_altitude_refined_deg, placement.power
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -333,110 +242,8 @@ def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
     return low + (at(lower + 1) - low) * above
 
 
-def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
-    """Give an answer with the lens where it is asked for and sees the best match."""
-    hand, head, question = answers.hand, answers.hand.head, answers.question
-    if not head.views:
-        return one
-    light = question.light.searched * np.float32(question.gain)
-    near = hand.lamp if isinstance(hand.lamp, NumbersLamp) else None
-    wish = question.lens.moved(question.front_deg)
-    return seen_aside(head.pack, head.aside, (one,), light, hand.lamp_light, near, wish)[0]
-
-
 def _without(answers: Answers, one: LampPlacement, size: Size) -> Bytes:
     """Portrait in the place's own light, at the best turn that it has without a lamp."""
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
     return head.portrait(picture_at(head.transport, light, facing), size, Facing(light, facing))
-
-
-def sky_of(
-    values: NDArray[np.floating[Any]],
-    limit: float | None,
-    is_open: NDArray[np.bool_] | None = None,
-) -> SkyState:
-    """Draw up the map.
-
-    Args:
-        values: (9, 64) float. Objective at one turn: altitudes upward, azimuths from in front
-            toward the sitter's left.
-        limit: Where the line runs; None for no line.
-        is_open: (576,) bool or None. Placements that can be reached.
-    """
-    # Left to right −180 to 180: the sitter's right, in front, the sitter's left.
-    around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)
-    fine, azimuths, altitudes = _finer(around)
-    low = max(float(around.min()), 0.0)
-    high = max(float(around.max()), low + 1e-9, limit or 0.0)
-    share = np.clip((fine - low) / (high - low), 0.0, 1.0) ** _CURVE
-    tones = (_DARKEST + share * (_BRIGHTEST - _DARKEST) + 0.5).astype(np.uint8)
-    line, words = np.zeros((0, 4), np.float32), tr("Brighter is better.")
-    if limit is not None:
-        line = _line(fine - limit, azimuths, altitudes)
-        words = tr("Brighter is a better match. The line marks {limit}.", limit=f"{limit:.0f}")
-    closed = None
-    if is_open is not None and not is_open.all():
-        shut = np.roll(~is_open.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
-        # Texels of a placement lie around it: half of the first column is at the right end.
-        closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
-    if closed is not None:
-        words = tr("{words} Hatched is out of reach.", words=words)
-    half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
-    return SkyState(np.ascontiguousarray(tones[::-1]), closed, line, half, words)
-
-
-def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
-    """Read the map between placements: texels' azimuths from −180 on, altitudes upward, deg."""
-    step, rise = 360.0 / _COLUMNS, float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
-    fine_columns = _FINER * 2 * _COLUMNS
-    azimuths = -180.0 + (np.arange(fine_columns) + 0.5) * 360.0 / fine_columns
-    across = (azimuths + 180.0) / step
-    fine_rows = _FINER * 2 * _ROWS
-    lowest = float(ALTITUDES_DEG[0]) - rise / 2.0
-    altitudes = lowest + (np.arange(fine_rows) + 0.5) * rise * _ROWS / fine_rows
-    up = np.clip((altitudes - float(ALTITUDES_DEG[0])) / rise, 0.0, _ROWS - 1.0)
-    wrapped = _cubic(np.concatenate([values[:, -1:], values, values[:, :2]], axis=1).T, across + 1)
-    padded = np.concatenate([wrapped[:, :1], wrapped, wrapped[:, -1:]], axis=1)
-    return _cubic(padded.T, up + 1.0), azimuths, altitudes
-
-
-def _cubic(values: Float64, places: Float64) -> Float64:
-    """Read (n, m) along its first axis at places in [1, n - 2], by Catmull-Rom's curve."""
-    first = np.clip(np.floor(places).astype(np.intp), 1, len(values) - 3)
-    t = (places - first)[:, None]
-    a, b, c, d = (values[first + offset] for offset in (-1, 0, 1, 2))
-    bend = c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))
-    return np.asarray(b + 0.5 * t * bend)
-
-
-def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
-    """Pieces of the line where a map is 0: two triangles to each cell, one piece to each."""
-    above = (over >= 0).astype(np.int8)
-    sides = above[:-1] + above[1:]
-    # Only a few cells have corners on both sides.
-    rows, columns = np.nonzero((sides[:, :-1] + sides[:, 1:]) % 4)
-    corners = [
-        (azimuths[columns + right], altitudes[rows + up], over[rows + up, columns + right])
-        for up, right in ((0, 0), (0, 1), (1, 1), (1, 0))
-    ]
-    pieces = [_through(*corners[:3]), _through(corners[0], *corners[2:])]
-    return np.concatenate(pieces).astype(np.float32)
-
-
-def _through(*corners: tuple[Float64, ...]) -> Float64:
-    """Cut triangles, each corner (x, y, value): (n, 4) pieces where the value is 0."""
-    above = np.stack([corner[2] >= 0 for corner in corners])
-    count = above.sum(axis=0)
-    cut = np.flatnonzero((count == 1) | (count == 2))
-    # The corner that stands alone is joined to both others.
-    alone = np.argmax(np.where(count[cut] == 1, above[:, cut], ~above[:, cut]), axis=0)
-    values = np.stack([np.stack(corner) for corner in corners])[:, :, cut]
-    index = np.arange(len(cut))
-    start = values[alone, :, index]
-    ends = []
-    for step in (1, 2):
-        stop = values[(alone + step) % 3, :, index]
-        share = start[:, 2] / (start[:, 2] - stop[:, 2])
-        ends.append(start[:, :2] + (stop[:, :2] - start[:, :2]) * share[:, None])
-    return np.concatenate(ends, axis=1)

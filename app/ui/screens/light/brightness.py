@@ -1,0 +1,173 @@
+"""How bright the place is: measured, or as the user says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from app.core.base.errors import CoreError
+from app.core.second_light.place_brightness import check_lux, illuminance, read_lux
+from app.core.solver.place_light import PlaceLight
+from app.core.text import tr
+from app.ui.presenters.services import Services
+from app.words.phrases.quantities import lux_words
+
+BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
+    ("night", tr("Night street"), 5.0),
+    ("cellar", tr("Cellar"), 30.0),
+    ("living", tr("Living room"), 150.0),
+    ("office", tr("Office"), 300.0),
+    ("studio", tr("Studio"), 500.0),
+    ("window", tr("By a window"), 1500.0),
+    ("overcast", tr("Overcast sky"), 8000.0),
+    ("sun", tr("Sun"), 60000.0),
+)
+"""Answers to "How bright is it here?": key, words, lux on a vertical surface at the face."""
+
+
+@dataclass(frozen=True, slots=True)
+class BrightState:
+    """The question how bright the place is.
+
+    `measured`: "Back to the measured 460 lx"; empty where that counts already, or nothing was
+    measured.
+    """
+
+    key: str = ""
+    text: str = ""
+    error: str = ""
+    keep: str = ""
+    measured: str = ""
+
+
+_SAME = 0.01  # of an answer's lux
+
+
+class PlaceScale:
+    """Luminance of radiance 1 at the open place; what the user says is kept with the place."""
+
+    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._changed = changed
+        # What was said of a light that belongs to no place that is kept.
+        self._loose: tuple[PlaceLight, float] | None = None
+        self._error = ""
+        self.asking = False
+        # Of light in its own unit, and what that is of: sums over a whole panorama.
+        self._unit: tuple[PlaceLight, float, float] | None = None
+
+    @property
+    def white(self) -> float | None:
+        """Luminance of radiance 1, cd/m2: as the user says, else as measured."""
+        value = self._stated
+        return self._measured if value is None else value
+
+    @property
+    def camera(self) -> str:
+        """Model of the camera that measured the scale; empty where that is not known."""
+        place = self._services.model.place
+        from_camera = place is not None and place.capture is not None and self._stated is None
+        return place.capture.camera if from_camera and place and place.capture else ""
+
+    @property
+    def words(self) -> str:
+        """Write "460 lx at the face, as measured"; empty while it is not known."""
+        white = self.white
+        if white is None:
+            return ""
+        lux = lux_words(self._lux(white))
+        if self._stated is None:
+            return tr("{lux} at the face, as measured", lux=lux)
+        return tr("{lux} at the face, as you said", lux=lux)
+
+    def state(self) -> BrightState:
+        """Make what the question shows."""
+        white, measured = self.white, self._measured
+        if white is None:
+            return BrightState(error=self._error)
+        lux = self._lux(white)
+        key = next((k for k, _, value in BRIGHTNESS if abs(value - lux) <= _SAME * value), "")
+        back = ""
+        if self._stated is not None and measured is not None:
+            back = tr("Back to the measured {lux}", lux=lux_words(self._lux(measured)))
+        return BrightState(
+            key=key,
+            text="" if key and self._stated is not None else lux_words(lux).removesuffix(" lx"),
+            error=self._error,
+            keep=tr("Keep {lux}", lux=lux_words(lux)),
+            measured=back,
+        )
+
+    def ask(self) -> None:
+        """Ask although an answer is known."""
+        self.asking, self._error = True, ""
+        self._changed()
+
+    def keep(self) -> None:
+        """Leave it as it is."""
+        self.asking, self._error = False, ""
+        self._changed()
+
+    def choose(self, key: str) -> None:
+        """Take one of the answers of `BRIGHTNESS`."""
+        self._say(next(lux for name, _, lux in BRIGHTNESS if name == key))
+
+    def type(self, text: str) -> None:
+        """Take what a light meter reads, as it was typed."""
+        try:
+            lux = read_lux(text)
+        except CoreError as error:
+            self._error = str(error)
+            self._changed()
+            return
+        self._say(lux)
+
+    def measure(self) -> None:
+        """Go back to what was measured."""
+        self._keep(None)
+
+    def place_changed(self) -> None:
+        """Ask no more: another place is open."""
+        self.asking, self._error = False, ""
+
+    @property
+    def _measured(self) -> float | None:
+        place = self._services.model.place
+        white = place.capture.white_cd_m2 if place is not None and place.capture else None
+        return white or None
+
+    @property
+    def _stated(self) -> float | None:
+        model = self._services.model
+        if model.place is not None:
+            return model.place.said_white_cd_m2
+        loose = self._loose
+        return loose[1] if loose is not None and loose[0] is model.light else None
+
+    def _lux(self, white: float) -> float:
+        """Vertical illuminance at the face at turn 0."""
+        model, cache = self._services.model, self._unit
+        if model.light is None:
+            return 0.0
+        if cache is None or cache[0] is not model.light or cache[1] != model.front_deg:
+            unit = illuminance(model.light.searched, model.front_deg)
+            self._unit = cache = (model.light, model.front_deg, unit)
+        return white * cache[2]
+
+    def _say(self, lux: float) -> None:
+        unit = self._lux(1.0)
+        if unit <= 0.0:
+            self._error = tr("No light comes from where the photographer stands.")
+            self._changed()
+            return
+        self._keep(check_lux(lux) / unit)
+
+    def _keep(self, white: float | None) -> None:
+        model = self._services.model
+        self.asking, self._error = False, ""
+        if model.place is not None:
+            # The window keeps the place with it.
+            model.update(place=replace(model.place, said_white_cd_m2=white))
+        elif model.light is not None:
+            self._loose = None if white is None else (model.light, white)
+        self._changed()

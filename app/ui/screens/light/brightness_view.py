@@ -1,0 +1,111 @@
+"""Two questions: how bright the place is, and how bright the lamp."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app.core.text import tr
+from app.ui.screens.light.brightness import BRIGHTNESS, BrightState
+from app.ui.screens.light.screen import LightPresenter
+from app.ui.theme import px
+from app.ui.widgets.accessibility import OwnKeys
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.fields import TextField
+from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import add, column, grid, row
+from app.words.phrases.quantities import lux_words
+
+_WIDEST_SHEET: Final = 520
+
+_WHY: Final = tr(
+    "What a lamp can do depends on how much light there is besides. Choose "
+    "what comes nearest, or type what a light meter reads in front of the "
+    "face while it looks at the camera."
+)
+
+
+class _SheetPage(QWidget):
+    """A column in the middle of the room that there is."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        self.setAccessibleName(title)
+        self.words = Text("", 14, role="dim", wrap=True)
+        title_text = Text(title, 20, 600, wrap=True)
+        self.column = column(..., title_text, self.words, 8, gap=8, margins=None)
+        inside = QWidget()
+        inside.setMaximumWidth(px(_WIDEST_SHEET))
+        inside.setLayout(self.column)
+        row(..., (inside, 100), ..., into=self, gap=None, margins=24)
+
+    def add_field(self, field: TextField, button: Button, take: Callable[[str], None]) -> None:
+        """Put a field and its button side by side."""
+        # In line with the field, whose label stands above it.
+        self.column.addLayout(row((field, 1), column(20, button, ...), gap=8))
+        OwnKeys(field.edit)
+        field.entered.connect(take)
+        field.changed.connect(lambda _text: field.set_error(""))
+        button.clicked.connect(lambda: take(field.text()))
+
+
+class Brightness(_SheetPage):
+    """The question how bright the place is, with its usual answers and a field for any other."""
+
+    def __init__(self, presenter: LightPresenter) -> None:
+        super().__init__(tr("How bright is it here?"))
+        scale = presenter.scale
+        self.words.set_text(_WHY)
+        self.answers: dict[str, Button] = {}
+        for key, name, lux in BRIGHTNESS:
+            button = Button(f"{name}, {lux_words(lux)}")
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            button.clicked.connect(lambda _on=False, key=key: scale.choose(key))
+            self.answers[key] = button
+        add(self.column, grid(*self.answers.values(), across=2, gap=(8, 8)), 8)
+        self.lux = TextField(tr("Light meter at the face, lux"), "450")
+        self.take = Button(tr("Set"))
+        self.add_field(self.lux, self.take, scale.type)
+        self._last: BrightState | None = None
+        self._last_input: tuple[str, ...] = ()
+        self.keep = Button("", size="small", do=scale.keep)
+        self.measured = Button("", size="small", do=scale.measure)
+        add(self.column, 8, row(self.keep, self.measured, ..., gap=8))
+        self.column.addStretch(2)
+
+    def show_state(self, state: BrightState) -> None:
+        """Show which answer counts; what is being typed is left alone."""
+        if state == self._last:
+            return
+        self._last = state
+        before, self._last_input = self._last_input, (state.key, state.text, state.keep)
+        if self._last_input != before:
+            self.lux.set_text(state.text)
+        self.lux.set_error(state.error)
+        for key, name, lux in BRIGHTNESS:
+            icon = "check" if key == state.key else ""
+            self.answers[key].set_text(f"{name}, {lux_words(lux)}", icon)
+        for button, words in ((self.keep, state.keep), (self.measured, state.measured)):
+            button.set_text(words)
+            button.setVisible(bool(words))
+
+
+class MeterPage(_SheetPage):
+    """The question how bright a captured lamp is whose files do not say so."""
+
+    def __init__(self, presenter: LightPresenter) -> None:
+        super().__init__(tr("How bright is this lamp?"))
+        self.lux = TextField(tr("Light meter where the camera stood, facing the lamp, lux"), "640")
+        self.take = Button(tr("Set"))
+        self.add_field(self.lux, self.take, lambda text: presenter.lamp_actions.answer("lux", text))
+        self.again = Button(tr("Capture it again"), do=presenter.lamps.begin)
+        add(self.column, 8, (self.again, 0, Qt.AlignmentFlag.AlignLeft))
+        self.column.addStretch(2)
+
+    def show_state(self, sentence: str, error: str) -> None:
+        """Show why the lamp cannot be compared, and what is wrong with what was typed."""
+        self.words.set_text(sentence)
+        self.lux.set_error(error)

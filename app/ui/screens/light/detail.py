@@ -1,0 +1,137 @@
+"""The chosen style with the lamp: match, verdict, best place and numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal, TypeAlias
+
+from app.core.base.arrays import Bytes
+from app.core.second_light.search import LampPlacement
+from app.core.solver.shortfall import LensShortfall
+from app.core.solver.turn_choice import LIMITS
+from app.core.text import tr
+from app.ui.screens.light.hold import move_words
+from app.ui.screens.light.placement.answers import best_held, kind_of, powers_for
+from app.ui.screens.light.placement.pictures import LampView
+from app.ui.screens.light.placement.result import LampResult
+from app.words.lamps import power_share, stops_down
+from app.words.phrases.directions import light_words, lit_aside_words
+from app.words.phrases.quantities import contrast_words, upper_first
+from app.words.phrases.turns import signed, turn_words
+from app.words.shortfall import reason_sentence
+from app.words.verdict import whole_of
+
+Verdict: TypeAlias = Literal["", "in", "out"]
+"""Whether the style is in reach where the lamp is held; empty while that is not known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampDetailState:
+    """The chosen style with the lamp where it is held.
+
+    Attributes:
+        target, with_lamp, without: (h, w, 3) uint8 or None. Portraits, sRGB.
+        without_tag: "Without it, at 62°".
+        power: "1/8, 3 stops down"; empty for a lamp that has one power only.
+    """
+
+    key: str = ""
+    title: str = ""
+    side: str = ""
+    target: Bytes | None = field(default=None, repr=False)
+    with_lamp: Bytes | None = field(default=None, repr=False)
+    without: Bytes | None = field(default=None, repr=False)
+    without_tag: str = tr("Without it")
+    before: str = ""
+    after: str = ""
+    verdict: Verdict = ""
+    verdict_words: str = ""
+    best_title: str = ""
+    best_line: str = ""
+    at_best: bool = True
+    numbers: tuple[tuple[str, str], ...] = ()
+    power: str = ""
+    weaker: bool = False
+    stronger: bool = False
+    stale: bool = False
+
+
+def _lens(result: LampResult) -> str:
+    """Say from where the lens sees the style best with the lamp at its best place."""
+    lens = result.lens
+    if lens is None:
+        return ""
+    if isinstance(lens.shortfall, LensShortfall):
+        return f"{reason_sentence(lens.shortfall)}."
+    words = upper_first(lit_aside_words(lens.yaw_deg, lens.lighting)) or tr("Face to the lens")
+    there = tr("The lamp is there.")
+    return f"{there} " + tr("{aside}: match {match}.", aside=words, match=whole_of(lens.match))
+
+
+def detail_of(result: LampResult) -> LampDetailState:
+    """Show the style in front with the lamp where it is held."""
+    one, view, position, kind = result.one, result.view, result.position, kind_of(result.answers)
+    pack = result.answers.hand.head.pack
+    style = pack.styles[pack.index(one.name)]
+    powers = powers_for(result.answers)
+    stops = stops_down(position.power, kind) if result.dims else ""
+    numbers = (
+        (tr("Turn"), turn_words(one.turn_refined_deg)),
+        (tr("Lamp azimuth"), signed(position.azimuth_deg)),
+        (tr("Lamp altitude"), signed(position.altitude_deg)),
+    )
+    state = LampDetailState(
+        key=one.name,
+        title=style.title,
+        side=light_words(style.side, style.place) or tr("Painted"),
+        without_tag=tr("Without it, at {turn}", turn=signed(one.before.turn_refined_deg)),
+        before=str(whole_of(one.before.match)),
+        best_title=tr("Best place: {match}", match=whole_of(one.match)),
+        best_line=_lens(result) if result.at_best else move_words(position, best_held(one), kind),
+        at_best=result.at_best,
+        numbers=numbers,
+        power=", ".join(filter(None, (power_share(position.power, kind), stops)))
+        if result.dims
+        else "",
+        weaker=position.power > powers[-1],
+        stronger=position.power < powers[0],
+    )
+    if view is None:
+        return replace(state, stale=True)
+    # At the best place, the numbers of the list.
+    source: LampPlacement | LampView = one if result.at_best else view
+    match, strength = source.match, source.strength
+    verdict, words = verdict_at(match, strength)
+    if source.grade is not None:
+        verdict, words = ("in" if source.attainable else "out"), _GRADED[source.grade]
+    return replace(
+        state,
+        numbers=(*numbers, (tr("Contrast"), contrast_words(strength))),
+        target=view.target,
+        with_lamp=view.with_lamp,
+        without=view.without,
+        after=str(whole_of(match)),
+        verdict=verdict,
+        verdict_words=words,
+        stale=view.position != position,
+    )
+
+
+_GRADED: Final = {
+    "yes": tr("in reach"),
+    "nearly": tr("nearly in reach"),
+    "no": tr("out of reach"),
+}
+
+
+def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
+    """Say whether a style is in reach at a match and a strength."""
+    if match < LIMITS.match:
+        return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
+    if strength < LIMITS.strength:
+        return "out", tr(
+            "too soft: strength {strength}, needs {least:.0f}",
+            strength=whole_of(strength),
+            least=LIMITS.strength,
+        )
+    return "in", tr("in reach, over {limit:.0f}", limit=LIMITS.match)

@@ -1,0 +1,180 @@
+"""The two steps: how far to turn, and where to hold the lamp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from app.core.base.angles import direction_of, whole, wrap
+from app.core.second_light.lamp_presets import part_of
+from app.core.solver.head_shape import HeadShape
+from app.core.text import tr
+from app.ui.screens.light.lamp import lamp_name
+from app.ui.screens.light.placement.answers import LampPosition, kind_of
+from app.ui.screens.light.placement.result import LampResult
+from app.words.lamps import power_share, power_words
+from app.words.phrases.directions import lens_words
+from app.words.phrases.turns import turn_words
+
+
+@dataclass(frozen=True, slots=True)
+class HoldState:
+    """The two steps, in words.
+
+    `turn`, `turn_line`: "Turn 56° counter-clockwise", and what that does.
+    """
+
+    turn: str = ""
+    turn_line: str = ""
+    turn_works: bool = False
+    go: str = tr("Turn first")
+    go_icon: str = "turn"
+    hold: str = ""
+    hold_line: str = ""
+    map_title: str = tr("Where this lamp works at this turn")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadsState:
+    """The lamp around the head.
+
+    Attributes:
+        shape: HeadShape or None. Outlines, metres.
+        best: tuple of float or None. Best azimuth and altitude, deg.
+        place_light_deg: From where the place lights the face at the turn, azimuth as above; None
+            where its light comes from all around.
+    """
+
+    shape: HeadShape | None = field(default=None, repr=False)
+    distance_m: float = 0.3
+    azimuth_deg: float = 0.0
+    altitude_deg: float = 0.0
+    best: tuple[float, float] | None = None
+    place_light_deg: float | None = None
+    spoken: str = ""
+
+
+_FRONT_DEG: Final = 20.0
+
+_SAME_DEG: Final = 1
+
+# Keyed by whether it moves around the head, whether it rises (1) or sinks (-1), and whether its
+# power changes.
+_MOVES: Final = {
+    (False, 0, False): tr("The lamp is there."),
+    (False, 1, False): tr("Raise the lamp by {up}."),
+    (False, -1, False): tr("Lower the lamp by {up}."),
+    (False, 0, True): tr("Set the lamp to {power}."),
+    (False, 1, True): tr("Raise the lamp by {up} and set it to {power}."),
+    (False, -1, True): tr("Lower the lamp by {up} and set it to {power}."),
+    (True, 0, False): tr("Move the lamp {across} {way}."),
+    (True, 1, False): tr("Move the lamp {across} {way} and raise it by {up}."),
+    (True, -1, False): tr("Move the lamp {across} {way} and lower it by {up}."),
+    (True, 0, True): tr("Move the lamp {across} {way} and set it to {power}."),
+    (True, 1, True): tr("Move the lamp {across} {way}, raise it by {up} and set it to {power}."),
+    (True, -1, True): tr("Move the lamp {across} {way}, lower it by {up} and set it to {power}."),
+}
+
+
+def turn_title(turn_deg: float) -> str:
+    """Write the first step: "Turn 56° counter-clockwise"."""
+    if whole(turn_deg) == 0:
+        return tr("No turn needed")
+    return tr("Turn {turn}", turn=turn_words(turn_deg))
+
+
+def go_words(turn_deg: float) -> str:
+    """Write what the button does that leads on: there may be no turn to make."""
+    return tr("Hold it now") if whole(turn_deg) == 0 else tr("Turn first")
+
+
+def way_icon(turn_deg: float) -> str:
+    """Give the icon that shows which way round a turn goes."""
+    return {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}.get(
+        direction_of(turn_deg), "bulb"
+    )
+
+
+def place_words(azimuth_deg: float | None) -> str:
+    """Say from where the place lights the face after the turn.
+
+    `azimuth_deg`: relative to the face, positive toward the sitter's left; None for all around.
+    """
+    if azimuth_deg is None:
+        return tr("The light of the place then comes from all around.")
+    away = abs(azimuth_deg)
+    if away < _FRONT_DEG:
+        return tr("The place then lights the face from in front.")
+    if away > 180.0 - _FRONT_DEG:
+        return tr("The place then lights the sitter from behind.")
+    if azimuth_deg > 0:
+        return tr("The place then lights the sitter’s left (camera right).")
+    return tr("The place then lights the sitter’s right (camera left).")
+
+
+def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
+    """Say how the lamp gets from where it is held to its best place and power.
+
+    Args:
+        now, best: Azimuth toward the sitter's left and altitude, deg, and power.
+
+    Examples:
+        >>> from app.ui.screens.light.pictures import Held, Lamp
+        >>> move_words(Held(107.0, 20.0), Held(107.2, 0.0))
+        'Lower the lamp by 20°.'
+        >>> move_words(Held(107.0, 0.0, 1.0), Held(80.0, 5.0, 0.5))
+        'Move the lamp 27° toward the camera, raise it by 5° and set it to half power.'
+    """
+    across = whole(wrap(best.azimuth_deg - now.azimuth_deg))
+    up = whole(best.altitude_deg) - whole(now.altitude_deg)
+    power = tr("{share} power", share=power_share(best.power, kind))
+    if part_of(best.power, kind) == 2:
+        power = tr("half power")
+    return _MOVES[across != 0, (up > 0) - (up < 0), now.power != best.power].format(
+        across=f"{abs(across)}°",
+        way=_way(now.azimuth_deg, best.azimuth_deg),
+        up=f"{abs(up)}°",
+        power=power,
+    )
+
+
+def _way(now_deg: float, best_deg: float) -> str:
+    """Name the way around the head: forward or back, or to the other side."""
+    if now_deg * best_deg < 0 or abs(now_deg) < _SAME_DEG:
+        if best_deg > 0:
+            return tr("to the sitter’s left (camera right)")
+        return tr("to the sitter’s right (camera left)")
+    return tr("toward the camera") if abs(best_deg) < abs(now_deg) else tr("toward the back")
+
+
+def hold_of(result: LampResult, heads: HeadsState) -> HoldState:
+    """Write the two steps."""
+    turn, kind = result.one.turn_refined_deg, kind_of(result.answers)
+    name = lamp_name(result.answers.hand.lamp)
+    where, far, skin = result.spot
+    hold = tr("Hold {lamp} {where}", lamp=name, where=where)
+    if result.dims:
+        power = power_words(result.position.power, kind)
+        hold = tr("Hold {lamp} {where}, {power}", lamp=name, where=where, power=power)
+    map_title = tr("Where this lamp works at this turn")
+    if result.position.power != result.one.power:
+        # The map is of another power than the lamp is held at.
+        power = power_words(result.one.power, kind)
+        map_title = tr("Where this lamp works at this turn {at_power}", at_power=power)
+    line = tr(
+        "{distance} from the middle of the head, about {skin} from the skin.",
+        distance=far,
+        skin=skin,
+    )
+    if result.lens is not None and result.lens.yaw_deg:
+        line = f"{line} {lens_words(result.lens.yaw_deg)}."
+    return HoldState(
+        turn=turn_title(turn),
+        turn_line=place_words(heads.place_light_deg),
+        turn_works=True,
+        go=go_words(turn),
+        go_icon=way_icon(turn),
+        hold=hold,
+        hold_line=line,
+        map_title=map_title,
+    )

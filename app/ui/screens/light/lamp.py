@@ -1,0 +1,138 @@
+"""The lamp in hand: its name and its distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.core.second_light.captured import CapturedLamp
+from app.core.second_light.lamp_presets import KINDS, at_distance
+from app.core.second_light.place_brightness import Comparison, compare
+from app.core.text import tr
+from app.ui.presenters.services import Services
+from app.ui.screens.light.brightness import PlaceScale
+from app.ui.screens.light.lamp_list import LampList
+from app.ui.screens.light.placement.answers import Lamp, LampQuestion
+from app.words.lamps import lamp_title
+
+_USUAL_M: Final = 0.3
+
+DISTANCES_M: tuple[float, ...] = (
+    *(round(0.2 + 0.05 * step, 2) for step in range(16)),
+    *(round(1.0 + 0.1 * step, 1) for step in range(10)),
+    *(2.0 + 0.5 * step for step in range(7)),
+)
+"""Stops of the distance slider, metres from the middle of the head."""
+
+
+@dataclass(frozen=True, slots=True)
+class LampState:
+    """The lamp in hand, and what the user says about the place.
+
+    Attributes:
+        items: tuple of (str, str, str, str). Lamps to choose from: key, title, what it is, icon.
+        brightness: "460 lx at the face, as measured"; empty while it is not known.
+    """
+
+    items: tuple[tuple[str, str, str, str], ...] = ()
+    key: str = ""
+    distance: int = 0
+    distance_fixed: str = ""
+    arm: bool = False
+    floor: bool = True
+    brightness: str = ""
+    own: bool = False
+
+
+def nearest_stop(distance_m: float) -> int:
+    """Give the stop of the distance slider nearest to a distance.
+
+    Examples:
+        >>> DISTANCES_M[nearest_stop(0.31)]
+        0.3
+    """
+    return min(range(len(DISTANCES_M)), key=lambda stop: abs(DISTANCES_M[stop] - distance_m))
+
+
+def lamp_words(title: str) -> str:
+    """Name a lamp within a sentence.
+
+    Examples:
+        >>> lamp_words("Phone screen"), lamp_words("LED panel")
+        ('phone screen', 'LED panel')
+    """
+    return title if title[1:2].isupper() else title[:1].lower() + title[1:]
+
+
+def lamp_name(lamp: Lamp) -> str:
+    """Name the lamp in hand within a sentence: "the LED panel", or its own name."""
+    if isinstance(lamp, CapturedLamp):
+        return f"“{lamp.title}”"
+    return tr("the {lamp}", lamp=lamp_words(lamp_title(lamp.kind)))
+
+
+class LampHold:
+    """The lamp in hand: how far from the head, and where it may be held.
+
+    Attributes:
+        stop: Index into `DISTANCES_M`.
+        arm: Only within arm's reach.
+        floor: Only above floor level.
+    """
+
+    def __init__(self, services: Services, lamps: LampList, scale: PlaceScale) -> None:
+        self._services, self._lamps, self._scale = services, lamps, scale
+        self.stop = nearest_stop(_USUAL_M)
+        self.arm, self.floor = False, True
+
+    def state(self) -> LampState:
+        """Resolve the fields of the left column."""
+        lamps = self._lamps
+        return LampState(
+            items=lamps.items,
+            key=lamps.key,
+            distance=self.stop,
+            distance_fixed=lamps.fixed,
+            arm=self.arm,
+            floor=self.floor,
+            brightness="" if self._services.model.light is None else self._scale.words,
+            own=lamps.own is not None,
+        )
+
+    def lamp(self) -> Lamp | None:
+        """Return the lamp in hand; None for none, or one that cannot be compared with the place."""
+        key = self._lamps.key
+        if key in KINDS:
+            return at_distance(KINDS[key], DISTANCES_M[self.stop])
+        return self._lamps.own if self.comparison().possible else None
+
+    def comparison(self) -> Comparison:
+        """Compare where the lamp in hand was captured with the place."""
+        own = self._lamps.own
+        if own is None:
+            return Comparison()
+        return compare(self._scale.white, own, place_camera=self._scale.camera)
+
+    @property
+    def distance_m(self) -> float:
+        """From the middle of the head, metres."""
+        own = self._lamps.own
+        if own is not None and own.distance_m is not None:
+            return own.distance_m
+        return DISTANCES_M[self.stop]
+
+    def question(self) -> LampQuestion | None:
+        """Return what the search has to answer; None without a light of known brightness."""
+        model, gain = self._services.model, self._scale.white
+        if model.light is None or gain is None:
+            return None
+        return LampQuestion(
+            light=model.light,
+            gain=gain,
+            front_deg=model.front_deg,
+            arm=self.arm,
+            floor=self.floor,
+            distance_m=self.distance_m,
+            objective=model.settings.objective,
+            lens=model.lens,
+        )

@@ -1,0 +1,211 @@
+"""A lamp placed for every style: what was asked, and the answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.progress import Report, Token, span
+from app.core.portrait.head import Head
+from app.core.second_light import added_light as added_lights
+from app.core.second_light.added_light import AddedLight, NearField, prepare_near
+from app.core.second_light.captured import CapturedLamp, grey_lamp, place_lamp
+from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
+from app.core.second_light.placements import COUNT, above_floor, within_arm
+from app.core.second_light.search import LampPlacement, place_all
+from app.core.second_light.search_kernel import LampTables, lamp_tables
+from app.core.second_light.turned_head import seen_aside
+from app.core.solver.head_shape import HeadShape, load_shape_of
+from app.core.solver.lens_search import STRAIGHT, LensWish
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.turn_choice import Objective
+
+Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
+
+
+class LampPosition(NamedTuple):
+    """Where and how a lamp is held."""
+
+    azimuth_deg: float
+    altitude_deg: float
+    power: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InHand:
+    """A lamp, ready to be placed around a head."""
+
+    head: Head
+    shape: HeadShape = field(repr=False)
+    near: NearField = field(repr=False)
+    face: FaceBasis = field(repr=False)
+    lamp: Lamp
+    lamp_light: AddedLight = field(repr=False)
+    tables: LampTables = field(repr=False)
+    grey: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampQuestion:
+    """What places are asked for. `gain`: luminance of radiance 1, cd/m2."""
+
+    light: PlaceLight
+    gain: float
+    front_deg: float = 0.0
+    arm: bool = False
+    floor: bool = True
+    distance_m: float = 0.3
+    objective: Objective = "picture"
+    lens: LensWish = STRAIGHT
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal keys have equal answers."""
+        values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
+        return (self.light, *values, self.objective, self.lens)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answers:
+    """Where a lamp belongs for every style.
+
+    `is_open`, (576,) bool: placements that can be reached.
+    """
+
+    hand: InHand
+    question: LampQuestion
+    placements: tuple[LampPlacement, ...] = field(repr=False)
+    is_open: NDArray[np.bool_] = field(repr=False)
+
+    def of(self, name: str | None) -> LampPlacement | None:
+        """Give the answer for a style."""
+        return next((one for one in self.placements if one.name == name), None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearer:
+    """What a lamp that rescues nothing does from nearer by."""
+
+    answers: Answers
+    one: LampPlacement
+    distance_m: float
+
+
+def powers_for(answers: Answers) -> tuple[float, ...]:
+    """Return the powers that the lamp of some answers was tried at, the strongest first."""
+    return lamp_powers(answers.hand.lamp, answers.question.objective)
+
+
+def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
+    """As the ``light`` command: the paper's objective takes lamps as their numbers say."""
+    if objective == "paper" or not isinstance(lamp, NumbersLamp):
+        return FULL
+    return powers_of(lamp.kind)
+
+
+def best_held(placement: LampPlacement) -> LampPosition:
+    """Give the best place of a lamp, between the placements of the search, and its power."""
+    return LampPosition(
+        placement.lamp_azimuth_refined_deg, placement.lamp_altitude_refined_deg, placement.power
+    )
+
+
+def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
+    """Give an answer with the lens where it is asked for and sees the best match."""
+    hand, head, question = answers.hand, answers.hand.head, answers.question
+    if not head.views:
+        return one
+    light = question.light.searched * np.float32(question.gain)
+    near = hand.lamp if isinstance(hand.lamp, NumbersLamp) else None
+    wish = question.lens.moved(question.front_deg)
+    return seen_aside(head.pack, head.aside, (one,), light, hand.lamp_light, near, wish)[0]
+
+
+def kind_of(answers: Answers) -> str:
+    """Return the kind of the lamp; empty for a captured one."""
+    lamp = answers.hand.lamp
+    return lamp.kind if isinstance(lamp, NumbersLamp) else ""
+
+
+def take_in_hand(
+    head: Head,
+    lamp: Lamp,
+    hand: InHand | None,
+    token: Token,
+    report: Report,
+    grey: bool = False,
+) -> InHand:
+    """Get a lamp ready; the head's part is taken over where it is known.
+
+    With `grey` it is searched without its colours, as in the paper.
+
+    Raises:
+        CoreError: If the head's shape is missing, or the lamp cannot be used.
+        Cancelled: When the token says so.
+    """
+    if hand is not None and hand.head is head:
+        shape, near, face = hand.shape, hand.near, hand.face
+    else:
+        shape = load_shape_of(head.transport, head.name)
+        token.check()
+        near = prepare_near(head.transport, shape)
+        token.check()
+        face = prepare_face(head.transport, head.pack.region_on(head.transport))
+    token.check()
+    if isinstance(lamp, NumbersLamp):
+        lamp_light = added_lights.from_numbers(
+            head.transport, shape, lamp, token, report, near=near, face=face
+        )
+    else:
+        capture = grey_lamp(lamp) if grey else lamp
+        around = place_lamp(capture, token=token, report=span(report, 0.0, 0.3))
+        lamp_light = added_lights.from_captured(head.transport, around, token, report, face=face)
+    tables = lamp_tables(head.pack, head.transport, lamp_light)
+    return InHand(head, shape, near, face, lamp, lamp_light, tables, grey)
+
+
+def ask(hand: InHand, question: LampQuestion, styles: Sequence[str] | None = None) -> Answers:
+    """Place a lamp for every style, or for some."""
+    is_open = _open_spots(question)
+    placements = place_all(
+        hand.head.pack,
+        hand.head.transport,
+        question.light.searched_by(question.objective) * np.float32(question.gain),
+        hand.lamp_light,
+        question.objective,
+        styles=styles,
+        is_open=is_open,
+        powers=lamp_powers(hand.lamp, question.objective),
+        front_deg=question.front_deg,
+        tables=hand.tables,
+    )
+    return Answers(hand, question, tuple(placements), is_open)
+
+
+def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
+    distance = question.distance_m
+    is_open = np.ones(COUNT, bool)
+    if question.arm:
+        is_open &= within_arm(distance)
+    if question.floor:
+        is_open &= above_floor(distance)
+    return is_open
+
+
+def closer(
+    answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
+) -> LampPlacement | None:
+    """Find what a lamp would rescue from nearer by.
+
+    Returns the style that comes out best; None without any.
+    """
+    hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
+    placements = ask(hand, answers.question, names).placements
+    return max(
+        placements, key=lambda one: (one.attainable, one.grade != "nearly", one.match), default=None
+    )

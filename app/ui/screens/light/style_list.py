@@ -1,0 +1,174 @@
+"""The list of styles with the lamp: now possible, better, still out of reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from app.core.base.arrays import Bytes
+from app.core.second_light.search import LampPlacement
+from app.core.solver.shortfall import Cause, LightShortfall
+from app.core.solver.turn_choice import LIMITS
+from app.core.styles.styles import Style
+from app.core.text import tr
+from app.ui.screens.light.lamp import lamp_words
+from app.ui.screens.light.placement.answers import Answers, Nearer, kind_of, powers_for
+from app.ui.screens.styles.cards import side_line
+from app.words.lamps import power_share
+from app.words.phrases.quantities import metres
+from app.words.shortfall import reason_line, too_soft_words
+from app.words.verdict import whole_of
+
+
+@dataclass(frozen=True, slots=True)
+class RowState:
+    """A style in the list. Two that are equal look the same.
+
+    `picture`, (h, w, 3) uint8 or None: target, sRGB; not compared.
+    """
+
+    key: str
+    title: str
+    line: str
+    before: int
+    after: int
+    limit: float = 45.0
+    power: str = ""
+    chosen: bool = False
+    spoken: str = ""
+    version: int = 0
+    picture: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of the list: "Now possible with this lamp", "2 of 3", and its styles."""
+
+    title: str
+    count: str
+    rows: tuple[RowState, ...] = ()
+
+
+GAIN: Final = 10
+"""By so much a style in reach has to gain for the lamp to be worth while."""
+
+
+def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
+    """Give the styles that only the lamp brings within reach, the best first."""
+    winners = [one for one in placements if one.attainable and not one.before.attainable]
+    return tuple(sorted(winners, key=lambda one: -one.match))
+
+
+def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
+    """Give the styles in reach that the lamp makes clearly better, the best gain first."""
+    winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
+    return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
+
+
+def _gain(one: LampPlacement) -> int:
+    return whole_of(one.match) - whole_of(one.before.match)
+
+
+def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
+    """Give the style to show: the chosen one, unless a lamp has more to say about another."""
+    candidates = (*rescued(answers.placements), *better(answers.placements))
+    one = answers.of(style_name)
+    if one is not None and (not one.before.attainable or one in candidates):
+        return one
+    return candidates[0] if candidates else one or next(iter(answers.placements), None)
+
+
+def sections_of(
+    answers: Answers, front: str | None, pictures: Mapping[str, Bytes], version: int
+) -> tuple[Section, ...]:
+    """Make the list; sections without a style are left out, except the first."""
+    placements = answers.placements
+    styles = {style.name: style for style in answers.hand.head.pack.styles}
+    out = sum(not one.before.attainable for one in placements)
+    rescues, gains = rescued(placements), better(placements)
+    hopeless = (one for one in placements if not (one.before.attainable or one.attainable))
+    rest = sorted(hopeless, key=lambda one: -one.match)
+    parts = (
+        (tr("Now possible with this lamp"), tr("now possible with this lamp"), rescues, out),
+        (tr("Better with it"), tr("better with this lamp"), gains, len(placements) - out),
+        (tr("Still out of reach"), tr("still out of reach"), rest, out),
+    )
+
+    def row(one: LampPlacement, how: str) -> RowState:
+        state = _row(one, styles[one.name], how, answers)
+        picture = pictures.get(one.name)
+        return replace(state, version=version, picture=picture, chosen=one.name == front)
+
+    return tuple(
+        Section(
+            title,
+            tr("{number} of {count}", number=len(members), count=count),
+            tuple(row(one, how) for one in members),
+        )
+        for number, (title, how, members, count) in enumerate(parts)
+        if members or (out and not number)
+    )
+
+
+def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowState:
+    kind = kind_of(answers)
+    before, after = whole_of(one.before.match), whole_of(one.match)
+    side = side_line(style)
+    why = "" if one.attainable else reason_line(one.shortfall)
+    if isinstance(one.shortfall, LightShortfall) and one.shortfall.cause is Cause.WEAK_LAMP:
+        # Said once for all; but a match that is enough must not stand here without a word.
+        soft = too_soft_words(one.strength, LIMITS.strength)
+        why = soft if one.grade is None and one.match >= LIMITS.match else ""
+    dims = kind and len(powers_for(answers)) > 1
+    power = tr("{share} power", share=power_share(one.power, kind)) if dims else ""
+    values = {
+        "title": style.title,
+        "side": side,
+        "before": before,
+        "after": after,
+        "power": power,
+        "how": how,
+    }
+    return RowState(
+        key=one.name,
+        title=style.title,
+        line=why or side,
+        before=before,
+        after=after,
+        limit=LIMITS.match,
+        power=power,
+        spoken=tr(
+            "{title}, {side}, match {before} without the lamp, {after} with it at {power}, {how}",
+            **values,
+        )
+        if power
+        else tr(
+            "{title}, {side}, match {before} without the lamp, {after} with it, {how}", **values
+        ),
+    )
+
+
+def note_of(
+    answers: Answers, distance_m: float, busy: bool, coming_closer: bool, nearer: Nearer | None
+) -> tuple[str, str]:
+    """Say what the list alone does not: sentences, and the words of a button; maybe empty."""
+    if all(one.before.attainable for one in answers.placements):
+        return tr("Every style is in reach here. A lamp can still make some better."), ""
+    if rescued(answers.placements) or busy:
+        return "", ""
+    if not answers.is_open.all():
+        return tr("No style becomes possible from where you can hold it. Allow more places."), ""
+    weak = tr("This lamp is too weak at {distance}.", distance=metres(distance_m))
+    if coming_closer:
+        return weak, ""
+    if nearer is None:
+        return " ".join((weak, tr("Try a stronger one."))), ""
+    name, match = lamp_words(nearer.one.title), whole_of(nearer.one.match)
+    near = metres(nearer.distance_m)
+    values = {"near": near, "style": name, "match": match}
+    if nearer.one.attainable:
+        brings = tr("At {near} it brings {style} to {match}.", **values)
+        return f"{weak} {brings}", tr("Hold it at {near}", near=near)
+    beyond = tr("{style} is out of reach even at {near}.", **values)
+    return f"{weak} {beyond}", ""
