@@ -1,14 +1,13 @@
-"""Which spot is best for a style: what the program puts first against pictures made in the place.
+"""Which spot is best for a style: the program's ranking against pictures made in the place.
 
-The demo location is modelled, so any spot in it can be judged. Beside its three spots stand more.
-Each gets a panorama by the location's own path tracer, the program answers it, and at every turn
-that is offered the sitter is lit in the place itself, as in `truth_in_place.py` (which
-`place_check.py` holds against stock Mitsuba). Of the three shipped spots the pictures of that
-benchmark count. Of the shared panoramas, where all light is distant, stock Mitsuba makes the
-pictures. Then for every style and every set of three to six spots, the spot that `rank_spots` puts
-first by the panoramas' answers is right when its true match is at most 3 points below the best;
-`is_right` says of which.
-Resumes where it stopped.
+The demo location is modelled, so any spot in it can be judged. More spots are added to its three.
+Each gets a panorama by the location's own path tracer, and the program's answers for it; at every
+turn offered, the sitter is lit in the place itself, as in `truth_in_place.py` (which
+`place_check.py` compares with stock Mitsuba). For the three shipped spots, the pictures of that
+benchmark are used. For the shared panoramas, where all light is distant, stock Mitsuba makes the
+pictures. Then for every style and every set of three to six spots, the spot that `rank_spots` ranks
+first by the panoramas' answers is right if its true match is at most 3 points below the best;
+`is_right` defines the best. An interrupted run resumes.
 
     python benchmarks/answers/best_spot.py --work FOLDER [--scenes FOLDER] [-o FILE.json]
 """
@@ -56,16 +55,16 @@ MORE: Final = {
     "door-edge": (-1.8, -1.2),
     "court-east": (2.5, 3.5),
 }
-"""x and z in building coordinates, metres; all stand free on the floor."""
+"""x and z in building coordinates, metres; all are free positions on the floor."""
 SCENES: Final = (
     "brown_photostudio_02_1k",
     "empty_warehouse_01_1k",
     "st_fagans_interior_1k",
     "leadenhall_market_1k",
 )
-"""Of the shared panoramas those without a sun, which stock Mitsuba renders with little noise."""
+"""Shared panoramas without a sun, which stock Mitsuba renders with little noise."""
 STOCK_PATHS: Final = 256
-"""With 24 the noise in the norm of a picture made matches of 120: no truth at all."""
+"""With 24, the noise in the norm of a picture gave matches of 120, which are useless as truth."""
 SAMPLES: Final = 12  # rays of each kind from each point of the skin, per seed
 GLINTS: Final = 24
 PATHS: Final = 4096
@@ -76,7 +75,10 @@ NEAR: Final = 3.0  # points of match
 
 
 def render_panorama(spot: Any, seed: int) -> Float32:
-    """(256, 512, 3) cd/m2 at a spot; the sun is laid in by itself, since chance rarely meets it."""
+    """Render a spot, (256, 512, 3) cd/m2.
+
+    The sun is added separately, since random rays rarely hit it.
+    """
     import drjit as dr
     import mitsuba as mi
 
@@ -115,7 +117,7 @@ def render_panorama(spot: Any, seed: int) -> Float32:
 
 
 def pictures_at(work: Path, spot: Any, number: int, turns: Sequence[int], head: Any) -> Float32:
-    """(n * SEEDS, P, 3): the sitter in the place at some of 64 turns, each with two seeds."""
+    """Return the sitter in the place at some of 64 turns, two seeds each, (n * SEEDS, P, 3)."""
     from benchmarks.truth.place_light import Sitting, through_skin
 
     front = np.flatnonzero(head.points.normals[:, 2] > -0.3)
@@ -143,7 +145,7 @@ def pictures_at(work: Path, spot: Any, number: int, turns: Sequence[int], head: 
 
 
 def told(result: StyleResult) -> Row:
-    """What the program knows of a style at a spot."""
+    """Return the program's data for a style at a spot."""
     return {
         "style": result.name,
         "turn_deg": result.turn_deg,
@@ -156,7 +158,7 @@ def told(result: StyleResult) -> Row:
 
 
 def index_of(result: StyleResult) -> int:
-    """Turn on the grid of 64."""
+    """Return the index of a turn on the grid of 64."""
     return round(result.turn_deg / 360 * 64) % 64
 
 
@@ -168,9 +170,11 @@ def judged(
     turns: Sequence[int],
     pictures: NDArray[Any],
 ) -> Rows:
-    """Say of each style what its offered turn is worth in truth at a spot.
+    """Return the true value of each style's offered turn at a spot.
 
-    `pictures`: Of each turn by seeds, (n * SEEDS, P, 3), or their luminance without the last axis.
+    Args:
+        pictures: For each turn by seeds, (n * SEEDS, P, 3), or their luminance without the last
+            axis.
     """
     one_by_one = pictures if pictures.ndim == 2 else grey_of(pictures)
     grey = one_by_one.reshape(len(turns), SEEDS, -1).swapaxes(0, 1)
@@ -194,7 +198,7 @@ def judged(
 
 
 def shipped_rows(pack: StylePack) -> dict[str, Rows]:
-    """What `truth_in_place.py` found at the three shipped spots, at the turns offered now."""
+    """Return the results of `truth_in_place.py` at the three shipped spots, for current turns."""
     file = ROOT / "benchmarks" / "results" / "truth-in-place.json"
     spots = json.loads(file.read_text(encoding="utf-8"))["spots"]
     out = {}
@@ -215,7 +219,7 @@ def shipped_rows(pack: StylePack) -> dict[str, Rows]:
 def location_rows(
     work: Path, pack: StylePack, transport: Transport, names: Iterable[str]
 ) -> tuple[dict[str, Rows], float]:
-    """Render what is missing at the other spots of the location, and judge; rows and seconds."""
+    """Render the missing pictures of the other spots, and judge them; return rows and seconds."""
     from benchmarks.truth.place_light import Spot, portrait
 
     out, head, seconds = shipped_rows(pack), None, 0.0
@@ -238,7 +242,7 @@ def location_rows(
 
 
 def scene_rows(work: Path, scenes: Path, pack: StylePack, transport: Transport) -> dict[str, Rows]:
-    """The same for places that are panoramas alone, all light distant, by stock Mitsuba."""
+    """Do the same for places with only a panorama, all light distant, by stock Mitsuba."""
     head, camera = generic_head()
     out = {}
     for number, name in enumerate(SCENES):
@@ -259,7 +263,7 @@ def scene_rows(work: Path, scenes: Path, pack: StylePack, transport: Transport) 
 
 
 def chosen(rows: Sequence[Row]) -> Row:
-    """The row of the spot that the program puts first, by what it knows."""
+    """Return the row of the spot that the program ranks first."""
     known: list[Any] = [
         SimpleNamespace(
             attainable=row["attainable"],
@@ -277,12 +281,12 @@ READINGS: Final = ("within_3_of_highest", "has_it_and_within_3", "same_grade_and
 
 
 def is_right(rows: Sequence[Row]) -> tuple[bool, bool, bool]:
-    """Whether the spot put first is right, in three readings of "the best" of the true pictures.
+    """Return whether the first spot is right, for three definitions of "the best" true picture.
 
     The first is the highest match, whether or not the picture has the style. The second is the
-    highest match of those that have it, yes or nearly, and the spot put first must have it too; the
-    third is the best grade with its highest match. Where no true picture has the style the last
-    two are the first.
+    highest match of those that have it, yes or nearly, and the first spot must have it too; the
+    third is the best grade with its highest match. If no true picture has the style, the last two
+    equal the first.
     """
     first, grade = chosen(rows), GRADES.index
     found = []
@@ -294,7 +298,7 @@ def is_right(rows: Sequence[Row]) -> tuple[bool, bool, bool]:
 
 
 def cases(spots: dict[str, Rows]) -> Iterator[tuple[int, list[Row]]]:
-    """Every style at every set of 3 to 6 spots: how many spots, and their rows."""
+    """Yield every style at every set of 3 to 6 spots: number of spots, and their rows."""
     names = list(spots)
     for size in SIZES:
         for some in itertools.combinations(names, size):
@@ -303,12 +307,12 @@ def cases(spots: dict[str, Rows]) -> Iterator[tuple[int, list[Row]]]:
 
 
 def named(found: list[tuple[bool, ...]]) -> Iterator[tuple[str, tuple[bool, ...]]]:
-    """By reading, whether each case is right."""
+    """Yield, by definition, whether each case is right."""
     return zip(READINGS, zip(*found, strict=True), strict=True)
 
 
 def summary(spots: dict[str, Rows]) -> dict[str, Any]:
-    """Shares of cases where the spot put first is right."""
+    """Return the shares of cases in which the first spot is right."""
     out: dict[str, Any] = {}
     for size, rows in cases(spots):
         reach = any(row["attainable"] for row in rows)
@@ -334,7 +338,7 @@ def summary(spots: dict[str, Rows]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Render what is missing, judge, and write the result."""
+    """Render missing pictures, judge, and write the result."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--scenes", type=Path, help="folder of the shared panoramas")

@@ -1,10 +1,10 @@
-"""A second opinion on which styles a place gives, by somebody who never saw the program's rules.
+"""A second opinion on the styles that a place gives, independent of the program's rules.
 
-The judge sees nothing but the linear picture of the head. It reads the brightness of fixed boxes,
-each in stops over the same box in even light, and compares the differences with limits that follow
-from what photographers' textbooks call each style. Boxes and limits were chosen on the studio
-pictures, on single lamps from all around and by looking at pictures in places, before any answer of
-the program was seen. How often both agree is what this instrument reports; see `blind-judge.md`.
+The judge uses only the linear picture of the head. It reads the brightness of fixed boxes, each in
+stops over the same box in even light, and compares the differences with limits that follow from
+photographers' textbook definitions of each style. Boxes and limits were chosen on the studio
+pictures, on single lamps from all around and on pictures in places, before any answer of the
+program was known. This instrument reports how often both agree; see `blind-judge.md`.
 
 Run it from the clone's folder: ``python -m benchmarks.answers.blind_judge FOLDER ... [-o JSON]``.
 """
@@ -35,8 +35,8 @@ Floats: TypeAlias = NDArray[np.floating]
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 _SAME_LIGHT: Final = 0.06  # mean difference over the mean: one place in two files
-_LEAST: Final = 0.5  # stops that a share is taken of
-_FLOOR: Final = 1 / 256  # of the head's mean: darker than that no eye tells apart in a print
+_LEAST: Final = 0.5  # stops from which a share is computed
+_FLOOR: Final = 1 / 256  # of the head's mean: darker values look the same in a print
 _NEAR: Final = {  # rows from, to; columns from, to; on the picture's right: the sitter's left
     "half": (14, 80, 53, 70),
     "lid": (37, 40, 55, 68),
@@ -59,11 +59,11 @@ _MIDDLE: Final = {
 _OVAL: Final = (24, 74, 32, 68)
 _EDGE_ROWS: Final = (10, 74)
 _EDGE_WIDTH: Final = 4
-_EARS: Final = (40, 60, 24)  # rows from, to, and the column where the head goes on behind the ear
+_EARS: Final = (40, 60, 24)  # rows from, to, and the column where the head continues behind the ear
 
 
 class Range(NamedTuple):
-    """What a relation may be, in stops."""
+    """Permitted range of a relation, in stops."""
 
     low: float
     high: float
@@ -124,7 +124,7 @@ _LIMITS: Final = {
 
 
 def _ranges(words: str) -> dict[str, Range]:
-    """Read relations with their ranges; of one that is named twice the last counts."""
+    """Parse relations with their ranges; if one is named twice, the last counts."""
     found = {}
     for part in words.split(", "):
         name, _, high = part.partition(" to ")
@@ -139,7 +139,7 @@ LIMITS: Final = {style: _ranges(words) for style, words in _LIMITS.items()}
 
 @cache
 def _even() -> tuple[Transport, Floats]:
-    """Return the head that is judged on, and its (N, N) luminance in light from all around."""
+    """Return the head for judging, and its luminance in even light, (N, N)."""
     head = load_named("generic")
     light = np.ones(head.environment_shape, np.float32)
     return head, to_image(head, render(head, light))
@@ -147,7 +147,7 @@ def _even() -> tuple[Transport, Floats]:
 
 @cache
 def _edges() -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Strips along the head's outline, (N, N) each: on the picture's left and on its right."""
+    """Return strips along the head's outline, (N, N) each: on the picture's left and right."""
     head, _ = _even()
     whole = to_image(head, head.coverage) > 0.9
     strip = np.zeros_like(whole)
@@ -159,7 +159,9 @@ def _edges() -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
 
 
 def levels(picture: Floats) -> dict[str, float]:
-    """Brightness of every box, in stops over the same box in even light of the same mean.
+    """Return the brightness of every box, in stops over the same box in even light.
+
+    The even light has the same mean.
 
     Args:
         picture: (N, N, 3) linear Rec. 709, or (N, N) luminance, of the generic head.
@@ -189,11 +191,10 @@ def levels(picture: Floats) -> dict[str, float]:
 
 
 def relations(picture: Floats) -> dict[str, float]:
-    """What `LIMITS` speaks of, in stops: differences of levels, near is the picture's right.
+    """Return the relations for `LIMITS`, in stops: differences of levels; near is on the right.
 
-    Two are shares of another one, so that light that fills the shadows hardly counts: how far the
-    nose's shadow and the cheek's have met, and how far the patch under the far eye is as dark as
-    its cheek.
+    Two are shares of another one, so that fill light hardly matters: how far the nose's shadow and
+    the cheek's have merged, and how far the patch under the far eye is as dark as its cheek.
     """
     at = levels(picture)
     cheek = (at["near cheek"] + at["far cheek"]) / 2
@@ -229,10 +230,10 @@ def relations(picture: Floats) -> dict[str, float]:
 
 
 class Opinion(NamedTuple):
-    """What the judge says of a picture and a style.
+    """The judge's opinion of a picture and a style.
 
     Attributes:
-        margin: Of the relation that is nearest to its limit, or farthest beyond, stops.
+        margin: Margin of the relation closest to its limit, or furthest beyond it, stops.
         broken: Relations beyond their limits, with their values.
     """
 
@@ -242,12 +243,12 @@ class Opinion(NamedTuple):
 
 
 def knows(style: str) -> bool:
-    """Whether the judge has limits for a style."""
+    """Return whether the judge has limits for a style."""
     return style in LIMITS or f"left-{style.removeprefix('right-')}" in LIMITS
 
 
 def opinion(picture: Floats, style: str) -> Opinion:
-    """Say whether a picture shows a style.
+    """Judge whether a picture shows a style.
 
     Args:
         picture: (N, N, 3) linear Rec. 709, or (N, N) luminance, of the generic head.
@@ -263,7 +264,7 @@ def opinion(picture: Floats, style: str) -> Opinion:
 
 
 class Answer(NamedTuple):
-    """The program's answer for one place and style, and the judge's on the picture offered."""
+    """The program's answer for a place and style, and the judge's opinion of its picture."""
 
     place: str
     style: str
@@ -273,12 +274,12 @@ class Answer(NamedTuple):
 
     @property
     def agreed(self) -> bool:
-        """Whether both say yes, where the program may say nearly, or both say no."""
+        """Whether both say yes (the program possibly nearly), or both say no."""
         return (self.grade != "no") == self.opinion.shown
 
 
 def compare(places: Sequence[Path]) -> Iterator[Answer]:
-    """Judge every picture that the program offers; a light that was seen before is skipped."""
+    """Judge every picture that the program offers, skipping repeated lights."""
     pack = load_named_pack("generic")
     known = [style.name for style in pack.styles if knows(style.name)]
     head, _ = _even()
@@ -311,7 +312,7 @@ def panoramas(folders: Sequence[Path]) -> list[Path]:
 
 
 def summary(answers: Sequence[Answer]) -> dict[str, Any]:
-    """Say how often both agree, overall and by style, and where they do not."""
+    """Summarise the agreement, overall and by style, and the disagreements."""
 
     def part(some: Sequence[Answer]) -> dict[str, float]:
         return {
@@ -362,7 +363,7 @@ def main() -> None:
     ).stdout.strip()
     seconds = round(time.monotonic() - started, 1)
     facts = {"commit": commit, "seconds": seconds, **summary(answers)}
-    if args.o and args.o.exists():  # what was judged by eye is kept: nobody can run that again
+    if args.o and args.o.exists():  # judgements by eye are kept: nobody can repeat them
         facts["by_eye"] = json.loads(args.o.read_text(encoding="utf-8")).get("by_eye", [])
     print(json.dumps(facts, indent=1))
     if args.o:

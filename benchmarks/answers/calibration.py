@@ -1,4 +1,4 @@
-"""What is attainable where: a table and a contact sheet of every style in every scene.
+"""Attainable styles by place: a table and a contact sheet of every style in every scene.
 
     python benchmarks/answers/calibration.py --scenes FOLDER [-o PAGE.md]
 
@@ -30,7 +30,7 @@ BEGIN, END = "<!-- table: benchmarks/answers/calibration.py -->", "<!-- end of t
 
 
 def solve_scenes(scenes: Path) -> dict[str, tuple[Environment, tuple[StyleResult, ...]]]:
-    """Solve every panorama of a folder for all styles."""
+    """Solve all panoramas in a folder for all styles."""
     pack = load_named_pack("generic")
     solved = {}
     for file in sorted([*scenes.glob("*.hdr"), *scenes.glob("*.exr")]):
@@ -81,7 +81,7 @@ def _put(canvas: Page, at: tuple[float, float], display: np.ndarray) -> None:
 
 
 def table(solved: dict[str, tuple[Environment, tuple[StyleResult, ...]]]) -> str:
-    """Markdown table of match / strength, in bold where attainable."""
+    """Return a Markdown table of match / strength, in bold where attainable."""
     names = [result.name for result in next(iter(solved.values()))[1]]
     lines = ["| scene | " + " | ".join(names) + " | in reach |", "|---" * (len(names) + 2) + "|"]
     counts = np.zeros(len(names), int)
@@ -99,7 +99,7 @@ def table(solved: dict[str, tuple[Environment, tuple[StyleResult, ...]]]) -> str
 
 
 def main() -> None:
-    """Solve, draw, and put the table into the page between its marks."""
+    """Solve, draw, and insert the table into the page between its markers."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=Path, required=True)
     parser.add_argument("-o", type=Path, default=ROOT / "benchmarks" / "calibration.md")

@@ -1,8 +1,8 @@
-"""Nose and lens apart: what is promised of a head that is turned aside, held against brute force.
+"""Nose and lens apart: answers for a head turned aside, compared with brute force.
 
-Pictures at several yaws and the best turn and yaw of a place against renders by stock Mitsuba
-(`lens_against_stock.py`; two hours on two cores, resumed where they were stopped), short and broad
-light against plain geometry, and backgrounds against a loop over all turns and yaws.
+Pictures at several yaws and the best turn and yaw of a place are compared with renders by stock
+Mitsuba (`lens_against_stock.py`; two hours on two cores, resumable), short and broad light with
+plain geometry, and backgrounds with a loop over all turns and yaws.
 
     python -m benchmarks.answers.nose_and_lens pictures|search --scenes FOLDER --work FOLDER
     python -m benchmarks.answers.nose_and_lens short-broad|background --scenes FOLDER
@@ -61,14 +61,14 @@ OFFSETS: Final = (30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, 
 WINDOW_DEG: Final = 40.0
 SEED: Final = 22
 LIT_STOPS: Final = 0.1
-"""Sides of a face that differ by less are lit alike."""
+"""Sides of a face with a smaller difference count as equally lit."""
 DARK: Final = 0.02
-"""Of the brightest that a half gets at any turn: below it counts as dark."""
+"""Of the brightest value of a half at any turn: below it, the half counts as dark."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asker:
-    """The program, asked where the lens should be."""
+    """The program's search for the position of the lens."""
 
     pack: StylePack
     tables: list[ViewTables] = field(repr=False)
@@ -85,7 +85,7 @@ def asker() -> Asker:
 
 
 def panoramas(scenes: Path) -> Iterator[tuple[str, Float32]]:
-    """Twenty places: the shared panoramas, and the scenes that ship with the app."""
+    """Yield twenty places: the shared panoramas, and the scenes that ship with the app."""
     demo = resources() / "demo" / "scenes"
     for file in [*sorted(scenes.glob("*.hdr")), *sorted(demo.glob("*.exr"))]:
         yield file.stem.removesuffix("_1k"), reduce(read_environment(file))
@@ -95,7 +95,7 @@ def panoramas(scenes: Path) -> Iterator[tuple[str, Float32]]:
 
 
 def left_of_nose(azimuth_deg: float, nose_deg: float) -> bool:
-    """Whether an azimuth lies to the sitter's left of where the nose points.
+    """Return whether an azimuth is to the sitter's left of the nose's direction.
 
     Seen from above azimuths grow clockwise; left is counter-clockwise of the nose.
     """
@@ -106,9 +106,9 @@ def left_of_nose(azimuth_deg: float, nose_deg: float) -> bool:
 
 
 def is_swapped(result: StyleResult, lamp_deg: float) -> bool:
-    """Whether an answer is called short or broad and is the other by plain geometry.
+    """Return whether an answer is labelled short or broad against plain geometry.
 
-    Short: the lamp and the lens stand on different sides of the nose.
+    Short: the lamp and the lens are on different sides of the nose.
     """
     nose, lens = result.nose_deg, result.turn_refined_deg
     same = left_of_nose(lamp_deg, nose) == left_of_nose(lens, nose)
@@ -116,7 +116,7 @@ def is_swapped(result: StyleResult, lamp_deg: float) -> bool:
 
 
 def one_lamp_cases(count: int) -> Iterator[tuple[float, Float32]]:
-    """Places with one lamp, of any size, anywhere, some with a little light all round."""
+    """Yield places with one lamp, of any size, anywhere, some with a little light all around."""
     rng = np.random.default_rng(SEED)
     for number in range(count):
         azimuth, elevation = rng.uniform(-180.0, 180.0), rng.uniform(-30.0, 75.0)
@@ -128,9 +128,9 @@ def one_lamp_cases(count: int) -> Iterator[tuple[float, Float32]]:
 
 
 def lit_halves(pack: StylePack, light: Float32) -> Float64:
-    """(64,) how many stops brighter the left half of the face is, by azimuth of the nose.
+    """Return how many stops brighter the left half of the face is, by azimuth of the nose, (64,).
 
-    0 where the face is all but dark, lit from behind.
+    0 where the face is almost dark, lit from behind.
     """
     areas = curves(pack.tables, pack.project(light)).others[: len(AREAS)]
     halves = np.stack([areas[AREAS.index(f"{side} half")] for side in ("left", "right")])
@@ -140,7 +140,7 @@ def lit_halves(pack: StylePack, light: Float32) -> Float64:
 
 
 def lit_otherwise(result: StyleResult, halves: Float64) -> bool:
-    """Whether short or broad is said and the other half of the face is the brighter one."""
+    """Return whether the label is short or broad and the other half of the face is brighter."""
     stops = float(halves[result.turn_index])
     if result.lighting == "front" or abs(stops) < LIT_STOPS:
         return False
@@ -150,7 +150,7 @@ def lit_otherwise(result: StyleResult, halves: Float64) -> bool:
 
 
 def short_broad(scenes: Path, count: int) -> dict[str, Any]:
-    """Short and broad against geometry with one lamp, and against lit halves in real places."""
+    """Compare short and broad with geometry for one lamp, and with lit halves in real places."""
     ask = asker()
     told: Counter[str] = Counter()
     swapped: list[dict[str, Any]] = []
@@ -178,12 +178,12 @@ def short_broad(scenes: Path, count: int) -> dict[str, Any]:
 
 
 def _not_as_asked(one: StyleResult, yaw: str) -> bool:
-    """Whether short was asked for and broad is offered, or the other way round."""
+    """Return whether short was requested and broad is offered, or the other way round."""
     return yaw in ("short", "broad") and one.attainable and one.lighting != yaw
 
 
 def _real_places(ask: Asker, scenes: Path) -> dict[str, Any]:
-    """Answers of real places that are in reach, and which of them are lit the other way."""
+    """Return the answers of real places that are in reach, and those lit the other way."""
     found: dict[str, Any] = {"answers": 0, "not_as_asked": 0, "other_half_brighter": []}
     for place, light in panoramas(scenes):
         halves = lit_halves(ask.pack, light)
@@ -204,7 +204,7 @@ def _real_places(ask: Asker, scenes: Path) -> dict[str, Any]:
 
 
 def background(scenes: Path) -> dict[str, Any]:
-    """How often a background elsewhere can be had with the pattern kept, by style."""
+    """Return how often another background is possible with the same pattern, by style."""
     ask = asker()
     rows = [row for place, light in panoramas(scenes) for row in background_rows(ask, place, light)]
     styles = [style.name for style in ask.pack.styles]
@@ -225,7 +225,7 @@ def background(scenes: Path) -> dict[str, Any]:
 
 
 def background_rows(ask: Asker, place: str, light: Float32) -> Iterator[dict[str, Any]]:
-    """Each style that a place can give straight on, with each window elsewhere."""
+    """Yield each style that a place gives straight on, with each window elsewhere."""
     straight = ask(light, LensWish())
     answers = {}
     grades = grades_of(ask.pack, light)
@@ -254,7 +254,7 @@ def background_rows(ask: Asker, place: str, light: Float32) -> Iterator[dict[str
 
 
 def grades_of(pack: StylePack, light: Float32) -> NDArray[np.int64]:
-    """(S, 64) grade of the answer at each azimuth of the nose, looked at one by one."""
+    """Return the grade of the answer at each azimuth of the nose, evaluated one by one, (S, 64)."""
     light = light / np.float32(light.mean())
     found = curves(pack.tables, pack.project(light))
     here = PlaceSearch(pack, LIMITS, LightMap(luminance_of(light)), found)
@@ -267,7 +267,7 @@ def grades_of(pack: StylePack, light: Float32) -> NDArray[np.int64]:
 
 
 def inside(azimuth_deg: float, window: tuple[float, float]) -> bool:
-    """Whether an azimuth lies in a window that goes clockwise, by its distance from the middle."""
+    """Return whether an azimuth is inside a clockwise window, by its distance from the middle."""
     middle = window[0] + ((window[1] - window[0]) % 360.0) / 2
     return abs(wrap(azimuth_deg - middle)) <= WINDOW_DEG / 2 + 1e-6
 
@@ -275,7 +275,7 @@ def inside(azimuth_deg: float, window: tuple[float, float]) -> bool:
 def best_grade(
     grades: NDArray[np.int64], seen: Bools, yaws: tuple[float, ...], window: tuple[float, float]
 ) -> int:
-    """Best grade of all turns and yaws whose background lies in a window; -1 without any."""
+    """Return the best grade of all turns and yaws with a background in a window; -1 if none."""
     best = -1
     for yaw, is_seen in zip(yaws, seen.tolist(), strict=True):
         for nose in range(TURNS):
@@ -286,7 +286,7 @@ def best_grade(
 
 
 def _kept(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares of windows: what can be had at all, and what of it the program finds."""
+    """Return shares of windows: possible at all, and found by the program."""
     had = [row for row in rows if row["can_be_had"]]
     return {
         "windows": len(rows),
@@ -299,7 +299,7 @@ def _kept(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def keep(name: str, found: dict[str, Any], seconds: float, path: Path) -> None:
-    """Put what one command found beside what the others did."""
+    """Add the result of one command to those of the others."""
     asked = ["git", "rev-parse", "--short", "HEAD"]
     views = views_path(resources() / "transport" / f"{HEAD}.npz")
     about = {
@@ -313,7 +313,7 @@ def keep(name: str, found: dict[str, Any], seconds: float, path: Path) -> None:
 
 
 def main() -> None:
-    """Measure one thing and keep it."""
+    """Measure one thing and save it."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("what", choices=("pictures", "search", "short-broad", "background"))
     parser.add_argument("--scenes", type=Path, required=True, help="folder of shared panoramas")

@@ -1,9 +1,9 @@
-"""Both objectives judged by measures that neither of them optimises.
+"""Both objectives, judged by measures that neither of them optimises.
 
-For every style and place each objective offers a turn. The picture there, brought to the target's
-exposure, is compared with the target by structural similarity and by similarity of gradients, and
-a classifier says which style's target has the pattern nearest to its own. The pictures are those in
-the modelled place (`truth_in_place.py`) and, for scenes, those under distant light.
+For every style and place each objective offers a turn. Its picture, at the target's exposure, is
+compared with the target by structural similarity and by gradient similarity, and a classifier finds
+the style whose target has the most similar pattern. The pictures are those in the modelled place
+(`truth_in_place.py`) and, for scenes, those under distant light.
 
     python benchmarks/answers/objectives.py --work FOLDER --scenes FOLDER
         [-o FILE.json]
@@ -44,14 +44,14 @@ if TYPE_CHECKING:
 
 SIDE: Final = 100
 SSIM_C: Final = (0.01**2, 0.03**2)
-GRADIENT_C: Final = 0.0026  # of pictures from 0 to 1, as the paper has it
+GRADIENT_C: Final = 0.0026  # for pictures from 0 to 1, as in the paper
 EXPOSURE: Final = 0.18  # linear mean of every face
-EVEN: Final = 1e-3  # a smaller difference of two measures is none
+EVEN: Final = 1e-3  # smaller differences of two measures count as none
 Float64 = NDArray[np.float64]
 
 
 class Seen(NamedTuple):
-    """How alike a picture and a target are; and the style that the picture is nearest to."""
+    """Similarity of a picture and a target, and the style closest to the picture."""
 
     ssim: float
     gradients: float
@@ -70,7 +70,7 @@ class Judge:
         self._patterns = np.stack([self._pattern(target) for target in self._shown])
 
     def shown(self, grey: Float64) -> Float64:
-        """A picture as a screen shows it, (100, 100), 0 to 1, the face as bright as every other."""
+        """Return a picture as on screen, (100, 100), 0 to 1, with equal brightness of all faces."""
         gain = EXPOSURE / max(float(grey[self._face].mean()), 1e-12)
         out = np.zeros(SIDE * SIDE)
         out[self._pixels] = srgb_encode(np.clip(grey * gain, 0.0, 1.0))
@@ -83,7 +83,7 @@ class Judge:
         return Seen(self._ssim(picture, style), self._gradients(picture, style), nearest)
 
     def _pattern(self, picture: Float64) -> Float64:
-        """The face less its mean, by its spread: how strong the light is does not count."""
+        """Return the face minus its mean, over its spread, independent of the light's strength."""
         face = picture.ravel()[self._mask]
         return np.asarray((face - face.mean()) / max(float(face.std()), 1e-9) / np.sqrt(face.size))
 
@@ -117,9 +117,9 @@ def judged(
     place: str, light: NDArray[np.float32], at: Callable[[float], Float64], judge: Judge,
     pack: StylePack,
 ) -> Iterator[dict[str, Any]]:  # fmt: skip
-    """Yield what both objectives give for each style at a place; `at` gives a turn's picture."""
+    """Yield the results of both objectives for each style at a place; `at` renders a turn."""
     answers = [solve_all(pack, light, objective) for objective in OBJECTIVES]
-    # What is judged by areas hardly lights the face; how alike faces are says nothing of it.
+    # Styles judged by areas hardly light the face, so the similarity of faces is meaningless.
     for style, both in enumerate(zip(*answers, strict=True)):
         if pack.styles[style].signature.areas:
             continue
@@ -137,7 +137,7 @@ def judged(
 
 
 def in_the_place(work: Path, name: str, rounds: int) -> Callable[[float], Float64]:
-    """Pictures of the sitter in the modelled place at any of the turns, (P,)."""
+    """Return a function for pictures of the sitter in the modelled place at any turn, (P,)."""
     pictures = np.load(pictures_file(work, name, rounds))
     grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).mean(axis=1)
     return lambda turn: np.asarray(grey[round(turn / 360 * TURNS) % TURNS])
@@ -165,7 +165,7 @@ def summary(rows: list[dict[str, Any]], key: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Judge, print, write."""
+    """Judge, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True, help="where truth_in_place.py worked")
     parser.add_argument("--scenes", type=Path, required=True)

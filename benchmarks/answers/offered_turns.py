@@ -1,10 +1,10 @@
-"""Whether the turn offered has the best grade there is, and lies well inside its tolerance arc.
+"""Whether the turn offered has the best grade, and is well inside its tolerance arc.
 
-For each panorama and style the picture at every one of the 64 grid turns is graded by itself, with
-a plain loop, and compared with the grade that is offered. The panorama is then turned by the
-refined turn itself, which is on no grid, and graded there again. Of the tolerance arc: how far the
-turn offered is from its nearer end, as a share of its width, and what it costs against the best
-match within the arc.
+For each panorama and style, the picture at every one of the 64 grid turns is graded separately,
+with a plain loop, and compared with the grade offered. The panorama is then rotated by the refined
+turn, which is not on the grid, and graded again. For the tolerance arc: the distance of the turn
+offered from the nearer end, as a share of the width, and its cost against the best match within the
+arc.
 
     python -m benchmarks.answers.offered_turns [--places FOLDER ...] [--head NAME] [-o FILE.json]
 """
@@ -33,7 +33,7 @@ from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import LIMITS, LightMap
 from app.core.styles.style_pack import StylePack, load_named_pack
 
-_SLACK: Final = 0.5  # points: the match is read between the grid turns along straight lines
+_SLACK: Final = 0.5  # points: between the grid turns, the match is interpolated linearly
 ROOT: Final = Path(__file__).resolve().parents[2]
 
 
@@ -45,24 +45,24 @@ def searched(pack: StylePack, light: NDArray[np.float32]) -> PlaceSearch:
 
 
 def grade_of(place: PlaceSearch, row: int, at: int) -> int:
-    """Position in `GRADES` of the picture at one grid turn."""
+    """Return the index in `GRADES` of the picture at one grid turn."""
     grade = place.verdict(row, at).grade
     assert grade is not None
     return GRADES.index(grade)
 
 
 def grade_between(pack: StylePack, radiance: NDArray[np.float32], row: int, turn_deg: float) -> int:
-    """Grade at any turn: the panorama is turned by the nearest column, and graded at turn 0."""
+    """Return the grade at any turn: rotate the panorama to the nearest column, grade at turn 0."""
     columns = round(turn_deg / 360.0 * radiance.shape[1])
     turned = reduce_light(np.roll(radiance, -columns, axis=1))
     return grade_of(searched(pack, turned), row, 0)
 
 
 def arc_facts(result: StyleResult) -> dict[str, Any]:
-    """Where the turn offered lies in its arc.
+    """Return the position of the turn offered in its arc.
 
-    `margin` is to the nearer end, and `free_margin` to the nearer one that no grade makes: at one
-    that a grade makes, the match has not lost the 3 % yet.
+    `margin` is to the nearer end, and `free_margin` to the nearer end that is not set by a grade:
+    at an end set by a grade, the match has not lost the 3 % yet.
     """
     start, stop = result.arc_deg
     if (start, stop) == (-180.0, 180.0):
@@ -96,7 +96,7 @@ def arc_facts(result: StyleResult) -> dict[str, Any]:
 
 
 def judged(pack: StylePack, radiance: NDArray[np.float32], place: str) -> Iterator[dict[str, Any]]:
-    """One row for each style of a panorama."""
+    """Yield one row for each style of a panorama."""
     light = reduce_light(radiance)
     here = searched(pack, light)
     for row, result in enumerate(solve_all(pack, light)):
@@ -122,7 +122,7 @@ def judged(pack: StylePack, radiance: NDArray[np.float32], place: str) -> Iterat
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Counts over all pairs of a place and a style."""
+    """Return counts over all pairs of a place and a style."""
     rank = {grade: position for position, grade in enumerate(GRADES)}
     no = [row for row in rows if row["grade"] == "no"]
     reach = [row for row in rows if row["grade"] != "no"]

@@ -1,8 +1,8 @@
-"""Where each objective puts a single lamp: writes benchmarks/one-lamp.md.
+"""Turns of each objective for a single lamp: writes benchmarks/one-lamp.md.
 
 An environment with one small lamp at panorama azimuth p, at the height of a style's key, should
 give the turn p + the style's lamp azimuth. The picture objective does; the paper's quality C also
-rewards a face that is merely brighter in the right half, and so has a bias of its own.
+rewards a face that is merely brighter in the right half, and is therefore biased.
 
     python benchmarks/answers/one_lamp.py [--head NAME] [-o PAGE.md]
 """
@@ -35,7 +35,7 @@ DIAMETER_DEG = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Found turn minus expected turn, deg, over all lamp azimuths."""
+    """Actual turn minus expected turn, deg, over all lamp azimuths."""
 
     grid: np.ndarray
     refined: np.ndarray
@@ -58,7 +58,7 @@ def measure(pack: StylePack, style: Style, objective: Objective) -> Errors:
 
 
 def table(pack: StylePack) -> str:
-    """Markdown for all styles with a single lamp."""
+    """Return the Markdown table for all styles with a single lamp."""
     lines = [
         "| style | lamp | picture, refined: mean (worst) | picture, grid: worst | least match "
         "| paper, refined: mean (worst) | paper puts the lamp at |",

@@ -1,8 +1,8 @@
-"""What a second light rescues, and what the greedy search gives up, over scenes and styles.
+"""Styles rescued by a second light, and losses of the greedy search, over scenes and styles.
 
-Every scene is put at a stated vertical illuminance at the face, as it might have had. The table of
-rescued styles takes lamps dimmed as fits best, as `turnlight light` does; greedy and full search
-are compared at full power, where all else is equal.
+Every scene gets a plausible vertical illuminance at the face. The table of rescued styles uses
+lamps dimmed to the best power, like `turnlight light`; greedy and full search are compared at full
+power, where all else is equal.
 
     python benchmarks/answers/second_light.py --scenes DIR [-o FILE.json]
 """
@@ -61,15 +61,16 @@ LUX = {
 }
 LAMPS = ("phone@0.3", "panel@0.3", "flash@1")
 WATCHED = ("badger", "left-loop-rim", "right-loop-rim")
-DIM = 300.0  # lux, up to which the panel has to gain
+DIM = 300.0  # lux, up to which the panel must help
 
 
 @dataclass(frozen=True, slots=True)
 class GreedyPair:
     """Full and greedy search for one style.
 
-    `lost` is what greedy gives up: points of match, or per cent of the larger quality. It is below
-    0 where greedy stopped at a better match of a combination that is not strong enough.
+    Attributes:
+        lost: Loss of the greedy search: points of match, or per cent of the larger quality.
+            Negative if greedy stopped at a better match of a combination that is not strong enough.
     """
 
     same: bool
@@ -107,7 +108,7 @@ def scenes(folder: Path, shape: tuple[int, int]) -> dict[str, np.ndarray[Any, An
 
 
 def rescue(found: tuple[Any, ...]) -> dict[str, Any]:
-    """What a lamp does in a scene."""
+    """Return the effect of a lamp in a scene."""
     return {
         "attainable": sum(one.attainable for one in found),
         "rescued": [one.name for one in found if one.rescued],
@@ -163,7 +164,7 @@ def main() -> None:
 
 
 def summary(greedy: list[tuple[str, str, str, tuple[GreedyPair, ...]]]) -> dict[str, Any]:
-    """How often greedy and full search agree, and what greedy loses, per lamp and objective."""
+    """Summarise agreement of greedy and full search, and greedy's losses, by lamp and objective."""
     found: dict[str, Any] = {}
     for word in LAMPS:
         for objective in OBJECTIVES:

@@ -1,11 +1,11 @@
-"""Captures over a line on which one request in ten fails, and captures that are killed.
+"""Captures over a line with one failing request in ten, and captures that are killed.
 
     python benchmarks/cameras/bad_line.py [--runs 20] [--models V,SC2] [--kinds reset,stall]
                                           [--real] [--kills 3] [-o FILE.json]
 
-Every model, every kind of fault, on virtual time; a capture that fails is opened once more over the
-same line. With --kills each capture is also killed at every third request, once before and once
-after the camera hears it, and resumed over a good line. With --real each kind also runs once over
+Every model, every kind of fault, on virtual time; a failed capture is resumed once over the same
+line. With --kills, each capture is also killed at every third request, once before and once after
+the camera receives it, and resumed over a good line. With --real, each kind also runs once over
 real sockets at normal speed (twenty minutes; only these are merged). Counted: captures that finish
 by themselves and after one resume; frames that are lost, wrong or shot twice; settings and surplus
 pictures left on the camera.
@@ -57,7 +57,7 @@ SHAPE = (128, 256)
 def judged(
     camera: SimulatedCamera, before: dict[str, Any], results: list[CaptureResult | str]
 ) -> dict[str, Any]:
-    """Say how a capture of at most two runs ended, and how it left the camera."""
+    """Report the end of a capture of at most two runs, and the final state of the camera."""
     camera.shooter.settle()
     stored = camera.storage.files
     last = results[-1]
@@ -96,7 +96,7 @@ def virtual(model: str, kind: str, seed: int) -> dict[str, Any]:
 
 
 def killed(model: str, at: int, *, heard: bool) -> dict[str, Any] | None:
-    """Kill a capture at a request and resume it; None where it ends before that request."""
+    """Kill a capture at a request and resume it; return None if it ends before that request."""
     with tempfile.TemporaryDirectory() as place:
         rig = Rig(Path(place) / "session", model, shape=SHAPE)
         before = copy.deepcopy(rig.camera.options)
@@ -128,7 +128,7 @@ def killed(model: str, at: int, *, heard: bool) -> dict[str, Any] | None:
 
 
 def kills(model: str, step: int) -> list[dict[str, Any]]:
-    """Kill a capture at every so many requests, before and after the camera hears it."""
+    """Kill a capture at every `step` requests, before and after the camera receives it."""
     trials: list[dict[str, Any]] = []
     at = 1
     while True:

@@ -3,7 +3,7 @@
     python benchmarks/cameras/capture.py [--rate 40] [--model V] [--runs 3] [--scene FILE]
 
 The camera runs in another process and serves real HTTP on the loopback address at the rate of a
-Theta's Wi-Fi. What must be reached: the time that the bytes need at that rate, and one second.
+Theta's Wi-Fi. Target: the transfer time of the bytes at that rate, plus one second.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 ALLOWED_S = 1.0
 
-# Where time is spent after the last exposure: what a user waits for, by name.
+# Parts of the time after the last exposure, which the user waits for, by name.
 PARTS: tuple[tuple[str, Any, str], ...] = (
     ("finding", bracket, "gather"),
     ("thumbnails", fetching, "fetch_thumbnails"),
@@ -58,7 +58,7 @@ PARTS: tuple[tuple[str, Any, str], ...] = (
 
 
 class Stopwatch:
-    """Adds up the wall time of the parts, and notes when the last exposure was made."""
+    """Sums the wall time of the parts, and records the time of the last exposure."""
 
     def __init__(self) -> None:
         self.parts: dict[str, float] = {}
@@ -93,7 +93,7 @@ class Stopwatch:
 
 @contextlib.contextmanager
 def camera(options: argparse.Namespace) -> Iterator[str]:
-    """A simulated camera in a process of its own; gives its address."""
+    """Run a simulated camera in a separate process; yield its address."""
     command = [sys.executable, "-m", "app", "simulate-camera", "--scene", str(options.scene)]
     command += ["--model", options.model, "--rate", str(options.rate)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
@@ -105,7 +105,7 @@ def camera(options: argparse.Namespace) -> Iterator[str]:
 
 
 def once(url: str, folder: Path, rate: float) -> tuple[float, float, Stopwatch]:
-    """Capture; seconds from the last exposure to the end, and what the bytes need."""
+    """Capture; return seconds from the last exposure to the end, and the transfer time."""
     clock, watch = SystemClock(), Stopwatch()
     link = Link(Endpoint.parse(url), clock)
     with watch.watching():

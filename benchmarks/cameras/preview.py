@@ -2,10 +2,10 @@
 
     python benchmarks/cameras/preview.py [--seconds S] [--rounds N] [--json]
 
-Measures how many pictures a second arrive and are decoded, which share of one core this process
-needs for it (reading, parsing, handing over, decoding), and how old a picture is when decoded:
-the sender notes when each picture leaves it, every picture carries its number, and both processes
-read the same clock. On a machine that does other things as well take the best of several rounds.
+Measures the pictures per second that arrive and are decoded, the share of one core that this
+process needs for it (reading, parsing, decoding), and the age of a picture when decoded: the sender
+records when each picture leaves, every picture carries its number, and both processes read the same
+clock. On a busy machine, use the best of several rounds.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# Before numpy wakes a thread for each core.
+# Before numpy starts a thread for each core.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -60,9 +60,12 @@ WARM_UP_S = 1.0
 class Round:
     """One measurement.
 
-    `fps` pictures a second were decoded; `core` is the share of one core; ages are those of decoded
-    pictures, in pictures that the sender had sent since and in milliseconds, the 99th of 100 and
-    the median.
+    Attributes:
+        fps: Decoded pictures per second.
+        core: Share of one core.
+        frames_old, ms_old: Age of decoded pictures, 99th percentile, in pictures sent since and in
+            ms.
+        frames_old_median, ms_old_median: Median of the same.
     """
 
     fps: float
@@ -80,7 +83,7 @@ class Round:
 
 
 class Noted:
-    """A network camera that notes when each picture leaves it."""
+    """A network camera that records when each picture leaves."""
 
     def __init__(self, clock: SystemClock) -> None:
         self._clock = clock
@@ -104,7 +107,7 @@ def live_picture() -> LivePicture:
 
 
 def serve() -> None:
-    """Be the sender: say the address, and when stdin ends the times."""
+    """Run as the sender: print the address, and when stdin ends, the times."""
     clock = SystemClock()
     noted = Noted(clock)
     with CameraServer(noted, clock=clock) as server:
@@ -114,7 +117,7 @@ def serve() -> None:
 
 
 def receive(url: str, seconds: float) -> tuple[float, float, list[tuple[int, float]]]:
-    """Watch the pictures: wall time, CPU time, and each picture's number and time."""
+    """Receive pictures; return wall time, CPU time, and each picture's number and time."""
     cv2.setNumThreads(1)
     webcam = MjpegWebcam(Address.parse(f"{url}/video"), SystemClock())
     seen: list[tuple[int, float]] = []
@@ -124,8 +127,8 @@ def receive(url: str, seconds: float) -> tuple[float, float, list[tuple[int, flo
         end = time.monotonic() + 20.0
         frame = None
         while time.monotonic() < end:
-            # Kept until the next one, as by a screen. Given back at once its memory would be asked
-            # of the system again each time, which can cost as much again as decoding.
+            # Kept until the next one, as on a screen. If freed at once, its memory would be
+            # requested from the system again each time, which can cost as much as decoding.
             frame = webcam.frames.get(1.0) or frame
             if frame is None:
                 continue
@@ -168,7 +171,7 @@ def measure(seconds: float) -> Round:
 
 
 def parts() -> dict[str, float]:
-    """Milliseconds for a picture: parsing and decoding by themselves, the best of many."""
+    """Return milliseconds per picture for parsing and decoding alone, the best of many."""
     cv2.setNumThreads(1)
     picture = live_picture()
     pieces = (p for p in preview_pieces(picture, FPS, SystemClock()) if isinstance(p, bytes))

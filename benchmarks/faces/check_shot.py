@@ -1,9 +1,9 @@
-"""Check my shot, on real people: each is relit by a place, photographed, and read against a style.
+"""Check my shot on real people: each is relit by a place, photographed, and checked for a style.
 
 Every person is put into a grey frame as in `benchmarks.faces.photos`, relit by a place at a turn,
-developed with a tone curve, noise, JPEG compression and up to one stop too much or too little
-light: no background tells the turn, only the face. Light from beyond 110 degrees, where no lamp of
-these people stood, is taken out of the place, too.
+and developed with a tone curve, noise, JPEG compression and an exposure error of up to one stop:
+only the face shows the turn, not the background. Light from beyond 110 degrees, where no lamp of
+these people was, is removed from the place as well.
 
     python -m benchmarks.faces.check_shot --people FOLDER --places FOLDER [FOLDER ...]
 """
@@ -41,16 +41,16 @@ from benchmarks.truth.stock import ROOT
 
 Floats = NDArray[np.float64]
 TURNS: Final = 6
-"""Of each person in each place."""
+"""Turns of each person in each place."""
 HALVES: Final = 128
-"""Turns that a photograph may have: whole texels and halves between them."""
+"""Possible turns of a photo: whole texels and halves between them."""
 FAR_DEG: Final = 30.0
 BESIDE_DEG: Final = 15.0
 
 
 @dataclass(frozen=True)
 class Shot:
-    """A photograph: where it was taken, which way the face really looks, and what was read."""
+    """A photo: its place, the true direction of the face, and the estimate."""
 
     place: str
     turn_deg: float
@@ -58,7 +58,7 @@ class Shot:
 
 
 def developed(light: Floats, chance: np.random.Generator) -> NDArray[np.uint8]:
-    """A linear picture as a camera gives it, in a grey frame."""
+    """Return a linear picture as developed by a camera, in a grey frame."""
     exposed = 0.7 * 2.0 ** chance.uniform(-1, 1) * light / np.percentile(light, 99)
     exposed = exposed + chance.normal(0, 0.01, exposed.shape) * np.sqrt(exposed + 0.01)
     codes = srgb_encode(np.clip(exposed, 0, 1)).astype(np.float64)
@@ -75,12 +75,12 @@ def developed(light: Floats, chance: np.random.Generator) -> NDArray[np.uint8]:
 def taken(
     people: Path, lights: dict[str, Floats], turns: int, seed: int = 5
 ) -> Iterator[tuple[str, float, NDArray[np.uint8]]]:
-    """All photographs: place, turn and picture; always the same."""
+    """Yield all photos: place, turn and picture; always the same."""
     chance = np.random.default_rng(seed)
     shape = (32, 64)
     azimuth, elevation = texel_grid(shape)
     front = (np.abs(azimuth) <= BEHIND_DEG) * solid_angles(shape)[:, None]
-    # A turn of half a texel brings everything half a texel toward the sitter's left.
+    # A turn of half a texel moves everything half a texel toward the sitter's left.
     half = 180 / shape[1]
     for file in sorted(people.glob("*.npz")):
         with np.load(file, allow_pickle=False) as known:
@@ -98,7 +98,7 @@ def taken(
 
 @cache
 def front_map() -> HeadMap:
-    """The head without light from beyond 110 degrees."""
+    """Return the head without light from beyond 110 degrees."""
     head = head_map()
     rows, columns = head.transport.environment_shape
     around = 180 - 360 * (np.arange(columns) + 0.5) / columns
@@ -121,7 +121,7 @@ def read(people: Path, lights: dict[str, Floats], turns: int = TURNS) -> list[Sh
 
 
 def judged(shots: Sequence[Shot], results: Mapping[str, Sequence[StyleResult]]) -> dict[str, Any]:
-    """Hold what was told against the truth, for all pairs of a place and a style in reach."""
+    """Compare the answers with the truth, for all pairs of a place and a style in reach."""
     told: list[float] = []
     counts = dict.fromkeys(("pairs", "unsure", "in", "in_wrong", "beside", "beside_right"), 0)
     counts |= dict.fromkeys(("far", "far_right", "wide", "wide_told"), 0)

@@ -1,9 +1,9 @@
 """Films of the rendered sitter against pictures of her in the place itself, at all 64 turns.
 
 The demo's views are films: 72 pictures around her, path-traced with near light and her own body.
-What is offered by the film alone is held against the true curves of `truth_in_place.py`, which
-light every point of her skin where it is. Renders what is missing (a quarter of an hour for the
-first place, half an hour for the second), and resumes where it stopped.
+The turns from the film alone are compared with the true curves of `truth_in_place.py`, which light
+every point of her skin at its position. Renders missing pictures (a quarter of an hour for the
+first place, half an hour for the second); an interrupted run resumes.
 
     DRJIT_LIBLLVM_PATH=... python -m benchmarks.faces.filmed_sitter --work FOLDER [-o FILE.json]
 """
@@ -40,7 +40,7 @@ from benchmarks.truth.truth_in_place import (
 )
 
 DEMO: Final = ROOT / "resources" / "demo"
-UNIT: Final = np.float32(200.0)  # cd/m2 of one unit of both panoramas
+UNIT: Final = np.float32(200.0)  # cd/m2 per unit of both panoramas
 # Number of the spot, its panorama, rounds of rays, and the films: their folder and centimetres.
 PLACES: Final = (
     (0, "location/probe-1", 2, "location/views", (120, 180)),
@@ -49,7 +49,7 @@ PLACES: Final = (
 
 
 def pictures(work: Path, number: int, rounds: int) -> NDArray[np.float32]:
-    """(TURNS * SEEDS, P, 3) true pictures at a spot; made where they are missing."""
+    """Return the true pictures at a spot, (TURNS * SEEDS, P, 3), rendering missing ones."""
     file = pictures_file(work, f"probe-{number + 1}", rounds)
     if file.exists():
         return np.asarray(np.load(file), np.float32)
@@ -69,7 +69,7 @@ def pictures(work: Path, number: int, rounds: int) -> NDArray[np.float32]:
 
 
 def frames(views: str, distance_cm: int) -> Iterator[tuple[float, float, NDArray[np.uint8]]]:
-    """The views of one distance as a film of one turn and a little more."""
+    """Yield the views at one distance as a film of slightly more than one turn."""
     turns = [*range(0, 360, 5), 0, 5, 10]
     for number, turn in enumerate(turns):
         picture = cv2.imread(str(DEMO / views / f"view-{turn:03d}-{distance_cm}.webp"))
@@ -78,7 +78,7 @@ def frames(views: str, distance_cm: int) -> Iterator[tuple[float, float, NDArray
 
 
 def judged(work: Path, number: int, probe: str, rounds: int, films: list[Any]) -> Iterator[Any]:
-    """What each film offers at a spot, and what that is worth in truth."""
+    """Yield the turns of each film at a spot, and their true value."""
     transport, pack = load_named("generic"), load_named_pack("generic")
     light = reduce(read_environment(DEMO / f"{probe}.exr"), (32, 64)) * UNIT
     grey = grey_of(pictures(work, number, rounds)).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)
@@ -109,7 +109,7 @@ def judged(work: Path, number: int, probe: str, rounds: int, films: list[Any]) -
 
 
 def main() -> None:
-    """Render what is missing, judge the films, and write the result."""
+    """Render missing pictures, judge the films, and write the result."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("-o", type=Path, default=ROOT / "benchmarks/results/filmed-sitter.json")

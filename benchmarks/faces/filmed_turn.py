@@ -1,9 +1,9 @@
-"""Films of a turn: real people relit by places and set before them, and what is read off that.
+"""Films of a turn: real people relit by places in front of them, and the results.
 
-The camera goes around the sitter at a metre and looks at them: a hand that trembles by 3 degrees
+The camera moves around the sitter at a metre and looks at them: a hand that trembles by 3 degrees
 and 3 cm, uneven speed, automatic exposure, noise, 8 bits and a video's compression. Each person is
-lit by the place at the turn that the camera has reached; light from beyond 110 degrees, where no
-lamp of these people stood, is taken out.
+lit by the place at the camera's current turn; light from beyond 110 degrees, where no lamp of these
+people was, is removed.
 
     python -m benchmarks.faces.filmed_turn --people FOLDER --places FOLDER [FOLDER ...]
 """
@@ -52,7 +52,7 @@ SECONDS: Final = 32.0
 AROUND_DEG: Final = 375.0
 GREY: Final = np.array([0.2126, 0.7152, 0.0722])
 _FACE_M: Final = 0.165  # width of the pictures
-_SKIN: Final = 0.6  # what is white in the pictures reflects so much
+_SKIN: Final = 0.6  # reflectance of white in the pictures
 _FINE: Final = 256  # turns at which a face is relit
 _SHAKE_DEG: Final = 3.0
 _SHAKE_M: Final = 0.03
@@ -60,7 +60,7 @@ _TREMBLE_S: Final = 0.6
 
 
 def relit_faces(person: Path, light: Floats) -> Floats:
-    """(256, rows, columns) a face at all turns, linear, under a place's luminance (H, W)."""
+    """Return a face at all turns, (256, rows, columns), linear, under luminance (H, W)."""
     with np.load(person, allow_pickle=False) as known:
         images, lamps = known["images"] / 255.0, known["lamps_deg"].astype(np.float64)
     shape = (light.shape[0], light.shape[1])
@@ -80,12 +80,12 @@ def relit_faces(person: Path, light: Floats) -> Floats:
 def filmed(
     panorama: Floats32, faces: Floats, seed: int, way: float = 1.0, around_deg: float = AROUND_DEG
 ) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-    """Film a turn: the true turn of the lens, deg, and the picture of each frame.
+    """Film a turn; yield the true turn of the lens, deg, and the picture of each frame.
 
     Args:
         panorama: (H, W, 3). Linear radiance of the place.
-        faces: Of `relit_faces`.
-        way: 1 clockwise, -1 the other way round.
+        faces: Result of `relit_faces`.
+        way: 1 clockwise, -1 counter-clockwise.
     """
     chance = np.random.default_rng(seed)
     count = round(SECONDS * FPS)
@@ -99,7 +99,7 @@ def filmed(
         aim, moved = _SHAKE_DEG * shake[:3, number], _SHAKE_M * shake[3:, number]
         face = _face_at(faces, turn)
         picture = _with_sitter(_background(panorama, turn + 180, aim), face, aim, moved)
-        # As phones do: half for the face, half for all.
+        # As phones do: half for the face, half for the whole frame.
         whole = float(np.exp(np.log(picture @ GREY + 1e-5).mean()))
         wanted = math.log(0.25 / max(math.sqrt(whole * float(face.mean())), 1e-6))
         exposure = wanted if number == 0 else exposure + 0.5 * (wanted - exposure)
@@ -110,7 +110,7 @@ def filmed(
 
 
 def _slow(chance: np.random.Generator, count: int) -> Floats:
-    """A tremble within -1 and 1 that lasts some tenths of a second."""
+    """Return a tremble between -1 and 1 with a period of a few tenths of a second."""
     width = max(round(_TREMBLE_S * FPS), 1)
     noise = np.convolve(chance.uniform(-1, 1, count + width), np.ones(width) / width, "valid")
     return np.asarray(noise[:count] / np.abs(noise).max())
@@ -132,7 +132,7 @@ def _background(panorama: Floats32, azimuth: float, aim_deg: Floats) -> Floats32
 
 
 def _with_sitter(view: Floats32, face: Floats, aim_deg: Floats, moved_m: Floats) -> Floats32:
-    """Set a face with hair and shoulders before the background."""
+    """Draw a face with hair and shoulders in front of the background."""
     focal = LENS.focal_px
     scale = focal * _FACE_M / face.shape[1]
     across = LENS.size[0] / 2 - focal * math.tan(math.radians(aim_deg[0])) + focal * moved_m[0]
@@ -153,7 +153,7 @@ def _with_sitter(view: Floats32, face: Floats, aim_deg: Floats, moved_m: Floats)
 
 
 def encoded(pictures: Sequence[NDArray[np.uint8]], path: Path) -> None:
-    """Write a video as a phone would, 8 bits and compressed."""
+    """Write a video like a phone, 8 bits and compressed."""
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), FPS, LENS.size)
     for picture in pictures:
         writer.write(np.ascontiguousarray(picture[..., ::-1]))
@@ -161,7 +161,7 @@ def encoded(pictures: Sequence[NDArray[np.uint8]], path: Path) -> None:
 
 
 def judged_film(path: Path, turns_deg: Floats, truth: Floats, rows: Sequence[int]) -> list[Row]:
-    """Read a film and hold what it offers against the person's own curves.
+    """Read a film and compare its turns with the person's own curves.
 
     Args:
         turns_deg: True turn of the lens at each frame.
@@ -188,7 +188,7 @@ def judged_film(path: Path, turns_deg: Floats, truth: Floats, rows: Sequence[int
 
 
 def measured(people: Path, folders: Sequence[Path], per_place: int) -> dict[str, Any]:
-    """All figures, and those of each film."""
+    """Return all figures, and those of each film."""
     pack, known = load_named_pack("generic"), load_people(people)
     rows, files = judged(pack.styles), sorted(people.glob("*.npz"))
     films: list[dict[str, Any]] = []
@@ -213,7 +213,7 @@ def measured(people: Path, folders: Sequence[Path], per_place: int) -> dict[str,
 
 
 def summary(films: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """The row of the table, over what is offered."""
+    """Return the row of the table, over the turns offered."""
     offered = [one for film in films for one in film["styles"] if one["grade"] in ("yes", "nearly")]
     lost = np.array([one["given_up"] for one in offered])
     off = np.array([one["off_deg"] for one in offered])

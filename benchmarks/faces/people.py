@@ -1,9 +1,9 @@
 """Whether the turns offered are right on real people, and whether their faces show the style.
 
 Each person of the Extended Yale Face Database B is relit by each place from 64 measured lamps, at
-all 64 turns. What a person gives up by the turn that the program offers is a share of that
-person's own range of match. Light from beyond 110 deg, where no lamp stood, is taken out of
-prediction and truth alike, and only styles whose lamps all lie within are judged.
+all 64 turns. The loss of a person at the program's turn is a share of that person's own range of
+match. Light from beyond 110 deg, where there were no lamps, is removed from both prediction and
+truth, and only styles with all lamps inside that range are judged.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ Floats: TypeAlias = NDArray[np.float64]
 ROOT: Final = Path(__file__).resolve().parents[2]
 BEFORE: Final = ROOT / "benchmarks" / "results" / "people-before.json"
 BEHIND_DEG: Final = 110.0
-_STEP: Final = 4  # pixels of the pictures that count as one
+_STEP: Final = 4  # pixels of the pictures that are averaged to one
 _EYES: Final = (45.0, 83.5, 48.5)  # row and column between the eyes, half their distance, pixels
 _CHIN: Final = 2.165 / 0.623 * 48.5  # from eyes to chin: to the mouth as on the shipped heads
-_HALF_BLACK: Final = 1 / 128  # of the brighter half: darker than this nothing is read
+_HALF_BLACK: Final = 1 / 128  # of the brighter half: darker values are not read
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +86,7 @@ def directions(azimuth_deg: Floats, elevation_deg: Floats) -> Floats:
 
 
 def lamp_shares(lamps_deg: Floats, toward: Floats) -> Floats:
-    """(n, lamps) how a picture under light from a direction is mixed of the three nearest lamps."""
+    """Return the mix of the three nearest lamps for light from each direction, (n, lamps)."""
     away = np.degrees(
         np.arccos(np.clip(toward @ directions(lamps_deg[:, 0], lamps_deg[:, 1]).T, -1, 1))
     )
@@ -101,7 +101,7 @@ def lamp_shares(lamps_deg: Floats, toward: Floats) -> Floats:
 
 
 def texel_grid(shape: tuple[int, int]) -> tuple[Floats, Floats]:
-    """(H, W) azimuth toward the sitter's left and elevation of texels at turn 0, deg."""
+    """Return azimuth, toward the sitter's left, and elevation of texels at turn 0, (H, W) deg."""
     height, width = shape
     azimuth = -((np.arange(width) + 0.5) / width - 0.5) * 360.0
     elevation = 90.0 - (np.arange(height) + 0.5) / height * 180.0
@@ -109,7 +109,7 @@ def texel_grid(shape: tuple[int, int]) -> tuple[Floats, Floats]:
 
 
 def front_pack(pack: StylePack, head: str) -> StylePack:
-    """The same pack for light from within 110 deg only."""
+    """Return the pack for light from within 110 deg only."""
     transport = load_transport_of(pack, head)
     azimuth, _ = texel_grid(transport.environment_shape)
     front = (np.abs(azimuth) <= BEHIND_DEG).ravel()
@@ -120,7 +120,7 @@ def front_pack(pack: StylePack, head: str) -> StylePack:
 
 
 def judged(styles: Sequence[Style]) -> tuple[int, ...]:
-    """Positions of the styles whose lamps all lie within 110 deg."""
+    """Return the indices of the styles whose lamps are all within 110 deg."""
     return tuple(
         row
         for row, style in enumerate(styles)
@@ -129,7 +129,7 @@ def judged(styles: Sequence[Style]) -> tuple[int, ...]:
 
 
 def correlation(pictures: Floats, target: Floats) -> Floats:
-    """(n,) match of pictures (pixels, n)."""
+    """Return the match of pictures (pixels, n), (n,)."""
     one, other = pictures - pictures.mean(axis=0), target - target.mean()
     size = np.linalg.norm(one, axis=0) * np.linalg.norm(other)
     return np.asarray(100.0 * (other @ one) / np.maximum(size, 1e-30))
@@ -137,7 +137,7 @@ def correlation(pictures: Floats, target: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """What a person looks like in a place at all turns."""
+    """A person's pictures in a place at all turns."""
 
     match: Floats  # (S, 64), with the person's own target
     areas: Floats  # (A, 64)
@@ -164,14 +164,14 @@ def relit(person: Person, light: Floats, styles: Sequence[Style], rows: Sequence
 
 
 def crop_signature(style: Style, areas: Floats) -> Signature:
-    """Those relations of a style whose areas lie inside the crop."""
+    """Return the relations of a style whose areas are inside the crop."""
     seen = {name for name, row in zip(AREAS, areas, strict=True) if np.isfinite(row).all()}
     kept = tuple(r for r in style.signature.relations if {r.bright, r.dark} <= seen)
     return Signature(kept)
 
 
 def shows(signature: Signature, areas: Floats) -> bool:
-    """Whether a picture's areas (A,) are at least near a signature."""
+    """Return whether a picture's areas (A,) are at least near a signature."""
     names = list(AREAS)
     halves = max(areas[names.index("left half")], areas[names.index("right half")])
     known = np.where(np.isfinite(areas), np.maximum(areas, _HALF_BLACK * halves), 0.0)
@@ -180,7 +180,7 @@ def shows(signature: Signature, areas: Floats) -> bool:
 
 
 def places(folders: Sequence[Path]) -> dict[str, Floats]:
-    """Light, (32, 64, 3), of all panoramas in some folders, by names that are all different."""
+    """Return the light, (32, 64, 3), of all panoramas in some folders, by unique names."""
     found: dict[str, Floats] = {}
     for folder in folders:
         for path in sorted([*folder.glob("*.hdr"), *folder.glob("*.exr")]):
@@ -195,10 +195,10 @@ def run(
     head: str,
     known: dict[str, list[Truth]] | None = None,
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Judge all pairs; rows of (place, style), and the agreement by style.
+    """Judge all pairs; return rows of (place, style), and the agreement by style.
 
     Args:
-        known: What people look like in places; filled here, and the same for all heads.
+        known: People's pictures in places, shared by all heads; filled here.
     """
     known = {} if known is None else known
     pack = front_pack(load_named_pack(head), head)
@@ -228,7 +228,7 @@ def run(
 
 
 def kept(pairs: Sequence[Mapping[str, Any]], head: str) -> dict[str, float]:
-    """How many of the pairs attainable before, at places known then, are still yes or nearly."""
+    """Return how many of the earlier attainable pairs are still yes or nearly."""
     known = json.loads(BEFORE.read_text(encoding="utf-8"))["attainable"].get(head, {})
     before = [pair for pair in pairs if pair["style"] in known.get(pair["place"], [])]
     stay = sum(pair["grade"] != "no" for pair in before)
@@ -236,7 +236,7 @@ def kept(pairs: Sequence[Mapping[str, Any]], head: str) -> dict[str, float]:
 
 
 def one_by_one(pairs: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, Any]:
-    """Each person alone, and how far the mean may lie off with other places (95 %)."""
+    """Return results per person, and the 95 % uncertainty of the mean over other places."""
     graded = [pair for pair in pairs if pair["grade"] != "no"]
     close = np.array([pair["given_up"] for pair in graded]) <= 3.0
     at = np.array([pair["place"] for pair in graded])
@@ -268,7 +268,7 @@ def _agreement(votes: list[tuple[bool, list[bool]]]) -> dict[str, float]:
     head = np.array([model for model, _ in votes])
     share = own.mean(axis=1)
     count = own.shape[1]
-    # Of two different people, how often they say the same.
+    # How often two different people agree.
     alike = ((share * count) ** 2 + ((1 - share) * count) ** 2 - count) / (count * (count - 1))
     return {
         "agree": 100.0 * float((own == head[:, None]).mean()),
@@ -279,7 +279,7 @@ def _agreement(votes: list[tuple[bool, list[bool]]]) -> dict[str, float]:
 
 
 def summary(pairs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """The row of people, over pairs graded yes or nearly; correlation and bias over all."""
+    """Return the row of people, over pairs graded yes or nearly; correlation and bias over all."""
     graded = [pair for pair in pairs if pair["grade"] in ("yes", "nearly")]
     lost = np.concatenate([pair["given_up"] for pair in graded])
     real = np.concatenate([pair["real"] for pair in pairs])

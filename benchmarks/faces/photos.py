@@ -1,7 +1,7 @@
-"""Faces in photographs: light read from real people under known lamps, and faces where nobody is.
+"""Faces in photos: light read from real people under known lamps, and faces where nobody is.
 
-Each picture of a person is put into a grey frame as a camera would show it (sRGB), found there, and
-read; nothing but the frame is handed over. Places without people are looked at from 1,000 sides.
+Each picture of a person is put into a grey frame as a camera would show it (sRGB), detected there,
+and read; the program gets only the frame. Places without people are searched from 1,000 sides.
 
     python -m benchmarks.faces.photos --people FOLDER --places FOLDER
 """
@@ -48,23 +48,23 @@ FAR_PX: Final = 3000.0
 BEHIND_DEG: Final = 95
 NEVER_BEHIND_DEG: Final = 75
 REACH_DEG: Final = 115
-"""Lamps farther behind are not among the people's."""
+"""Largest angle of the people's lamps."""
 KEYS_DEG: Final = (-70.0, -50.0, -35.0, -20.0, 20.0, 35.0, 50.0, 70.0)
 RATIOS: Final = (2, 4, 8)
 """Key and fill to fill, incident."""
 SIDES_DEG: Final = (-70.0, -50.0, -35.0, 35.0, 50.0, 70.0)
 HEIGHTS_DEG: Final = (0.0, 15.0, 35.0)
 SIZES_DEG: Final = {10.0: (0.0,), 40.0: (-15.0, 0.0, 15.0)}
-"""Sizes of keys, and the lamps side by side that make them."""
+"""Sizes of keys, and the adjacent lamps that compose them."""
 FILLS: Final = (None, 8.0, 4.0, 2.0)
 AZIMUTHS_DEG: Final = ((0, 10), (11, 25), (26, 40), (41, 60), (61, 75), (76, 95))
 ELEVATIONS_DEG: Final = ((-40, -30), (-29, -5), (-4, 5), (6, 20), (21, 45), (46, 90))
 VIEWS: Final = 84
-"""Of each place."""
+"""Number of views of each place."""
 
 
 def framed(picture: NDArray[np.float64]) -> Bytes:
-    """A linear grey picture, 0 to 1, in its frame."""
+    """Return a linear grey picture, 0 to 1, in its frame."""
     rows, columns, grey = FRAME
     frame = np.full((rows, columns, 3), grey, np.uint8)
     shown = np.round(255 * srgb_encode(picture)).astype(np.uint8)[..., None]
@@ -73,7 +73,7 @@ def framed(picture: NDArray[np.float64]) -> Bytes:
 
 
 def lamps(people: Path, step: int = 1) -> dict[str, Any]:
-    """Hold what is read under single lamps against where these stood."""
+    """Compare the readings under single lamps with the lamps' positions."""
     rows = []
     for file in sorted(people.glob("*.npz")):
         with np.load(file, allow_pickle=False) as known:
@@ -111,7 +111,7 @@ def lamps(people: Path, step: int = 1) -> dict[str, Any]:
 def _bands(
     inside: list[tuple[NDArray[np.float64], bool]], part: int, bands: tuple[tuple[int, int], ...]
 ) -> dict[str, float]:
-    """Share of the lamps within the stated error, by how far these stand aside or up."""
+    """Return the share of lamps within the stated error, by their angle aside or up."""
     value = np.array([(abs(lamp[0]), lamp[1])[part] for lamp, _ in inside])
     held = np.array([one for _, one in inside])
     return {
@@ -121,7 +121,7 @@ def _bands(
 
 
 def outcomes(people: Path) -> dict[str, Any]:
-    """Count what is told of even light, flash at the lens, backlight, and keys beside a fill."""
+    """Count the readings for even light, flash at the lens, backlight, and keys with a fill."""
     chance = np.random.default_rng(3)
     told: dict[str, list[str]] = {}
     held: dict[str, list[bool]] = {}
@@ -150,7 +150,7 @@ def _outcome(light: FaceLight | None) -> str:
 def _lights(
     lamps_deg: NDArray[np.float64], chance: np.random.Generator
 ) -> Iterator[tuple[str, tuple[float, float] | None, NDArray[np.float64]]]:
-    """Names of lights, where their key stands, and how much of each lamp they are made of."""
+    """Yield names of lights, the position of their key, and their mix of lamps."""
 
     def lamp(azimuth: float, elevation: float) -> NDArray[np.float64]:
         toward = directions(np.array([azimuth]), np.array([elevation]))
@@ -185,7 +185,7 @@ def _lights(
 
 
 def styles(people: Path) -> dict[str, Any]:
-    """Light people by the lamps of each style that stand within their reach, and name it."""
+    """Light people by the lamps of each style within their range, and name it."""
     known = load_named_pack("generic").styles
     judged = [
         style for style in known if all(abs(lamp.azimuth_deg) <= REACH_DEG for lamp in style.lamps)
@@ -218,7 +218,7 @@ def styles(people: Path) -> dict[str, Any]:
 def ratios(people: Path) -> dict[str, Any]:
     """Light people by a key and a frontal fill 90 degrees wide, and read the cheeks' ratio.
 
-    The truth is taken from the same picture's own areas, over those in the fill alone.
+    The truth is measured in the same picture's own areas, over those with the fill alone.
     """
     cheeks = [AREAS.index(name) for name in ("left cheek", "right cheek")]
     chance = np.random.default_rng(2)
@@ -254,7 +254,7 @@ def ratios(people: Path) -> dict[str, Any]:
 
 
 def like_photo(people: Path, places: Path) -> dict[str, Any]:
-    """Make styles of pictures, and hold their turns against those of styles of the true lamps.
+    """Make styles from pictures, and compare their turns with those of styles with the true lamps.
 
     A turn is right within the tolerance arc of the true style's; only places where that one is in
     reach count.
@@ -311,7 +311,7 @@ def _on_arc(turn_deg: float, arc_deg: tuple[float, float]) -> bool:
 def _composed(
     people: Path,
 ) -> Iterator[tuple[tuple[float, float], float, float | None, NDArray[np.float64]]]:
-    """Keys, their sizes, key and fill to fill in turn, and what people look like under these."""
+    """Yield keys, their sizes, (key + fill) to fill, and people's pictures under these."""
     for number, file in enumerate(sorted(people.glob("*.npz"))):
         with np.load(file, allow_pickle=False) as known:
             images, lamps_deg = known["images"] / 255, known["lamps_deg"].astype(np.float64)
@@ -335,7 +335,7 @@ def _read(frame: Bytes) -> FaceLight | None:
 
 
 def _apart(lamp: NDArray[np.float64], light: FaceLight | None) -> float | None:
-    """Angle between a lamp and what was read, deg; None where nothing was."""
+    """Return the angle between a lamp and the reading, deg; None if there is no reading."""
     if light is None or light.azimuth_deg is None or light.elevation_deg is None:
         return None
     ways = [
@@ -346,7 +346,7 @@ def _apart(lamp: NDArray[np.float64], light: FaceLight | None) -> float | None:
 
 
 def views(places: Path, count: int = VIEWS) -> Iterator[tuple[str, Bytes]]:
-    """Pictures of places, developed, at random headings, pitches and lenses; always the same."""
+    """Yield developed views of places at random headings, pitches and lenses; always the same."""
     chance = np.random.default_rng(1)
     for file in sorted(places.glob("*.hdr")):
         radiance = read_environment(file).radiance
@@ -359,7 +359,7 @@ def views(places: Path, count: int = VIEWS) -> Iterator[tuple[str, Bytes]]:
 
 
 def nobody(places: Path, count: int = VIEWS) -> dict[str, Any]:
-    """Count views in which a face is found though there is nobody."""
+    """Count views in which a face is detected although there is nobody."""
     found = [(name, find_faces(view)) for name, view in views(places, count)]
     wrong = [(name, round(faces[0].confidence, 2)) for name, faces in found if faces]
     return {"views": len(found), "false_faces": len(wrong) / len(found), "where": wrong}

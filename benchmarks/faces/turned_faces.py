@@ -1,8 +1,8 @@
-"""Turned faces: are they found, and does a face tell where it looks in a place?
+"""Turned faces: are they detected, and does a face show its direction in a place?
 
-`found`: 12 poses, four sizes in a frame of 1,280 x 960 before a view of a place, four exposures.
-`in_places`: heads in all places, at eight turns of the lens and three of the head, judged as
-`photo --place` judges them. See `turned_heads` for what is rendered.
+`found`: 12 poses, four sizes in a frame of 1,280 x 960 in front of a view of a place, four
+exposures. `in_places`: heads in all places, at eight turns of the lens and three of the head,
+judged like `photo --place`. See `turned_heads` for the renders.
 
     python -m benchmarks.faces.turned_faces --places FOLDER
 """
@@ -52,10 +52,10 @@ POSES: Final = (
 )
 """Yaw and pitch: all yaws level, and 15 degrees up and down at 0 and 30, one left out."""
 LIT: Final = (("st_fagans_interior_1k", 40.0), ("rooitou_park_1k", -70.0))
-"""Places, and turns in them, by which faces that are looked for are lit in turn."""
+"""Places, and turns in them, that light the faces in turn."""
 FRAME: Final = (1280, 960)
 CORNERS: Final = {320: (60, 300), 160: (700, 60), 80: (820, 520), 40: (1080, 660)}
-"""Sizes of the face, and where in the frame its picture begins."""
+"""Sizes of the face, and the corner of its picture in the frame."""
 EXPOSURES: Final = (-3, -2, 0, 1)
 LEAST_IOU, MOST_YAW, SURE = 0.4, 25.0, 0.8
 YAWS: Final = (-15, 0, 15)
@@ -64,7 +64,7 @@ NARROW_DEG: Final = 40.0
 
 
 def found(places: Path) -> dict[str, Any]:
-    """Look for faces of all sizes at once, exposure by exposure."""
+    """Search for faces of all sizes at once, exposure by exposure."""
     chance, wrong = np.random.default_rng(1), []
     rows: list[tuple[Any, ...]] = []
     for number, (name, pose) in enumerate((name, pose) for name in HEADS for pose in POSES):
@@ -96,12 +96,12 @@ def found(places: Path) -> dict[str, Any]:
 
 
 def right(at: Box, off: float, known: Iterable[Box]) -> bool:
-    """Whether a face that was found is one, and held so."""
+    """Return whether a detection is a face with the right pose."""
     return abs(off) <= MOST_YAW and max(overlap(at, one) for one in known) >= LEAST_IOU
 
 
 def told(off: list[float | None]) -> dict[str, float]:
-    """Share of faces found, and by how much their yaw is off."""
+    """Return the share of detected faces, and the errors of their yaw."""
     known = [abs(one) for one in off if one is not None]
     return {
         "faces": len(off),
@@ -112,7 +112,7 @@ def told(off: list[float | None]) -> dict[str, float]:
 
 
 def composed(head: Pictured, radiance: Float32, turn: float) -> tuple[Float32, dict[int, Box]]:
-    """All sizes in one frame before a view of the place, and where the faces are."""
+    """Return all sizes in one frame in front of a view of the place, and the faces' boxes."""
     frame = look(radiance, wrap(turn + 180), Lens(50.0, FRAME))
     frame = np.array(frame * 0.3 / max(float(np.percentile(frame, 70)), 1e-9), np.float32)
     boxes: dict[int, Box] = {}
@@ -127,7 +127,7 @@ def composed(head: Pictured, radiance: Float32, turn: float) -> tuple[Float32, d
 
 
 def overlap(one: Box, other: Box) -> float:
-    """Common area by that of both."""
+    """Return intersection over union of two boxes."""
     a, b = np.reshape(one, (2, 2)), np.reshape(other, (2, 2))
     common = float(np.prod(np.maximum(np.minimum(a[1], b[1]) - np.maximum(a[0], b[0]), 0)))
     return common / (float(np.prod(a[1] - a[0])) + float(np.prod(b[1] - b[0])) - common)
@@ -136,7 +136,7 @@ def overlap(one: Box, other: Box) -> float:
 def shot(
     name: str, file: Path, yaw: int, turn: float, chance: np.random.Generator
 ) -> FacingEstimate | None:
-    """What a photograph of a head says of where it looks; None where it says nothing."""
+    """Return the estimated direction of a head in a photo; None if there is none."""
     head = pictured(name, file, (yaw, 0), turn, PHOTO_PX)
     gain = head.gain * 2 ** chance.uniform(-1, 1)
     behind = 0.18 / gain * (1 - np.clip(head.picture[..., 3:], 0, 1))
@@ -150,7 +150,7 @@ def shot(
 
 
 def signs() -> list[dict[str, Any]]:
-    """One lamp in the dark: azimuths that are told must follow turn and yaw."""
+    """Check, with one lamp in the dark, that the azimuths follow turn and yaw."""
     chance, rows = np.random.default_rng(3), []
     for turn, yaw in itertools.product((20, 100), YAWS):
         facing = shot("generic", Path("60"), yaw, float(turn), chance)
@@ -160,7 +160,7 @@ def signs() -> list[dict[str, Any]]:
 
 
 def in_places(places: Path) -> dict[str, Any]:
-    """Judge where heads look against the narrow arcs of styles that a place gives."""
+    """Judge the directions of heads against the narrow arcs of styles that a place gives."""
     chance, names = np.random.default_rng(2), list(HEADS)
     shots: list[dict[str, Any]] = []
     pairs: list[Pair] = []
@@ -190,7 +190,7 @@ def in_places(places: Path) -> dict[str, Any]:
 
 
 class Pair(NamedTuple):
-    """A shot and a style: what is told, and how far the nose is beyond the arc and off its turn."""
+    """A shot and a style: the answer, and the nose's distance beyond the arc and from its turn."""
 
     says: Standing
     beyond: float
@@ -200,12 +200,12 @@ class Pair(NamedTuple):
 
 
 def width(arc: tuple[float, float]) -> float:
-    """Of an arc, deg."""
+    """Return the width of an arc, deg."""
     return (arc[1] - arc[0]) % 360
 
 
 def judged(pairs: list[Pair]) -> dict[str, Any]:
-    """What is told, where it ought to be and where it ought not."""
+    """Return shares of answers, where there should be one and where there should not."""
 
     def share(says: Standing, among: list[Pair]) -> dict[str, float]:
         count = sum(one.says == says for one in among)
@@ -225,7 +225,7 @@ def judged(pairs: list[Pair]) -> dict[str, Any]:
 
 
 def shots_told(shots: list[dict[str, Any]]) -> dict[str, Any]:
-    """Errors of the azimuth over all shots: by yaw, head and place."""
+    """Return errors of the azimuth over all shots: by yaw, head and place."""
     result: dict[str, Any] = {"all": len(shots), "read": sum(s["off"] is not None for s in shots)}
     for what in ("yaw", "head", "place"):
         for key in dict.fromkeys(one[what] for one in shots):
@@ -236,7 +236,7 @@ def shots_told(shots: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def wrongs(pairs: list[Pair]) -> list[str]:
-    """The pairs that are told wrong."""
+    """Return the pairs with a wrong answer."""
     return [
         f"{one.label}: {one.says}, {one.beyond:.0f} beyond, read {one.off:.0f} off"
         for one in pairs

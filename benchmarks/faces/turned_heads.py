@@ -1,7 +1,7 @@
-"""Heads that look like people, turned before the lens in places, rendered by stock Mitsuba.
+"""Realistic heads, turned in front of the lens in places, rendered by stock Mitsuba.
 
 Shapes, hair, brows and colours are those of the program's portraits. The skin is a principled
-surface, not the scattering one of the bake: faster, and another reason to differ from the model.
+surface, not the scattering one of the bake: faster, and another difference from the model.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ HEADS: Final = {
     "male": ("hair-short", (0.30, 0.16, 0.10)),
     "generic": ("hair-short", (0.60, 0.36, 0.25)),
 }
-"""Hair and colour of the skin."""
+"""Hair, and colour of the skin."""
 ROOM: Final = 1.6
-"""Side of a picture by the size of the face in it."""
+"""Side of a picture over the size of the face in it."""
 LARGE_PX, PHOTO_PX = 320, 160
 SAMPLES: Final = {LARGE_PX: 16, PHOTO_PX: 24}
 DISTANCE: Final = 15.0
 """From the face to the lens, 10 cm."""
 NOISE: Final = (0.001, 0.006)
-"""Of black, and of white by the root of light: a telephone's in a picture of this size."""
+"""Of black, and of white with the root of light: that of a phone in a picture of this size."""
 WORK: Final = Path("/tmp/turned-faces")
-"""Pictures that are kept for the next run."""
+"""Folder of pictures that are kept for the next run."""
 
 
 def held(pose: Pose) -> Floats:
-    """From the head's frame to x right in the picture, y up, z toward the lens, (3, 3)."""
+    """Return the rotation from the head's frame to x right, y up, z toward the lens, (3, 3)."""
     yaw, pitch = np.radians(pose)
     across = [[math.cos(yaw), 0, math.sin(yaw)], [0, 1, 0], [-math.sin(yaw), 0, math.cos(yaw)]]
     up = [[1, 0, 0], [0, math.cos(pitch), math.sin(pitch)], [0, -math.sin(pitch), math.cos(pitch)]]
@@ -57,7 +57,7 @@ class Stage:
     """A head in front of Mitsuba, for any place, pose and turn.
 
     Attributes:
-        middle: Of the face; the lens looks there.
+        middle: Middle of the face, at which the lens points.
         marks: (468, 3) float64. Landmarks, head frame.
     """
 
@@ -67,7 +67,7 @@ class Stage:
         self.mi = select_variant("llvm")
         import drjit as dr
 
-        # A run on two threads crashed; on one none has.
+        # A run on two threads crashed; on one, none has.
         dr.set_thread_count(1)
         self.parts, (x, y, z) = self._parts(name)
         self.middle = np.array([x, y - 0.25, z - 0.5])
@@ -76,7 +76,7 @@ class Stage:
         self.marks = self._marks()
 
     def _parts(self, name: str) -> tuple[dict[str, Any], tuple[float, float, float]]:
-        """Skin, eyes, hair, brows, lashes and collar, and the point between the eyes."""
+        """Return skin, eyes, hair, brows, lashes and collar, and the point between the eyes."""
         from app.core.baking.scene import Mesh, load_head, mitsuba_mesh
         from scenes.head_detail.scene import detailed_skin, mitsuba_shapes
 
@@ -115,11 +115,11 @@ class Stage:
         self.params = self.mi.traverse(self.scene)
 
     def focal(self, size: int) -> float:
-        """Focal length, pixels, at which the face is so large from the front."""
+        """Return the focal length, pixels, for a face of this size from the front."""
         return size * DISTANCE / float(np.ptp(self.marks[:, 1]))
 
     def render(self, pose: Pose, turn: float, focal: float, side: int, samples: int) -> Float32:
-        """Linear picture, and the share that the head covers, (side, side, 4)."""
+        """Return the linear picture, and the share that the head covers, (side, side, 4)."""
         back, mi = held(pose).T, self.mi
         around = np.eye(4)
         around[:3, :3] = back @ held((turn, 0))
@@ -139,7 +139,7 @@ class Stage:
         return np.array(mi.render(self.scene, sensor=sensor, spp=samples), np.float32)
 
     def _marks(self) -> Floats:
-        """The mesh of the landmarks, fitted to where they are found on the head from the front."""
+        """Return the landmark mesh, fitted to the landmarks detected on the head from the front."""
         focal, side = 3000.0, 600
         (face,) = find_faces(developed(self.render((0, 0), 0.0, focal, side, 16)[..., :3], 0.7))
         x, y = (face.landmarks[:, :2].T - side / 2) / focal
@@ -156,7 +156,7 @@ class Stage:
         return np.asarray(scale * (mesh - points.mean(axis=0)) @ (u @ v).T + places.mean(axis=0))
 
     def box(self, pose: Pose, focal: float, side: int) -> Box:
-        """Left, top, right, bottom of the landmarks in a picture of `render`."""
+        """Return left, top, right, bottom of the landmarks in a picture of `render`."""
         x, y, z = held(pose) @ (self.marks - self.middle).T
         across, down = side / 2 + focal * np.stack([x, -y]) / (DISTANCE - z)
         return float(across.min()), float(down.min()), float(across.max()), float(down.max())
@@ -164,7 +164,7 @@ class Stage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pictured:
-    """A linear picture with the share that the head covers, (N, N, 4); where its face is."""
+    """A linear picture with the share that the head covers, (N, N, 4), and the face's box."""
 
     picture: Float32
     box: Box
@@ -172,14 +172,14 @@ class Pictured:
 
     @property
     def gain(self) -> float:
-        """What exposes the face."""
+        """Gain that exposes the face."""
         left, top, right, bottom = (round(edge) for edge in self.box)
         part = self.picture[top:bottom, left:right]
         return face_exposure(luminance(part[..., :3])[part[..., 3] > 0.5])
 
 
 def developed(picture: Float32, gain: float, chance: np.random.Generator | None = None) -> Bytes:
-    """As a camera shows it: noise, sRGB, a mild S, JPEG; (H, W, 3) uint8."""
+    """Develop like a camera: noise, sRGB, a mild S-curve, JPEG; (H, W, 3) uint8."""
     light = np.clip(picture * gain, 0, 4)
     if chance is not None:
         light = light + chance.normal(size=light.shape) * (NOISE[0] + NOISE[1] * np.sqrt(light))
@@ -193,13 +193,13 @@ def developed(picture: Float32, gain: float, chance: np.random.Generator | None 
 
 @cache
 def stage(name: str) -> Stage:
-    """One stage a head."""
+    """Return the only stage of a head."""
     return Stage(name)
 
 
 @cache
 def place(file: Path) -> Float32:
-    """Its radiance; a lamp in the dark, 20 degrees up, for a path that is only its azimuth."""
+    """Return a place's radiance; for an azimuth as path, a lamp in the dark, 20 degrees up."""
     if file.suffix:
         return read_environment(file).radiance
     radiance = np.full((512, 1024, 3), 0.02, np.float32)
@@ -209,7 +209,7 @@ def place(file: Path) -> Float32:
 
 
 def pictured(name: str, file: Path, pose: Pose, turn: float, size: int) -> Pictured:
-    """A head in a place, held so towards a lens at a turn; kept for the next run."""
+    """Return a head in a place, in a pose at a turn; kept for the next run."""
     kept = WORK / f"{name}-{file.stem}-{pose[0]:g}-{pose[1]:g}-{turn:g}-{size}.npz"
     if not kept.exists():
         one, side = stage(name), round(ROOM * size)
@@ -222,7 +222,7 @@ def pictured(name: str, file: Path, pose: Pose, turn: float, size: int) -> Pictu
     with np.load(kept) as known:
         picture, focal = known["picture"].astype(np.float32), float(known["focal"])
         left, top, right, bottom = known["box"].tolist()
-    # A grain of light that went astray is not a photograph's.
+    # A firefly would not be in a photo.
     planes = [
         cv2.medianBlur(np.ascontiguousarray(plane), 3) for plane in np.moveaxis(picture, 2, 0)
     ]

@@ -1,12 +1,12 @@
-"""Fit the weights of `app/core/localization/camera_pose.py`, and how they hold in rooms left out.
+"""Fit the weights of `app/core/localization/camera_pose.py`, and test them in rooms left out.
 
     python benchmarks/heading/locate_photos.py FOLDER --make --draw 1000      (only for this)
     python benchmarks/heading/confidence_fit.py FOLDER KEPT.pkl         (gathers evidence; resumes)
     python benchmarks/heading/confidence_fit.py FOLDER KEPT.pkl --fit
 
-Rows are every way in which `search_photo` looks for each photograph, where it was taken and in
-another room, and the cases of `heading.py` from another draw. A row is right within 3 deg from the
-line through the sitter; beside it, and elsewhere, none is.
+Rows are all the ways in which `search_photo` searches for each photo, in its own room and in
+another one, and the cases of `heading.py` from another draw. On the line through the sitter, a row
+is right within 3 deg; beside it, and elsewhere, none is.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ TRAIN: Final = 71  # seed of the live pictures
 LIVE: Final = 40  # of each kind
 FOLDS: Final = 5
 MORE_IS_BETTER: Final = ("points", "support", "spread", "share")
-WITHIN: Final = {"strays": (-1.0, -0.5), "odd": (-3.0, -1.0)}  # others say nearly as much
+# limits of weights that others can nearly replace
+WITHIN: Final = {"strays": (-1.0, -0.5), "odd": (-3.0, -1.0)}
 FALSE_COST: Final = (1.5, 3.0)  # a wrong heading is worse than none; lens known, or not
 PRIOR: Final = 0.02
 
@@ -68,7 +69,7 @@ Row = dict[str, Any]
 
 
 def row(kind: str, room: str, found: Any, heading_deg: float | None) -> Row | None:
-    """One answer, and whether it is right."""
+    """Return one answer, and whether it is right."""
     if found is None or found.evidence.points < 1 or found.evidence.zoom < 0.8:
         return None
     heading, pitch, roll = found.pose.angles_deg
@@ -80,7 +81,7 @@ def row(kind: str, room: str, found: Any, heading_deg: float | None) -> Row | No
 
 
 def of_photo(path: Path, maps: dict[str, HeadingIndex]) -> list[Row]:
-    """Every way in which a photograph is looked for."""
+    """Return all the ways of searching for a photo."""
     told, photo = json.loads(path.read_text()), read_photo(path.with_suffix(".jpg"))
     kind, place, number = told["kind"], told["place"], int(path.stem[-3:])
     names = sorted(set(maps) - set(SPOTS_M) - {place})
@@ -94,7 +95,7 @@ def of_photo(path: Path, maps: dict[str, HeadingIndex]) -> list[Row]:
         mask = None if who is None else background_mask(who, photo.picture.shape[:2])
         sight = see(photo.picture, mask, FINE)
         for name, what, heading in asked:
-            # Cut, and looked for with the lens of the whole: right or not, it is no example.
+            # A cropped photo searched with the lens of the whole is not an example, right or not.
             for fov in (None,) if kind == "cropped" else (photo.fov_deg, None):
                 angle = photo_check._angle(who, fov or assumed)
                 rows.append(row(what, place, compare(sight, maps[name], fov, None, angle), heading))
@@ -102,7 +103,7 @@ def of_photo(path: Path, maps: dict[str, HeadingIndex]) -> list[Row]:
 
 
 def live(maps: dict[str, HeadingIndex]) -> list[Row]:
-    """Pictures of `heading.py` of another draw: right, hard, of other places, of nothing."""
+    """Return pictures of `heading.py` from another draw: right, hard, wrong, and empty."""
     chance, views, rows = np.random.default_rng(TRAIN), demo_views(location()), []
     lights = scenes()
 
@@ -130,14 +131,14 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """What is fitted: as in `app.core.localization.camera_pose`."""
+    """The fitted values, as in `app.core.localization.camera_pose`."""
 
     place: NDArray[np.float64]
     line: NDArray[np.float64]
     factor: float
 
     def trusted(self, one: Row) -> float:
-        """As `app.core.localization.camera_pose.trust`."""
+        """Return the same as `app.core.localization.camera_pose.trust`."""
         evidence, result = one["evidence"], 1.0
         for weights, told in ((self.place, place_signs), (self.line, line_signs)):
             z = float(np.clip(np.dot(weights, told(evidence)), -50.0, 50.0))
@@ -146,7 +147,7 @@ class Weights:
 
 
 def greatest_likelihood(rows: list[Row]) -> Weights:
-    """Weights that make what happened likeliest, none of the wrong sign; and the error's factor."""
+    """Return the maximum likelihood weights, none with the wrong sign, and the error's factor."""
     from scipy.optimize import minimize
     from scipy.special import expit
 
@@ -187,7 +188,7 @@ def greatest_likelihood(rows: list[Row]) -> Weights:
 
 
 def fit(rows: list[Row]) -> dict[str, Any]:
-    """Fit all, and each fifth of the rooms by the others."""
+    """Fit all, and cross-validate over fifths of the rooms."""
     rooms = sorted({r["room"] for r in rows})
     told: dict[str, list[tuple[float, bool]]] = {}
     for fold in range(FOLDS):
@@ -211,7 +212,7 @@ def fit(rows: list[Row]) -> dict[str, Any]:
 
 
 def named(names: tuple[str, ...], weights: NDArray[np.float64]) -> dict[str, float]:
-    """Weights by their names."""
+    """Return weights by name."""
     return {name: round(float(w), 2) for name, w in zip(names, weights, strict=True)}
 
 

@@ -1,4 +1,4 @@
-"""Pictures with known headings, and pictures that show no place at all, for `heading.py`.
+"""Pictures with known headings, and pictures of no place at all, for `heading.py`.
 
 Every picture is drawn from one stream of random numbers: the same seed gives the same pictures.
 """
@@ -42,7 +42,7 @@ SHARED: Final = ROOT.parent / "shared" / "data" / "hdri"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """A picture and the truth: where it was taken, heading, field of view, the sitter's angle."""
+    """A picture and the truth: its place, heading, field of view, the sitter's angle."""
 
     picture: Bytes
     place: str
@@ -52,7 +52,7 @@ class Case:
 
     @property
     def assumed_sitter_deg(self) -> float:
-        """The sitter's angle for who does not know the field of view and assumes the usual one."""
+        """Return the sitter's angle for an assumed usual field of view."""
         columns, rows = self.picture.shape[1], self.picture.shape[0]
         usual = math.tan(math.radians(ASSUMED_DEG / 2.0)) * columns / max(columns, rows)
         scale = usual / math.tan(math.radians(self.fov_deg / 2.0))
@@ -60,7 +60,7 @@ class Case:
 
 
 def scenes(folder: Path | None = SHARED) -> dict[str, Float32]:
-    """Radiance of the bundled panoramas and, where they are, of the twelve others."""
+    """Return the radiance of the bundled panoramas and, if available, of the twelve others."""
     files = sorted((resources() / "demo" / "scenes").glob("*.exr"))
     if folder is not None and folder.is_dir():
         files += sorted(folder.glob("*.hdr"))
@@ -68,29 +68,29 @@ def scenes(folder: Path | None = SHARED) -> dict[str, Float32]:
 
 
 def location() -> Float32:
-    """What the probe saw at the demo location, cd/m2."""
+    """Return the probe's panorama at the demo location, cd/m2."""
     return probe_environment(resources() / "demo" / "location").radiance
 
 
 def demo_spots() -> dict[str, Float32]:
-    """What the probe saw at three spots of one building, 5 to 13 m apart, all facing one way."""
+    """Return the panoramas of three spots of one building, 5 to 13 m apart, all facing one way."""
     folder = resources() / "demo" / "location"
     names = {1: LOCATION, 2: "hall", 3: "court"}
     return {n: read_environment(folder / f"probe-{k}.exr").radiance for k, n in names.items()}
 
 
 def learnt(places: dict[str, Float32]) -> dict[str, HeadingIndex]:
-    """Describe panoramas as the program shows them."""
+    """Build the indices of panoramas as the program displays them."""
     return {name: build_index(display_panorama(light)) for name, light in places.items()}
 
 
 def demo_views(light: Float32) -> SceneViews:
-    """The demo location from anywhere around the sitter."""
+    """Return the demo location seen from anywhere around the sitter."""
     return SceneViews(resources() / "demo" / "location" / "views", light)
 
 
 def disturbance(chance: np.random.Generator, harder: float) -> Disturbance:
-    """What a phone does; more blur, noise and exposure where it shall be hard."""
+    """Return the disturbance by a phone; with more blur, noise and exposure error if `harder`."""
     usual = random_disturbance(chance)
     if harder == 1.0:
         return usual
@@ -105,7 +105,7 @@ def disturbance(chance: np.random.Generator, harder: float) -> Disturbance:
 def location_cases(
     views: SceneViews, chance: np.random.Generator, count: int, harder: float = 1.0
 ) -> Iterator[Case]:
-    """The demo location: parallax, the sitter in front, the camera aimed beside them."""
+    """Yield the demo location: parallax, the sitter in front, the camera aimed beside them."""
     for number in range(count):
         fov, aim = chance.uniform(40.0, 80.0), float(number % 3 - 1) * chance.uniform(0.0, 15.0)
         stand = Stand(
@@ -125,7 +125,7 @@ def location_cases(
 def crop_cases(
     places: dict[str, Float32], chance: np.random.Generator, count: int, harder: float = 1.0
 ) -> Iterator[Case]:
-    """What a camera at the probe's place sees of panoramas; every fourth is upright."""
+    """Yield views of panoramas from the probe's position; every fourth is upright."""
     names = list(places)
     for number in range(count):
         name = names[number % len(names)]
@@ -154,7 +154,7 @@ def crop(light: Float32, angles_deg: tuple[float, float, float], lens: Lens) -> 
 
 
 def covered(picture: Bytes, chance: np.random.Generator) -> Bytes:
-    """Put something plain in front of a part of a picture."""
+    """Cover a part of a picture with a plain object."""
     rows, columns = picture.shape[:2]
     tall, wide = (round(n * chance.uniform(0.2, 0.95)) for n in (rows, columns))
     top, left = chance.integers(0, rows - tall + 1), chance.integers(0, columns - wide + 1)
@@ -164,14 +164,14 @@ def covered(picture: Bytes, chance: np.random.Generator) -> Bytes:
 
 
 def cut_out(index: HeadingIndex, case: Case) -> HeadingIndex:
-    """Take from a panorama what a picture shows: left is the rest of a place like it."""
+    """Remove the picture's part from a panorama: the rest is a similar place."""
     keep = np.abs((index.azimuths - case.heading_deg + 180.0) % 360.0 - 180.0)
     keep = np.flatnonzero(keep > case.fov_deg / 2.0 + 12.0)
     return HeadingIndex(index.descriptors[keep], index.bearings[keep], index.azimuths[keep])
 
 
 def nothing_cases(chance: np.random.Generator, count: int) -> Iterator[Case]:
-    """Pictures that show no place: walls, skies, hands, tiles, bricks, rough plaster."""
+    """Yield pictures of no place: walls, skies, hands, tiles, bricks, rough plaster."""
     kinds: list[Callable[[np.random.Generator], Float32]] = [
         _wall, _sky, _hand, _tiles, _bricks, _plaster
     ]  # fmt: skip
@@ -183,7 +183,7 @@ def nothing_cases(chance: np.random.Generator, count: int) -> Iterator[Case]:
 
 
 def _clouds(chance: np.random.Generator, scales: tuple[int, ...]) -> Float32:
-    """Smooth noise, (rows, columns), of several sizes in pixels; the larger the stronger."""
+    """Return smooth noise, (rows, columns), of several sizes in pixels; the larger the stronger."""
     total = np.zeros((SIZE[1], SIZE[0]), np.float32)
     for scale in scales:
         few = chance.standard_normal((SIZE[1] // scale + 2, SIZE[0] // scale + 2), np.float32)
@@ -209,7 +209,7 @@ def _hand(chance: np.random.Generator) -> Float32:
 
 
 def _grid(chance: np.random.Generator, row_shift: float) -> tuple[Float32, NDArray[np.int64]]:
-    """Distance to the next joint in pixels, and a number for each stone."""
+    """Return the distance to the next joint in pixels, and a number for each stone."""
     angle, wide = chance.uniform(-0.1, 0.1), chance.uniform(30.0, 90.0)
     tall = wide * (0.4 if row_shift else 1.0)
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]].astype(np.float32)

@@ -1,8 +1,8 @@
-"""How exact the *turn* is: heading and sitter's angle both from the picture, for `heading.py`.
+"""Accuracy of the *turn*: heading and sitter's angle both from the picture, for `heading.py`.
 
-The program's own finder of heads looks for the person, who is at -15, 0 or +15 deg in the picture.
-A camera that looks at the sitter gives turn = heading + that angle - 180; one that looks at who
-carries it gives turn = heading, wherever that person is.
+The program's own head detector searches for the person, who is at -15, 0 or +15 deg in the picture.
+A camera that looks at the sitter gives turn = heading + that angle - 180; one that looks at its
+holder gives turn = heading, wherever that person is.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 __all__ = ["ANGLES_DEG", "turn_rows", "turn_table"]
 
 ANGLES_DEG: Final = (-15.0, 0.0, 15.0)
-_FOVS_DEG: Final = (45.0, 80.0)  # with less a head at 15 deg is cut off
+_FOVS_DEG: Final = (45.0, 80.0)  # with less, a head at 15 deg is cut off
 _LOOKS: Final = (Looks.SITTER, Looks.PHOTOGRAPHER)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Case:
-    """A picture and the truth about it."""
+    """A picture and its truth."""
 
     picture: NDArray[np.uint8]
     looks: Looks
@@ -55,7 +55,7 @@ class _Case:
 def turn_rows(
     views: SceneViews, index: HeadingIndex, chance: np.random.Generator, count: int
 ) -> list[dict[str, Any]]:
-    """Measure the turn: a row for each way of looking and each place of the person."""
+    """Measure the turn: a row for each direction of the camera and position of the person."""
     errors: dict[tuple[Looks, float], list[float | None]] = {
         (looks, angle): [] for looks in _LOOKS for angle in ANGLES_DEG
     }
@@ -84,7 +84,7 @@ def _cases(views: SceneViews, chance: np.random.Generator, count: int) -> Iterat
 
 
 def _error(case: _Case, index: HeadingIndex) -> float | None:
-    """Error of the turn, deg; None where heading or sitter is not found."""
+    """Return the error of the turn, deg; None if heading or sitter is not found."""
     fov = case.fov_deg if case.known else None
     guess = fov or assumed_fov(SIZE)
     away = case.looks is Looks.PHOTOGRAPHER
@@ -106,7 +106,7 @@ def _heading(
     person: Sitter | None,
     away: bool,
 ) -> Heading:
-    """As the tracker asks."""
+    """Return the heading, with the tracker's arguments."""
     angle, mask = None, None
     if person is not None:
         mask = background_mask(person, picture.shape[:2])
@@ -128,7 +128,7 @@ def _row(looks: Looks, angle_deg: float, errors: list[float | None]) -> dict[str
 
 
 def turn_table(rows: list[dict[str, Any]]) -> list[str]:
-    """Lines of benchmarks/heading.md."""
+    """Return the lines of benchmarks/heading.md."""
     lines = [
         "| the camera looks at | who is at | pictures | accepted | turn: median | 95 % | largest |",
         "|---|---|---|---|---|---|---|",

@@ -1,7 +1,7 @@
-"""How exact the live heading is, how often it is sure, and how often it is sure of nonsense.
+"""Accuracy of the live heading, how often it is sure, and how often it is sure of nonsense.
 
 Pictures of the demo location with parallax and the sitter in front, crops of panoramas, and pairs
-that do not belong together, all disturbed as by a phone; with the field of view known and not.
+that do not belong together, all disturbed as by a phone; with the field of view known and unknown.
 
     python benchmarks/heading/live.py [--scenes FOLDER] [--count N] [--wrong N] [-o FILE.json]
         [--page benchmarks/heading.md]
@@ -57,7 +57,7 @@ EDGES = (0.80, 0.85, 0.95, 0.99, 1.0001)
 
 
 class Rows:
-    """Answers, one a picture and question."""
+    """Answers, one per picture and question."""
 
     def __init__(self) -> None:
         self.rows: list[dict[str, Any]] = []
@@ -84,13 +84,13 @@ class Rows:
 
 
 def _seen_at(case: Case, fov_deg: float) -> float:
-    """The sitter's angle for who takes the lens to be so wide."""
+    """Return the sitter's angle for an assumed field of view."""
     half = math.tan(math.radians(case.sitter_deg)) / math.tan(math.radians(case.fov_deg / 2.0))
     return offset_angle(0.5 + half / 2.0, 1, fov_deg)
 
 
 def ask(rows: Rows, name: str, case: Case, sight: Sight, index: HeadingIndex) -> None:
-    """With the field of view known, and not."""
+    """Search with the field of view known, and unknown."""
     found = compare(sight, index, case.fov_deg, None, case.sitter_deg)
     rows.add(f"{name}, field of view known", case, found)
     found = compare(sight, index, None, None, case.assumed_sitter_deg)
@@ -104,7 +104,7 @@ def ask_wrongly(
     maps: dict[str, HeadingIndex],
     chance: np.random.Generator,
 ) -> None:
-    """In the same place without what the picture shows, and in three other places."""
+    """Search in the same place without the picture's content, and in three other places."""
     fov = case.fov_deg if chance.random() < 0.5 else None
     sitter = case.sitter_deg if fov is not None else case.assumed_sitter_deg
     if case.place:
@@ -120,7 +120,7 @@ def ask_wrongly(
 def hard_questions(
     rows: Rows, case: Case, sight: Sight, index: HeadingIndex, chance: np.random.Generator
 ) -> None:
-    """As in the field: the sitter is found to 2 deg, or not at all; the lens is known, or not."""
+    """Search as in the field: the sitter found to 2 deg or not at all, the lens known or not."""
     noise = chance.normal(0.0, 2.0) if case.place == LOCATION else 0.0
     rows.add("hard", case, compare(sight, index, case.fov_deg, None, case.sitter_deg + noise))
     rows.add("hard", case, compare(sight, index, None, None, case.assumed_sitter_deg + noise))
@@ -131,7 +131,7 @@ def hard_questions(
 def ask_from_afar(
     rows: Rows, case: Case, maps: dict[str, HeadingIndex], chance: np.random.Generator
 ) -> None:
-    """The same building from metres away: a heading is right there only where it is."""
+    """Search in the same building from metres away: a heading is right only in its own place."""
     sight = see(case.picture)
     fov = case.fov_deg if chance.random() < 0.5 else None
     for name, index in maps.items():
@@ -140,7 +140,7 @@ def ask_from_afar(
 
 
 def accuracy(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Median, 95th percentile and largest error of those accepted."""
+    """Return median, 95th percentile and largest error of the accepted answers."""
     sure = [row for row in rows if row["confidence"] >= LEAST_CONFIDENCE]
     off = np.array([row["off"] for row in sure])
     turn = np.array([row["turn_off"] for row in sure])
@@ -158,7 +158,7 @@ def accuracy(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def reliability(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Of the answers given with a confidence, how many are within 3 deg."""
+    """Return the share of answers within 3 deg, by confidence."""
     table = []
     for low, high in itertools.pairwise(EDGES):
         inside = [row for row in rows if low <= row["confidence"] < high]
@@ -179,7 +179,7 @@ def reliability(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def speed(case: Case, index: HeadingIndex) -> dict[str, float]:
-    """Best of several rounds, ms, as the program runs it: by the clock and by the processor."""
+    """Return the best of several rounds, ms, as the program runs it: wall and CPU time."""
     result = {}
     for name, near in (("tracking", case.heading_deg), ("searching", None)):
         spent: list[tuple[float, float]] = []
@@ -194,7 +194,7 @@ def speed(case: Case, index: HeadingIndex) -> dict[str, float]:
 
 
 def measure(folder: Path | None, count: int, wrong: int) -> dict[str, Any]:
-    """All rows of the table."""
+    """Return all rows of the table."""
     chance = np.random.default_rng(TEST)
     lights, light = scenes(folder), location()
     maps = learnt({**lights, LOCATION: light})
@@ -225,7 +225,7 @@ def measure(folder: Path | None, count: int, wrong: int) -> dict[str, Any]:
     for case in _hard_cases(views, tested, chance, count // 2):
         hard_questions(hard, case, see(case.picture), maps[case.place], chance)
     assert timed is not None
-    # By cell there are but a sixth of them.
+    # By cell, there are only a sixth of them.
     turn = turn_rows(views, maps[LOCATION], np.random.default_rng(TEST + 1), 3 * count)
     return _table(rows, hard, len(lights)) | {"turn": turn} | speed(timed, maps[LOCATION])
 
@@ -263,7 +263,7 @@ def _table(rows: Rows, hard: Rows, places: int) -> dict[str, Any]:
 
 
 def markdown(values: dict[str, Any]) -> str:
-    """The tables of benchmarks/heading.md."""
+    """Return the tables of benchmarks/heading.md."""
     lines = [
         "| pictures | number | accepted | heading: median | 95 % | largest | turn: median | 95 % |",
         "|---|---|---|---|---|---|---|---|",
@@ -307,7 +307,7 @@ def markdown(values: dict[str, Any]) -> str:
 
 
 def write_page(page: Path, values: dict[str, Any]) -> None:
-    """Put the tables between the page's marks."""
+    """Insert the tables between the page's markers."""
     text = page.read_text(encoding="utf-8")
     before, rest = text.split(MARKS[0])
     _, after = rest.split(MARKS[1])

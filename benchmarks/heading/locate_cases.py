@@ -1,9 +1,9 @@
-"""Photographs as phones and cameras take them, at a place and beside it, for `locate_photos.py`.
+"""Photos as taken by phones and cameras, at a place and beside it, for `locate_photos.py`.
 
 One lens model (Brown and Conrady's distortion, rows read one after another while the hand turns)
-asks three kinds of worlds for the light along its rays: the demo location, traced; a panorama from
-its own middle; and a panorama as the walls of a box, in which cameras can stand elsewhere. Every
-photograph is drawn from its own random numbers, and filed as a JPEG with EXIF.
+samples light along its rays in three kinds of worlds: the demo location, traced; a panorama from
+its own middle; and a panorama as the walls of a box, in which cameras can be elsewhere. Every photo
+is drawn from its own random numbers, and saved as a JPEG with EXIF.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Bytes = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
-LENSES: Final = (  # focal length for 35 mm, columns to rows, how often
+LENSES: Final = (  # focal length for 35 mm, columns to rows, frequency
     (26, (4, 3), 4), (24, (4, 3), 4), (23, (4, 3), 2), (25, (4, 3), 2), (27, (4, 3), 2),
     (28, (16, 9), 2), (31, (4, 3), 1), (35, (3, 2), 2), (48, (4, 3), 2), (52, (4, 3), 2),
     (50, (3, 2), 2), (13, (4, 3), 1), (77, (4, 3), 1),
@@ -49,19 +49,19 @@ SPOTS_M: Final = {
     "location": (0.0, 0.0), "hall": (-1.372652, 4.391563), "court": (-0.794915, -8.566686)
 }  # fmt: skip
 BESIDE_DEG: Final = (
-    10.0  # a camera that looks nearer to the probe's place, or away from it, is right
+    10.0  # a camera that looks closer to the probe's position, or away from it, is right
 )
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes (right, down, front) from a panorama's
 _FRAME_MM: Final = math.hypot(36.0, 24.0)
 _VIEWS_FOCAL_MM: Final = 60.0  # a longer lens sees more finely than they do
-_VIEWS_FOV_DEG: Final = 85.0  # a wider lens sees what no view shows
-_VIEWS_WIDER: Final = 1.1  # than the lens, so that what is bent comes from inside
-_CUT_PX: Final = 10.0  # rim of a cut-out person that is made soft
+_VIEWS_FOV_DEG: Final = 85.0  # a wider lens sees areas that no view shows
+_VIEWS_WIDER: Final = 1.1  # than the lens, so that distortion samples inside it
+_CUT_PX: Final = 10.0  # softened rim of a cut-out person
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """One photograph: the truth about it, and all that was drawn for it."""
+    """One photo: its truth, and all random values."""
 
     seed: int
     world: str  # traced, box, crop
@@ -75,18 +75,18 @@ class Shot:
     focal_mm: float  # true, for 35 mm
     size: tuple[int, int]
     bends: tuple[float, float, float, float]  # k1, k2, p1, p2
-    sweep_deg: tuple[float, float]  # right and up while the rows are read
-    kept: float = 1.0  # share of width and height that a crop leaves; EXIF does not know
+    sweep_deg: tuple[float, float]  # right and up during the readout
+    kept: float = 1.0  # share of width and height that a crop leaves; EXIF does not state it
     passer: bool = False
 
     @property
     def full_fov_deg(self) -> float:
-        """Horizontal field of view before it was cropped, deg."""
+        """Horizontal field of view before cropping, deg."""
         return 2.0 * math.degrees(math.atan(self.size[0] / 2.0 / self.focal_px))
 
     @property
     def fov_deg(self) -> float:
-        """Horizontal field of view of the photograph, deg."""
+        """Horizontal field of view of the photo, deg."""
         return 2.0 * math.degrees(math.atan(self.kept * self.size[0] / 2.0 / self.focal_px))
 
     @property
@@ -95,13 +95,13 @@ class Shot:
 
     @property
     def rotation(self) -> Float64:
-        """From the camera's axes to the panorama's, in the middle of the exposure."""
+        """Return the rotation from the camera's axes to the panorama's, mid-exposure."""
         turned = sphere.rotation(self.heading_deg, self.pitch_deg, self.roll_deg)
         return np.asarray(turned @ _AXES)
 
     @property
     def probe_deg(self) -> float:
-        """How far the probe's place is beside the axis, or beside its other end; deg."""
+        """Angle between the probe's position and the axis, or its other end; deg."""
         x, _, z = (-p for p in self.position_m)
         if math.hypot(x, z) < 1e-6:
             return 0.0
@@ -109,11 +109,11 @@ class Shot:
         return min(aside, 180.0 - aside)
 
     def told(self) -> dict[str, Any]:
-        """For a table."""
+        """Return the values for a table."""
         return asdict(self) | {"fov_deg": self.fov_deg, "probe_deg": self.probe_deg}
 
     def rays(self, places: Float64) -> Float64:
-        """Return unit vectors in the panorama's axes of places in the picture, (N, 2) px."""
+        """Return unit vectors in the panorama's axes for positions in the picture, (N, 2) px."""
         middle = np.array(self.size) / 2.0
         bent = (places - middle) / self.focal_px
         flat = _straight(bent, self.bends)
@@ -128,7 +128,7 @@ class Shot:
 
 
 def _straight(bent: Float64, bends: tuple[float, float, float, float]) -> Float64:
-    """Undo Brown and Conrady's distortion, in the picture plane, by repetition."""
+    """Invert Brown and Conrady's distortion, in the picture plane, iteratively."""
     k1, k2, p1, p2 = bends
     flat = bent.copy()
     for _ in range(8):
@@ -148,7 +148,7 @@ def _straight(bent: Float64, bends: tuple[float, float, float, float]) -> Float6
 def drawn_shots(
     world: str, rooms: dict[str, World], kind: str, count: int, seed: int
 ) -> Iterator[Shot]:
-    """Draw photographs of places in turn, where there is room for the camera."""
+    """Draw photos of places in turn, where there is room for the camera."""
     places = list(rooms)
     for number in range(count):
         chance = np.random.default_rng([seed, number])
@@ -173,7 +173,7 @@ def _drawn(chance: np.random.Generator, world: str, place: str, kind: str, seed:
     height = chance.uniform(-0.2, 0.15)
     sitter = np.array([0.0, chance.uniform(-0.1, 0.05), 0.0])
     if kind == "beside":
-        # Half of them with somebody in the picture, who is not where the probe was.
+        # Half of them with a person in the picture who is not at the probe's position.
         way, off = chance.uniform(-180.0, 180.0), chance.uniform(1.0, 3.0)
         moved = sphere.direction(way, 0.0) * off
         with_sitter = bool(chance.random() < 0.5)
@@ -207,7 +207,7 @@ def _drawn(chance: np.random.Generator, world: str, place: str, kind: str, seed:
 
 
 def filed(shot: Shot, picture: Bytes, path: Path, *, told: bool = True) -> None:
-    """File a photograph as a JPEG, with the focal length for 35 mm that its camera states."""
+    """Save a photo as a JPEG, with the camera's focal length for 35 mm."""
     if shot.kept < 1.0:
         rows, columns = picture.shape[:2]
         tall, wide = round(rows * shot.kept), round(columns * shot.kept)
@@ -222,7 +222,7 @@ def filed(shot: Shot, picture: Bytes, path: Path, *, told: bool = True) -> None:
 
 
 def _exif(focal_mm: int) -> bytes:
-    """FocalLengthIn35mmFilm alone (EXIF 2.32, tag 0xA405)."""
+    """Return EXIF with only FocalLengthIn35mmFilm (EXIF 2.32, tag 0xA405)."""
     main = struct.pack(">HHHII", 1, 0x8769, 4, 1, 26) + b"\0\0\0\0"
     camera = struct.pack(">HHHIHH", 1, 0xA405, 3, 1, focal_mm, 0) + b"\0\0\0\0"
     body = b"Exif\0\0MM\0*\0\0\0\x08" + main + camera
@@ -233,7 +233,7 @@ def _exif(focal_mm: int) -> bytes:
 
 
 def developed(light: Float32, shot: Shot, people: People) -> Bytes:
-    """Expose, put people in the way, and finish, (H, W, 3) uint8."""
+    """Expose, add people in front, and finish, (H, W, 3) uint8."""
     chance = np.random.default_rng([shot.seed, 7])
     if shot.world not in ("traced", "views") and shot.sitter_m is not None:
         light = people.placed(light, shot, np.array(shot.sitter_m), chance)
@@ -262,7 +262,7 @@ def developed(light: Float32, shot: Shot, people: People) -> Bytes:
 
 
 class People:
-    """The demo location's sitter, cut out of its views, to be put into other pictures."""
+    """The demo location's sitter, cut out of its views, for use in other pictures."""
 
     def __init__(self) -> None:
         self.files = SceneFiles(resources() / "demo" / "location" / "views")
@@ -270,7 +270,7 @@ class People:
     def placed(
         self, light: Float32, shot: Shot, spot_m: Float64, chance: np.random.Generator
     ) -> Float32:
-        """Put somebody at a place into the light of a photograph."""
+        """Add a person at a position to the light of a photo."""
         turn = float(chance.choice(self.files.turns))
         source = self.files.shot(turn, float(chance.choice(self.files.distances)))
         at = (spot_m - np.array(shot.position_m)) @ shot.rotation
@@ -299,11 +299,11 @@ class World(Protocol):
     """Light along rays."""
 
     def holds(self, shot: Shot) -> bool:
-        """Whether there is room for the camera."""
+        """Return whether there is room for the camera."""
         ...
 
     def light(self, shot: Shot) -> Float32:
-        """Radiance that a photograph shows, (H, W, 3)."""
+        """Return the radiance in a photo, (H, W, 3)."""
         ...
 
 
@@ -313,10 +313,10 @@ def _pixels(size: tuple[int, int], offset: Float64 | float = 0.5) -> Float64:
 
 
 class Box:
-    """A panorama on the walls, floor and ceiling of a room: cameras can stand anywhere in it.
+    """A panorama on the walls, floor and ceiling of a room: cameras can be anywhere in it.
 
-    The nearest wall is 2 to 4 m away, as are the others; a panorama that is seen from its middle
-    (`crop`) has no walls.
+    The nearest wall is 2 to 4 m away, as are the others; a panorama seen from its middle (`crop`)
+    has no walls.
     """
 
     def __init__(self, name: str, light: Float32) -> None:
@@ -327,13 +327,13 @@ class Box:
         self.least = -np.array([*chance.uniform(2.0, 4.0, 1), 1.55, *chance.uniform(2.0, 4.0, 1)])
 
     def holds(self, shot: Shot) -> bool:
-        """Whether camera and sitter are inside, 30 cm from the walls."""
+        """Return whether camera and sitter are inside, 30 cm from the walls."""
         spots = [shot.position_m, *([shot.sitter_m] if shot.sitter_m else [])]
         inside = np.array(spots) @ self.turn
         return bool((inside > self.least + 0.3).all() and (inside < self.most - 0.3).all())
 
     def light(self, shot: Shot) -> Float32:
-        """Radiance that a photograph shows, four samples a pixel, (H, W, 3)."""
+        """Return the radiance in a photo, four samples a pixel, (H, W, 3)."""
         total = np.zeros((shot.size[1], shot.size[0], 3), np.float32)
         for step in ((0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)):
             rays = shot.rays(_pixels(shot.size, np.array(step)))
@@ -354,17 +354,17 @@ class Box:
 
 
 class Views:
-    """The demo location through its shipped views, from the line to the sitter only."""
+    """The demo location through its shipped views, only from the line to the sitter."""
 
     def __init__(self) -> None:
         self._views = demo_views(demo_spots()[LOCATION])
 
     def holds(self, shot: Shot) -> bool:
-        """Whether the views show enough of what the lens does."""
+        """Return whether the views show enough of the lens's field."""
         return shot.full_fov_deg < _VIEWS_FOV_DEG and shot.focal_mm < _VIEWS_FOCAL_MM
 
     def light(self, shot: Shot) -> Float32:
-        """Linear display light that a photograph shows, (H, W, 3)."""
+        """Return the linear display light in a photo, (H, W, 3)."""
         x, _, z = shot.position_m
         turn = math.degrees(math.atan2(-x, z))
         aim = wrap(shot.heading_deg - turn - 180.0)
@@ -382,19 +382,19 @@ class Views:
 
 
 def _unshown(tone: Float32) -> Float32:
-    """Undo `benchmarks.heading.scripted_turn.scene_files.shown`."""
+    """Invert `benchmarks.heading.scripted_turn.scene_files.shown`."""
     less = np.float32(1.0) - tone
     light = 12.5 * (np.sqrt(less**2 + 0.16 * tone) - less)
     return np.asarray(light, np.float32)
 
 
 def boxes() -> dict[str, Box]:
-    """Every panorama at hand as a room."""
+    """Return every available panorama as a room."""
     return {name: Box(name, light) for name, light in (scenes() | demo_spots()).items()}
 
 
 class Traced:
-    """The demo location, path traced anywhere in it; needs mitsuba-oidn for the denoising."""
+    """The demo location, path traced from anywhere in it; needs mitsuba-oidn for denoising."""
 
     def __init__(self, samples: int = 1) -> None:
         from app.core.baking.kernel_lanes import select_variant
@@ -421,7 +421,7 @@ class Traced:
         x, z = SPOTS_M[shot.place]
         start = np.array(shot.position_m) + np.array([x, EYE_M, z])
         rays = shot.rays((_pixels(shot.size, jitter))[::every]).T.astype(np.float32)
-        # Numbers alone would be compiled in, and every photograph be compiled for.
+        # Plain numbers would be compiled in, and force a compilation for every photo.
         starts = np.repeat(start.astype(np.float32)[:, None], rays.shape[1], axis=1)
         return mi.Ray3f(mi.Point3f(starts), mi.Vector3f(rays))
 
@@ -435,7 +435,7 @@ class Traced:
         return world
 
     def holds(self, shot: Shot) -> bool:
-        """Whether the camera is not in or right before something."""
+        """Return whether the camera is not in or right in front of an object."""
         from scenes.demo_location.tracer import first_hit
 
         far, _, _ = first_hit(self._worlds[False].surfaces, self._ray(shot, 0.5, 101))
@@ -443,7 +443,7 @@ class Traced:
         return bool(np.quantile(metres[metres > 0], 0.05) > 0.45)
 
     def light(self, shot: Shot) -> Float32:
-        """Radiance that a photograph shows, denoised, (H, W, 3)."""
+        """Return the radiance in a photo, denoised, (H, W, 3)."""
         from scenes.demo_location.tracer import first_hit, radiance
 
         world, chance = self._world(shot), np.random.default_rng([shot.seed, 3])

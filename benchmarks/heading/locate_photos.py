@@ -1,11 +1,11 @@
-"""How often `locate` finds photographs where they were taken, and how often where they were not.
+"""How often `locate` finds photos in their own place, and how often in another one.
 
     python benchmarks/heading/locate_photos.py FOLDER --make [--only views|traced|box|crop]
                                                [--share S]
     python benchmarks/heading/locate_photos.py FOLDER [--most N] [--minutes M] [-o FILE.json]
 
-The first takes the photographs (the traced ones need mitsuba-oidn, LLVM and an hour), the second
-looks for each as `turnlight locate` does: with its EXIF, and with none. At the spot, cut
+The first takes the photos (the traced ones need mitsuba-oidn, LLVM and an hour), the second
+searches for each like `turnlight locate`: with its EXIF, and without. At the spot, cropped
 afterwards, beside it by 1 to 3 m, and in the panorama of another room.
 """
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from app.core.localization.features import HeadingIndex
     from app.core.localization.picture_file import PictureFile
 
-SETS: Final = (  # world, kind, photographs, seed
+SETS: Final = (  # world, kind, photos, seed
     ("views", "at", 300, 16),
     ("crop", "at", 69, 11),
     ("box", "at", 161, 12),
@@ -52,12 +52,12 @@ SETS: Final = (  # world, kind, photographs, seed
     ("traced", "beside", 330, 15),
 )
 WITHIN_DEG: Final = 2.0
-LEAST_SIDE: Final = 210  # of a picture that is no thumbnail
+LEAST_SIDE: Final = 210  # of a picture that is not a thumbnail
 WIDTH: Final = 0.05
 
 
 def make(folder: Path, only: str | None, share: float, draw: int) -> None:
-    """Take all photographs that are not there yet."""
+    """Take all missing photos."""
     folder.mkdir(parents=True, exist_ok=True)
     people = People()
     for world, kind, count, seed in SETS:
@@ -87,7 +87,7 @@ def make(folder: Path, only: str | None, share: float, draw: int) -> None:
 
 
 def asked(folder: Path, most: int, minutes: float) -> list[dict[str, Any]]:
-    """Look for the photographs, some of each kind in turn, until the time is up."""
+    """Search for the photos, some of each kind in turn, until the time is up."""
     maps = learnt({**scenes(), **demo_spots()})
     end, rows = time.monotonic() + 60.0 * minutes, []
     files = sorted(folder.glob("*.json"), key=lambda f: (f.stem[-3:], f.stem))
@@ -119,7 +119,7 @@ def answer(
     index: HeadingIndex,
     photo: PictureFile,
 ) -> dict[str, Any]:
-    """Ask once, and hold the answer against the truth."""
+    """Search once, and compare the answer with the truth."""
     sought = search_photo(picture, index)
     found = sought.heading
     off = 180.0 if found.heading_deg is None else difference(found.heading_deg, told["heading_deg"])
@@ -137,7 +137,7 @@ def answer(
 
 
 def table(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Shares of each kind."""
+    """Return the shares of each kind."""
     result = []
     for kind, way in sorted(Counter((r["kind"], r["way"]) for r in rows)):
         mine = [r for r in rows if (r["kind"], r["way"]) == (kind, way)]

@@ -1,14 +1,14 @@
-"""The simulated turn: a scripted photographer follows the tracker's number, and nothing else.
+"""The simulated turn: a scripted photographer follows only the tracker's number.
 
-Each run draws a goal (a style that the demo location's first spot can give, with its tolerance
-arc), a place to start from, a photographer and a phone. What his camera sees is rendered from the
-location's views, spoilt as a phone would, and looked at by the tracker; the guidance's words are
-all that he knows. Runs are kept as they end, so that the script resumes where it stopped.
+Each run draws a goal (a style that the demo location's first spot gives, with its tolerance arc), a
+start, a photographer and a phone. His camera's view is rendered from the location's views,
+disturbed like a phone's, and processed by the tracker; he knows only the guidance's words. Runs are
+saved as they end, so that an interrupted script resumes.
 
     python -m benchmarks.heading.simulated_turn [--runs 200] [--aside [--words]] [-o FILE.json]
 
-With --aside the goals are those with the nose aside of the lens: the photographer passes on what
-the screen says of it, and the sitter turns by about as much. With --words no face is read.
+With --aside the goals have the nose aside of the lens: the photographer passes on the screen's
+instruction, and the sitter turns by about that much. With --words no face is read.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def row(run: Run, outcome: Outcome, spent_s: float) -> dict[str, Any]:
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What the table says."""
+    """Return the values of the table."""
     errors = np.abs([r["error_deg"] for r in rows])
     first = [r for r in rows if r["first_inside"] is not None]
     looked = sum(r["looked"] for r in rows)
@@ -108,7 +108,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def table(told: dict[str, Any]) -> str:
-    """Markdown of the summary, and of the runs that ended outside of the arc."""
+    """Return the summary as Markdown, with the runs that ended outside the arc."""
     entries = [
         ("runs", f"{told['runs']}", ""),
         ("ended within the tolerance arc", f"{told['inside']:.1%}", "at least 98 %"),
@@ -143,7 +143,7 @@ def table(told: dict[str, Any]) -> str:
 
 
 def into_page(page: Path, text: str) -> None:
-    """Put the table into its place on the page, if there is one."""
+    """Insert the table into the page, if there is one."""
     if not page.exists():
         return
     before, mark, rest = page.read_text("utf-8").partition(MARKS[0])
@@ -153,7 +153,7 @@ def into_page(page: Path, text: str) -> None:
 
 
 def line(entry: dict[str, Any]) -> str:
-    """One run, to print."""
+    """Format one run for printing."""
     return (
         f"{entry['run']:3d} {entry['style']:18s} from {entry['start_deg']:7.1f} to"
         f" {entry['goal_deg']:7.1f}: {'held' if entry['done'] else 'TIME'}"
@@ -165,7 +165,7 @@ def line(entry: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Run what is missing, print the table, write the file."""
+    """Run missing runs, print the table, write the file."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)

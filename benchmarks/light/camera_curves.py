@@ -1,6 +1,6 @@
-"""Camera curves that break what the light probe assumes, in the ways in which cameras do.
+"""Camera curves that violate the light probe's assumptions like real cameras do.
 
-Every curve is strictly increasing, takes 0 to 0 and 1 to 1, and can be undone.
+Every curve is strictly increasing, maps 0 to 0 and 1 to 1, and is invertible.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _STEPS: Final = 65536
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A camera curve that can be undone.
+    """An invertible camera curve.
 
     Attributes:
         forward: From linear light in 0..1 (float64 array) to coded values in 0..1.
@@ -31,14 +31,13 @@ class Curve:
     forward: Callable[[NDArray[np.float64]], NDArray[np.float64]] = field(repr=False)
 
     def encode(self, linear: ArrayLike) -> NDArray[np.float64]:
-        """Code linear light.
+        """Encode linear light.
 
         Args:
-            linear: array_like, any shape. Linear light, 1 = saturation; what lies outside 0..1 is
-                clipped.
+            linear: array_like, any shape. Linear light, 1 = saturation; clipped to 0..1.
 
         Returns:
-            NDArray[np.float64], same shape. Coded values in 0..1.
+            float64, same shape. Coded values in 0..1.
         """
         return self.forward(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
 
@@ -46,20 +45,19 @@ class Curve:
         """Return the bytes for equal steps of the square root of linear light.
 
         Returns:
-            NDArray[np.uint8], (65536,). Entry i is the byte of linear light (i / 65535)**2, rounded
-            to nearest.
+            (65536,) uint8. Entry i is the byte of linear light (i / 65535)**2, rounded to nearest.
         """
         roots = np.arange(_STEPS) / (_STEPS - 1)
         return np.asarray(np.rint(self.encode(roots**2) * 255.0), dtype=np.uint8)
 
     def decode(self, coded: ArrayLike) -> NDArray[np.float64]:
-        """Undo `encode`, by bisection: no formula of its own that could disagree with it.
+        """Invert `encode` by bisection, without a second formula that could disagree with it.
 
         Args:
-            coded: array_like, any shape. Coded values; what lies outside 0..1 is clipped.
+            coded: array_like, any shape. Coded values; clipped to 0..1.
 
         Returns:
-            NDArray[np.float64], same shape. Linear light in 0..1, within 1e-12 of it.
+            float64, same shape. Linear light in 0..1, within 1e-12.
         """
         wanted = np.clip(np.asarray(coded, dtype=np.float64), 0.0, 1.0)
         low, high = np.zeros_like(wanted), np.ones_like(wanted)
@@ -70,22 +68,22 @@ class Curve:
         return np.asarray(np.where(wanted >= 1.0, 1.0, np.where(wanted <= 0.0, 0.0, high)))
 
     def response(self) -> NDArray[np.float64]:
-        """Return the linear light of each byte: what a perfect recovery would find.
+        """Return the linear light of each byte, the result of a perfect recovery.
 
         Returns:
-            NDArray[np.float64], (256,). Linear light in 0..1, strictly rising.
+            (256,) float64. Linear light in 0..1, strictly rising.
         """
         return self.decode(np.arange(256) / 255.0)
 
 
 def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """IEC 61966-2-1."""
+    """Apply IEC 61966-2-1."""
     power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, power)
 
 
 def _rec709(linear: NDArray[np.float64]) -> NDArray[np.float64]:
-    """ITU-R BT.709-6, item 1.2, with its exact constants, so that it is continuous."""
+    """Apply ITU-R BT.709-6, item 1.2, with its exact constants, so that it is continuous."""
     power = 1.09929682680944 * np.power(linear, 0.45) - 0.09929682680944
     return np.where(linear <= 0.018053968510807, 4.5 * linear, power)
 
@@ -123,17 +121,17 @@ SHOULDER: Final = Curve("shoulder", _shoulder)
 LOG: Final = Curve("log", _log)
 
 CURVES: Final = (SRGB, REC_709, GAMMA_18, GAMMA_22, GAMMA_26, FILMIC, SHOULDER, LOG)
-"""All of them; sRGB first."""
+"""All curves; sRGB first."""
 
 
 def curve_named(name: str) -> Curve:
-    """Find a curve by its name.
+    """Return a curve by its name.
 
     Args:
         name: For example "srgb" or "gamma-2.6".
 
     Raises:
-        ValueError: When there is none of that name.
+        ValueError: If there is none of that name.
     """
     for curve in CURVES:
         if curve.name == name:

@@ -3,12 +3,12 @@
     python benchmarks/light/dual_fisheye.py [--side 1520] [--keep FOLDER] [-o FILE.json]
 
 The camera is that of `tests/helpers/fisheye.py`: two 195 degree lenses 3 cm apart in a room of 2 m
-to every wall, turned by a degree to each other, unequal by 0.1 stop, with vignetting, circles off
-centre and JPEG. Each panorama is shot twice: as it is, and with its brightest lamp on the seam;
-every second one by a camera that stores its circles on each other and on their sides. Lamps are
-limited to what the darkest of the five frames holds, so that the truth is the panorama itself.
+to every wall, misaligned by a degree, unequal by 0.1 stop, with vignetting, circles off centre and
+JPEG. Each panorama is shot twice: as it is, and with its brightest lamp on the seam; every second
+one by a camera that stores its circles stacked and sideways. Lamps are limited to the range of the
+darkest of the five frames, so that the panorama itself is the truth.
 
-Lamps are compared that carry 1 % of the light and are 12 degrees wide at most: the centre of the
+Lamps with at least 1 % of the light and at most 12 degrees wide are compared: the centre of the
 light around them, and its sum. Light is the irradiance of 26 directions. The step across the seam
 is that of log luminance over 0.8 degrees, the reference's gradient the largest such step of the
 true panorama within a degree, plus 2 % for noise.
@@ -72,7 +72,7 @@ SIDEWAYS = {"turns": (90.0, 90.0), "stacked": True, "swapped": True}
 
 
 def load(name: str, shared: Path) -> np.ndarray[Any, Any]:
-    """Read a panorama whose brightest sixth is clipped at 0 EV, lamps limited."""
+    """Read a panorama, with its brightest sixth clipped at 0 EV and its lamps limited."""
     path = ROOT / "resources" / "demo" / "scenes" / f"{name}.exr"
     path = path if path.is_file() else shared / "hdri" / f"{name}.hdr"
     radiance = reduce_radiance(read_environment(path).radiance.astype(np.float32), SHAPE)
@@ -81,15 +81,15 @@ def load(name: str, shared: Path) -> np.ndarray[Any, Any]:
 
 
 def with_lamp_on_the_seam(light: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Turn a panorama so that its brightest spot stands at azimuth 90."""
+    """Rotate a panorama so that its brightest spot is at azimuth 90."""
     spots = cv2.GaussianBlur(luminance(light), (0, 0), 3.0)
-    spots[:100] = spots[-100:] = 0.0  # near the poles all is near the seam
+    spots[:100] = spots[-100:] = 0.0  # near the poles everything is near the seam
     column = int(np.unravel_index(np.argmax(spots), spots.shape)[1])
     return np.roll(light, 3 * light.shape[1] // 4 - column, axis=1)
 
 
 def irradiances(light: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Luminous irradiance of 26 directions."""
+    """Return the luminous irradiance of 26 directions."""
     energy = luminance(light) * solid_angles(SHAPE)[:, None]
     toward = directions(SHAPE)
     axes = [np.array(a, np.float32) for a in itertools.product((-1, 0, 1), repeat=3) if any(a)]
@@ -97,7 +97,7 @@ def irradiances(light: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def lamps_off(stitched: Any, light: Any, truth: MergedLight) -> list[dict[str, float]]:
-    """Compare place and light of the true panorama's compact lamps, each in a window around it."""
+    """Compare position and light of the true panorama's compact lamps, each in a window."""
     rows = []
     toward, weights = directions(SHAPE), solid_angles(SHAPE)[:, None]
     for lamp in find_lights(truth):
@@ -121,7 +121,7 @@ def lamps_off(stitched: Any, light: Any, truth: MergedLight) -> list[dict[str, f
 
 
 def seam_steps(probe: Measurement, stitched: Any, light: Any) -> np.ndarray[Any, Any]:
-    """Step across the seam over what the reference does within a degree of it, all around."""
+    """Return the step across the seam over the reference's within a degree, all around."""
     stitching = probe.of(Stitching)
     assert stitching is not None
     pair = stitching.pair
@@ -210,7 +210,7 @@ def main() -> None:
         wanted.keep.mkdir(parents=True, exist_ok=True)
     for index, name in enumerate(wanted.scenes):
         light = load(name, wanted.shared)
-        # Every second one is stored on its sides, back lens first.
+        # Every second one is stored sideways, back lens first.
         side: dict[str, Any] = SIDEWAYS if index % 2 else {}
         for kind, shot in (("", light), (" lamp on seam", with_lamp_on_the_seam(light))):
             rows.append(

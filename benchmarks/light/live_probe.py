@@ -3,15 +3,15 @@
     python benchmarks/light/live_probe.py [--places DIR ...] [--model S] [--only NAME ...]
                                           [-o FILE.json]
 
-Each panorama is put at a plausible brightness before a simulated camera, which meters it by itself,
-clips, and sends a small JPEG. The best three styles by one such picture are held against the
-bracket that the same camera takes afterwards (full plan, merged as always): the share of what the
-place could give that is lost by their turns, and whether those that lose more than a tenth said
-that they need the bracket. The same places once more with everything brighter than the preview
-holds taken down to it: veiled windows and shaded lamps, where nothing is clipped.
+Each panorama is shown at a plausible brightness to a simulated camera, which meters it, clips, and
+sends a small JPEG. The best three styles from one such picture are compared with the bracket that
+the same camera takes afterwards (full plan, merged as always): the share of the place's potential
+that their turns lose, and whether those that lose more than a tenth were marked as needing the
+bracket. The same places are also used with all light limited to the preview's range: veiled windows
+and shaded lamps, where nothing is clipped.
 
-Rate and lateness are those of the Probe screen's own presenter, with its jobs and its beat, from a
-camera in another process: every picture carries its number, and the sender notes when it left.
+Rate and delay are those of the Probe screen's own presenter, with its jobs and its timer, from a
+camera in another process: every picture carries its number, and the sender records when it left.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ FOLDERS: Final = (
 from tests.helpers.live_marks import read_number  # noqa: E402
 
 BAD: Final = 0.10
-HELD: Final = 0.01  # of the light, for a preview that holds it
+HELD: Final = 0.01  # of the light, for a preview without clipping
 _FRAME: Final = (512, 1024)
 _NIGHT_CD_M2, _ROOM_CD_M2, _DAY_CD_M2 = 3.0, 60.0, 2000.0
 _NIGHT: Final = ("night",)
@@ -68,13 +68,13 @@ _ROOM: Final = ("studio", "cellar", "warehouse", "interior", "probe-")
 
 
 def places(folders: tuple[Path, ...]) -> dict[str, Path]:
-    """Every panorama in some folders, by its name."""
+    """Return all panoramas in some folders, by name."""
     files = [file for folder in folders for file in sorted(folder.glob("*")) if file.is_file()]
     return {file.stem: file for file in files if file.suffix in (".hdr", ".exr")}
 
 
 def brightened(path: Path) -> FloatImage:
-    """A panorama in cd/m2: what a room, a night and a day have about."""
+    """Return a panorama in cd/m2, at the usual level of a room, a night or a day."""
     light = read_environment(path).radiance
     name = path.stem
     wanted = _ROOM_CD_M2 if any(word in name for word in _ROOM) else _DAY_CD_M2
@@ -83,7 +83,7 @@ def brightened(path: Path) -> FloatImage:
 
 
 def held(light: FloatImage, model: str) -> FloatImage:
-    """The same place without anything brighter than the preview holds."""
+    """Return the same place limited to the preview's range."""
     for _ in range(8):
         white = saturation_cd_m2(meter(light, personality_named(model).camera))
         light = np.minimum(light, np.float32(0.8 * white))
@@ -91,7 +91,7 @@ def held(light: FloatImage, model: str) -> FloatImage:
 
 
 def lost_share(light: FloatImage, model: str, shape: tuple[int, int]) -> float:
-    """Share of the light that a preview of so many rows and columns clips."""
+    """Return the share of the light that a preview of that size clips."""
     white = saturation_cd_m2(meter(light, personality_named(model).camera))
     seen = view_of(light, shape).band(0, shape[0])
     whole = energy(seen).sum()
@@ -99,7 +99,7 @@ def lost_share(light: FloatImage, model: str, shape: tuple[int, int]) -> float:
 
 
 def previewed(rig: Rig, model: str) -> Bytes:
-    """The first picture of the camera's preview."""
+    """Return the first picture of the camera's preview."""
     client = rig.client()
     facts = camera_facts(model)
     assert facts is not None
@@ -111,14 +111,14 @@ def previewed(rig: Rig, model: str) -> Bytes:
 
 
 def bracketed(rig: Rig) -> FloatImage:
-    """The light that the camera's full bracket tells."""
+    """Return the light of the camera's full bracket."""
     return rig.shoot("full").probe.merged.radiance
 
 
 def held_against(
     picture: Bytes, truth: FloatImage, pack: StylePack
 ) -> tuple[float, list[dict[str, Any]]]:
-    """The best styles by a picture, and what their turns give up under a light."""
+    """Return the best styles for a picture, and the loss of their turns under a light."""
     size = pack.header.environment
     seen = preview_light(picture, size)
     assert seen is not None
@@ -143,7 +143,7 @@ def held_against(
 
 
 def measured(path: Path, model: str, pack: StylePack, *, soft: bool = False) -> dict[str, Any]:
-    """Hold the preview of one place against its bracket."""
+    """Compare the preview of one place with its bracket."""
     light = brightened(path)
     light = held(light, model) if soft else light
     with tempfile.TemporaryDirectory() as folder:
@@ -160,7 +160,7 @@ def measured(path: Path, model: str, pack: StylePack, *, soft: bool = False) -> 
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares over all styles that were named, with intervals by bootstrap over places."""
+    """Return shares over all named styles, with bootstrap intervals over places."""
 
     def shares(some: list[dict[str, Any]]) -> dict[str, float]:
         named = [one for row in some for one in row["named"]]
@@ -201,7 +201,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def serve(path: Path, model: str) -> None:
-    """Be the camera: say the address, and when stdin ends when each picture left."""
+    """Run as the camera: print the address, and when stdin ends, the departure of each picture."""
     from app.devices.clock import SystemClock
     from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.server import CameraServer
@@ -225,7 +225,7 @@ def serve(path: Path, model: str) -> None:
 
 
 def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
-    """How many answers a second the screen gets, and how old their picture is by then."""
+    """Return the screen's answers per second, and the age of their pictures."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     from PySide6.QtCore import QCoreApplication, QTimer
 

@@ -1,13 +1,13 @@
-"""Panoramas that were clipped, or have a gap: what is told of them, and of whole ones.
+"""Panoramas that were clipped, or have a gap: the program's reports on them and on whole ones.
 
     python -m benchmarks.light.marred_panoramas [--places DIR ...] [-o FILE.json]
 
-Each HDR panorama is clipped at eight times its median, and at two stops under its brightest value,
-in files of floats and of half floats; and 5 to 50 % of the sphere is taken out: a cap below or
-above, a wedge, a round patch, a ragged area, by alpha or as black canvas in turn. The file is read
-as `solve` reads it. Told is whether the environment counts as clipped, and whether its gap is
-reported; the styles in doubt are held against those whose grade differs from the whole panorama's,
-or whose turn is 11 degrees off or more.
+Each HDR panorama is clipped at eight times its median, and at two stops below its brightest value,
+in files of floats and of half floats; and 5 to 50 % of the sphere is removed: a cap below or above,
+a wedge, a round patch, a ragged area, by alpha or as black canvas in turn. The file is read like in
+`solve`. Reported: whether the environment counts as clipped, and whether its gap is found; the
+styles in doubt are compared with those whose grade differs from the whole panorama's, or whose turn
+is 11 degrees off or more.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _EXR: Final = {"compression": "zip", "oiio:ColorSpace": "lin_rec709_scene"}
 
 
 def whole(path: Path, width: int) -> Float32:
-    """A panorama, at most so wide."""
+    """Return a panorama of at most that width."""
     light = light_of(path)
     if light.shape[1] <= width:
         return light
@@ -61,13 +61,13 @@ def whole(path: Path, width: int) -> Float32:
 
 
 def answers(environment: Environment, pack: StylePack) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Turn of the grid and grade of each style."""
+    """Return the grid turn and grade of each style."""
     found = choices(pack, [reduce(environment, pack.header.environment)])[0]
     return found.turns, grade_at(found.measured, found.limits, found.turns)
 
 
 def compared(light: Float32, marred: Environment, pack: StylePack) -> list[dict[str, Any]]:
-    """What each style's answer is worth, and whether it is told."""
+    """Return the value of each style's answer, and whether its doubt is reported."""
     truth, answer = answers(Environment(light, ""), pack), answers(marred, pack)
     doubt = doubt_of(marred, pack)
     told = frozenset[str]() if doubt is None else doubt.styles
@@ -86,7 +86,7 @@ def compared(light: Float32, marred: Environment, pack: StylePack) -> list[dict[
 
 
 def saved(folder: Path, pixels: Float32, kind: str = "float") -> Environment:
-    """The environment of a file with these pixels."""
+    """Return the environment of a file with these pixels."""
     file = folder / "marred.exr"
     names = ("R", "G", "B", "A")[: pixels.shape[2]]
     file.unlink(missing_ok=True)
@@ -97,7 +97,7 @@ def saved(folder: Path, pixels: Float32, kind: str = "float") -> Environment:
 
 
 def clipped(light: Float32, pack: StylePack, folder: Path) -> list[dict[str, Any]]:
-    """The whole panorama and its clipped copies."""
+    """Return results for the whole panorama and its clipped copies."""
     largest = light.max(axis=-1)
     levels = {
         "none": float("inf"),
@@ -117,7 +117,7 @@ def clipped(light: Float32, pack: StylePack, folder: Path) -> list[dict[str, Any
 
 
 def gaps(shape: tuple[int, int], seed: int) -> Iterator[tuple[str, float, Bools]]:
-    """Gaps of every kind and size."""
+    """Yield gaps of every kind and size."""
     rng = np.random.default_rng(seed)
     height, width = shape
     elevation = np.radians(90.0 - (np.arange(height) + 0.5) * 180.0 / height)[:, None]
@@ -143,7 +143,7 @@ def gaps(shape: tuple[int, int], seed: int) -> Iterator[tuple[str, float, Bools]
 def with_gaps(
     light: Float32, pack: StylePack, folder: Path, seed: int, every: int
 ) -> list[dict[str, Any]]:
-    """Copies of a panorama in which some is not seen."""
+    """Return results for copies of a panorama with gaps."""
     rows = []
     shape = (light.shape[0], light.shape[1])
     for number, (kind, share, gap) in enumerate(gaps(shape, seed)):
@@ -161,7 +161,7 @@ def with_gaps(
 
 
 def rates(styles: list[dict[str, Any]]) -> dict[str, Any]:
-    """Shares in percent of the styles that are in doubt."""
+    """Return the percentages of the styles in doubt."""
     differ = [s for s in styles if s["other_grade"] or (s["off"] and s["in_reach"])]
     any_turn = [s for s in styles if s["other_grade"] or s["off"]]
     same = [s for s in styles if s["in_reach"] and s not in differ]
@@ -181,7 +181,7 @@ def _percent(rows: list[dict[str, Any]], key: str) -> float | None:
 
 
 def summary(found: dict[str, dict[str, list[dict[str, Any]]]]) -> dict[str, Any]:
-    """The table of both kinds of harm."""
+    """Return the table of both kinds of damage."""
     clips = [row for one in found.values() for row in one["clip"]]
     holes = [row for one in found.values() for row in one["gap"]]
     facts: dict[str, Any] = {"places": len(found)}

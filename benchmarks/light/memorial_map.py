@@ -1,9 +1,9 @@
-"""The published radiance map of the memorial church, out of a file that was stored as text.
+"""The published radiance map of the memorial church, from a file that was stored as text.
 
-The map that is passed around with the bracket has had its line ends converted: every byte 10 and
-every byte 13 of the compressed picture has become the pair 13, 10. Most of it can be told back,
-since each row must decode to exactly 512 values per channel; where a value itself is in doubt, or a
-row stays ambiguous, the pixels are left out.
+The map that circulates with the bracket has had its line ends converted: every byte 10 and every
+byte 13 of the compressed picture has become the pair 13, 10. Most of it can be recovered, since
+each row must decode to exactly 512 values per channel; if a value is in doubt, or a row stays
+ambiguous, the pixels are left out.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["read_map"]
 
 DOUBT = -1
 ROW_START = (2, 2)
-# No place holds more stops to either side of 1; a row that was misread soon does.
+# No place exceeds that many stops on either side of 1; a misread row soon does.
 MOST_STOPS = 30
 
 
@@ -32,8 +32,8 @@ def read_map(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         path: A Radiance file, intact or with converted line ends.
 
     Returns:
-        NDArray[np.float64], (H, W, 3). Radiance, in the file's scale; 0 where it is not known.
-        NDArray[np.bool_], (H, W). Where it is known.
+        (H, W, 3) float64 radiance in the file's scale, 0 where unknown; and (H, W) bool, true where
+        known.
     """
     data = path.read_bytes()
     converted = data.count(b"\n") == data.count(b"\r\n") == data.count(b"\r")
@@ -59,7 +59,7 @@ def read_map(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
 
 
 def tokens(data: bytes, converted: bool) -> list[int]:
-    """Bytes as numbers; a converted line end is `DOUBT`."""
+    """Return bytes as numbers; a converted line end is `DOUBT`."""
     if not converted:
         return list(data)
     parts = data.split(b"\r\n")
@@ -75,7 +75,7 @@ def decode_row(
 ) -> tuple[NDArray[np.int64] | None, int]:
     """Decode the four channels of a row; a row must end where the next begins.
 
-    Depth first over the ways to read the counts in doubt, which are few.
+    Depth first over the possible values of the few doubtful counts.
     """
     states: list[tuple[int, list[int]]] = [(place, [])]
     tried: set[tuple[int, int]] = set()

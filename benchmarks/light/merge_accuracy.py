@@ -1,13 +1,13 @@
-"""How exactly brackets are merged, against OpenCV and colour-hdri on the same frames.
+"""Accuracy of merged brackets, against OpenCV and colour-hdri on the same frames.
 
     python benchmarks/light/merge_accuracy.py [FOLDER] [--json FILE] [--memorial FOLDER]
 
 For every environment of a folder (the bundled scenes by default) a simulated camera shoots the
 paper's three frames and a full bracket: sRGB curve, shot and read noise, JPEG 95. Every method
 merges the same decoded frames; the truth is the environment itself, at the frames' own size. The
-error is taken of the luminance and of the three channels, over all pixels that are unclipped (worst
-channel) in at least one frame and not black in all of them. The peers' radiance is brought to the
-best common scale first (by the median ratio); ours is taken at its word.
+error is that of the luminance and of the three channels, over all pixels that are unclipped (worst
+channel) in at least one frame and not black in all of them. The peers' radiance is scaled to the
+best common factor first (by the median ratio); ours is used as it is.
 
 Needs colour-hdri, which is not installed with the program.
 """
@@ -61,7 +61,7 @@ SCHEMES: Final[tuple[Scheme, ...]] = ("noise", "reinhard")
 RESPONSE = Response(
     "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
 )
-"""The true one of these brackets."""
+"""The true response of these brackets."""
 
 
 def main() -> None:
@@ -161,35 +161,35 @@ def shoot(
 
 
 def decoded(path: Path) -> Bytes:
-    """Decode with OpenCV, red first."""
+    """Decode with OpenCV, RGB."""
     pixels = cv2.imread(str(path))
     assert pixels is not None, path
     return np.ascontiguousarray(pixels[..., ::-1], np.uint8)
 
 
 def usable(pictures: Sequence[Bytes]) -> NDArray[np.bool_]:
-    """Pixels that some frame shows unclipped and some frame shows as more than black."""
+    """Return a mask of pixels that are unclipped in some frame, and above black in some frame."""
     largest = [picture.max(axis=-1) for picture in pictures]
     unclipped = np.any([plane < CLIPPED for plane in largest], axis=0)
     return np.asarray(unclipped & np.any([plane > 0 for plane in largest], axis=0))
 
 
 def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> MergedLight:
-    """Merge as the program does."""
-    # As `measure.bracket.merging`: what is reduced anyway is decoded at half size where it may be.
+    """Merge like the program."""
+    # As in `measure.bracket.merging`: decode at half size where the result is reduced anyway.
     halves = [not whole for whole in anchors(bracket.stops)] if size else ()
     with open_frames(bracket, halves=halves) as stack:
         return merge(stack, RESPONSE, stack.stops, scheme=scheme, size=size)
 
 
 def in_cd_m2(merged: MergedLight) -> Float64:
-    """Radiance on the scale of the light that was photographed."""
+    """Return the radiance in cd/m2 of the photographed light."""
     assert merged.cd_m2 is not None
     return merged.radiance.astype(np.float64) * merged.cd_m2
 
 
 def true_response() -> NDArray[np.float32]:
-    """The sRGB curve for OpenCV, whose Debevec takes the logarithm of it."""
+    """Return the sRGB curve for OpenCV, whose Debevec takes its logarithm."""
     curve = np.maximum(RESPONSE.table.T, 0.5 * RESPONSE.table[0, 1])
     return np.asarray(curve[:, None, :], np.float32)
 
@@ -226,7 +226,7 @@ def colour_hdri(pictures: Sequence[Bytes], times: NDArray[np.float32]) -> Float6
         import colour_hdri as peer
 
         stack = peer.ImageStack()
-        # It takes the first frame for the darkest.
+        # It treats the first frame as the darkest.
         for picture, t in zip(pictures[::-1], times[::-1], strict=True):
             stack.append(
                 peer.Image(data=picture / 255.0, metadata=peer.Metadata(1.0, float(t), 100.0))
@@ -251,7 +251,7 @@ PEERS: dict[str, Callable[[Sequence[Bytes], NDArray[np.float32]], Float64]] = {
 def error_of(
     radiance: Float64, truth: Float64, good: NDArray[np.bool_], *, fit: bool
 ) -> dict[str, float]:
-    """Relative errors in percent."""
+    """Return relative errors in percent."""
     mine, wanted = radiance[good], truth[good]
     if fit:
         mine = mine / np.median(luminance(mine) / luminance(wanted))
@@ -266,7 +266,7 @@ def error_of(
 
 
 def verdict(rows: Sequence[dict[str, Any]]) -> str:
-    """Say where the bars are missed."""
+    """Report the missed targets."""
     lines = []
     for row in rows:
         mine = row["methods"]["noise"]
@@ -283,10 +283,10 @@ def verdict(rows: Sequence[dict[str, Any]]) -> str:
 def memorial(folder: Path) -> dict[str, float]:
     """Merge the memorial church bracket and compare with the published radiance map.
 
-    Scans of film with unknown response: ours is recovered from the bracket, as the peers' are.
-    The error is the root mean square of the natural logarithm's difference after the best common
-    scale, over the three channels of all pixels inside the pictures' common area (shifted borders
-    are marked by pure blue) whose published value is not 0.
+    These are scans of film with unknown response: ours is recovered from the bracket, like the
+    peers'. The error is the root mean square of the natural logarithm's difference after the best
+    common scale, over the three channels of all pixels inside the pictures' common area (shifted
+    borders are marked by pure blue) whose published value is not 0.
     """
     from app.core.measure.bracket.curve.response import choose_response
 
@@ -335,13 +335,13 @@ def memorial(folder: Path) -> dict[str, float]:
 
 
 def border(picture: Bytes) -> NDArray[np.bool_]:
-    """Pixels that the scans' registration left empty, and their neighbours."""
+    """Return the pixels that the scans' registration left empty, and their neighbours."""
     blue = (picture[..., 2] > 200) & (picture[..., :2].max(axis=-1) < 40)
     return cv2.dilate(blue.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
 
 
 def log_error(radiance: Float64, truth: Float64, inside: NDArray[np.bool_]) -> float:
-    """Root mean square difference of the logarithms, after the best common scale."""
+    """Return the RMS difference of the logarithms, after the best common scale."""
     ratio = np.log(np.maximum(radiance[inside], 1e-12)) - np.log(truth[inside])
     return float(np.std(ratio))
 

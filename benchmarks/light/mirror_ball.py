@@ -1,17 +1,17 @@
-"""How well a mirror ball tells the light of a place, and whether one is found where there is none.
+"""Accuracy of light measured with a mirror ball, and false detections where there is none.
 
-Stock Mitsuba renders a ball of 12 cm, 5 % dirty, before eight panoramas: camera and photographer
-1.5 m off at azimuth 0, and again at 90 (`mirror_ball_scene.py`); besides, balls in the modelled
-location are traced (`mirror_ball_location.py`). `--render` makes the pictures once, in half an
-hour. A bracket of five frames of 8 bits is made of each and measured as files are: the turns from
-the ball beside those from the panorama, and its light outside the blind part.
+Stock Mitsuba renders a ball of 12 cm, 5 % dirty, in front of eight panoramas: camera and
+photographer 1.5 m away at azimuth 0, and again at 90 (`mirror_ball_scene.py`); also, balls in the
+modelled location are traced (`mirror_ball_location.py`). `--render` makes the pictures once, in
+half an hour. Each becomes a bracket of five 8-bit frames, measured like files: the turns from the
+ball are compared with those from the panorama, and its light outside the gaps.
 
     DRJIT_LIBLLVM_PATH=... python benchmarks/light/mirror_ball.py DIR --render stock
     DRJIT_LIBLLVM_PATH=... python benchmarks/light/mirror_ball.py DIR --render location
     python benchmarks/light/mirror_ball.py DIR [--pictures FOLDER] [-o FILE.json]
 
-`--pictures` is a folder of pictures without a ball (scikit-image carries 26); views of panoramas
-come besides.
+`--pictures` is a folder of pictures without a ball (scikit-image ships 26); views of panoramas are
+added.
 """
 
 from __future__ import annotations
@@ -68,14 +68,14 @@ PLACES = (
 )
 # Focal length on 24 x 36, lens above the ball in metres, pitch and yaw of the camera in degrees.
 SHOTS = ((85, 0.0, 0.0, 0.0), (50, 0.1, 0.0, 0.0), (85, 0.15, -5.7, 0.0), (70, 0.0, 0.0, 4.0))
-# In the modelled location: the file, and cd/m2 of its unit.
+# In the modelled location: the file, and cd/m2 per unit.
 LOCATION = {
     "cafe": ("cafe/probe.exr", 200.0),
     "probe-1": ("location/probe-1.exr", 200.0),
     "probe-3": ("location/probe-3.exr", 25000.0),
     "probe-2": ("location/probe-2.exr", 200.0),
 }
-LOCATION_SIZE, LOCATION_MM = (2800, 4200), 50  # as much as a telephone has
+LOCATION_SIZE, LOCATION_MM = (2800, 4200), 50  # like a phone
 SIDE_DEG = 90.0
 BAR_DEG = 3.0
 SHAPE = (32, 64)
@@ -83,13 +83,13 @@ OUTDOORS = ("quarry_01_1k", "rooitou_park_1k", "city", "forest")
 
 
 def find_places(shared: Path) -> dict[str, Path]:
-    """Bundled scenes and those that are not shipped, by name."""
+    """Return bundled scenes and those that are not shipped, by name."""
     paths = [*(ROOT / "resources/demo/scenes").glob("*.exr"), *(shared / "hdri").glob("*.hdr")]
     return {path.stem: path for path in sorted(paths)}
 
 
 def render(places: dict[str, Path], folder: Path) -> None:
-    """Make the pictures, from in front and from the side."""
+    """Render the pictures, from the front and from the side."""
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
@@ -108,7 +108,7 @@ def render(places: dict[str, Path], folder: Path) -> None:
 
 
 def render_location(folder: Path) -> None:
-    """Make the pictures in the modelled location; building it takes some minutes."""
+    """Render the pictures in the modelled location; building it takes some minutes."""
     from app.core.baking.kernel_lanes import select_variant
 
     select_variant("llvm")
@@ -128,17 +128,19 @@ def render_location(folder: Path) -> None:
 
 
 def shot_of(number: int) -> tuple[int, float, float, float]:
-    """How the picture of a place is taken."""
+    """Return the shot of a place's picture."""
     return SHOTS[number % len(SHOTS)]
 
 
 def bracket(
     folder: Path, light: Float32, ball: Ball, lit: float, mm: int
 ) -> tuple[list[Path], float]:
-    """Five frames, and the light that saturates one of exposure 1.
+    """Write five frames; return them with the light that saturates one of exposure 1.
 
-    `lit` is cd/m2 of the light's unit. The darkest holds the lamps if the camera can; they are two
-    stops apart, or three.
+    The darkest holds the lamps if the camera can; they are two stops apart, or three.
+
+    Args:
+        lit: cd/m2 of the light's unit.
     """
     x, y = (int(each) for each in ball.project(ball.axis))
     half = int(0.7 * ball.radius_px)
@@ -146,7 +148,7 @@ def bracket(
     shutter_s = 1.2 / (level * lit) * 8.0**2
     disc = cv2.circle(np.zeros(light.shape[:2], np.uint8), (x, y), int(ball.radius_px), 1, -1) > 0
     top = float(light[disc].max()) / level
-    # 1/8000 s and f/16 are as dark as cameras go.
+    # 1/8000 s and f/16 are the darkest settings of cameras.
     darkest = -min(np.ceil(np.log2(top)), 12.0, np.floor(np.log2(shutter_s * 8000.0)) + 2.0)
     stops = [darkest + (2.0 if darkest > -8.0 else 3.0) * step for step in (4, 3, 2, 1, 0)]
     light = light / np.float32(level)
@@ -155,7 +157,7 @@ def bracket(
 
 
 def saturating(light: Float32) -> float:
-    """What saturates the exposure at which the mean of the coded picture is `METERED`."""
+    """Return the saturation of the exposure with a mean coded picture of `METERED`."""
     low, high = 1e-6, float(light.max())
     for _ in range(40):
         middle = (low * high) ** 0.5
@@ -165,7 +167,7 @@ def saturating(light: Float32) -> float:
 
 
 def cd_m2(path: Path) -> float:
-    """Luminance of one unit: by the sun's disc under a clear sky, else as such places are."""
+    """Return the luminance of one unit, from the sun under a clear sky or the kind of place."""
     scene = load(path)
     if path.stem in SUNS:
         return direct_normal_lux(scene.elevation_deg) / scene.disc
@@ -174,7 +176,7 @@ def cd_m2(path: Path) -> float:
 
 
 def seen_from_front(above_m: float) -> NDArray[np.bool_]:
-    """Texels of 64 x 32 that are neither behind the ball nor the photographer's, (32, 64)."""
+    """Return the texels of 64 x 32 not hidden by the ball or the photographer, (32, 64)."""
     toward = directions(SHAPE)
     lens = np.degrees(np.arctan(above_m / 1.5))
     behind = toward @ direction(180.0, -lens).astype(np.float32) > np.cos(np.radians(25.0))
@@ -187,7 +189,7 @@ def seen_from_front(above_m: float) -> NDArray[np.bool_]:
 def compared(
     probe: Measurement, panorama: Float32, pack: StylePack, above_m: float, scale: float
 ) -> dict[str, Any]:
-    """Turns and light of a ball's environment beside the panorama's own."""
+    """Compare turns and light of a ball's environment with the panorama's own."""
     true, made = (reduce_radiance(each, SHAPE) for each in (panorama, probe.merged.radiance))
     pairs = {
         own.name: round(abs(difference(own.turn_refined_deg, other.turn_refined_deg)), 2)
@@ -199,7 +201,8 @@ def compared(
     # One unit of the merge saturates its reference frame.
     unit = scale / 2.0**probe.merged.reference_ev
     ratio = float((luminance(made) * seen).sum() / (luminance(true) * seen).sum()) * unit
-    # The sun is where no bracket holds it: what the rest of the light does is told apart.
+    # The sun's place is known, but no bracket captures it: the rest of the light is reported
+    # separately.
     most = np.float32(8.0 * (luminance(true) * areas).sum() / areas.sum())
     dim = seen * (luminance(true) < most)
     rest = float((luminance(made) * dim).sum() / (luminance(true) * dim).sum()) * unit
@@ -266,7 +269,7 @@ def balls(places: dict[str, Path], folder: Path) -> list[dict[str, Any]]:
 
 
 def without(places: dict[str, Path], pictures: Path | None) -> dict[str, Any]:
-    """Look for a ball where there is none: pictures, portraits and views of panoramas."""
+    """Search for a ball where there is none: pictures, portraits and views of panoramas."""
     shown: list[tuple[str, Float32]] = []
     for path in sorted(pictures.iterdir()) if pictures is not None else []:
         picture = cv2.imread(str(path)) if path.suffix in (".png", ".jpg") else None
@@ -291,7 +294,7 @@ def without(places: dict[str, Path], pictures: Path | None) -> dict[str, Any]:
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The bars: before panoramas and in the location, from one side and from two."""
+    """Return the targets: in front of panoramas and in the location, from one side and two."""
     stock = [row for row in rows if row["place"] not in LOCATION]
     parts = {
         "one": [row["one"] for row in stock],
@@ -315,7 +318,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Render, or measure what was rendered."""
+    """Render, or measure the rendered pictures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("folder", type=Path, help="of the rendered pictures")
     parser.add_argument("--render", choices=("stock", "location"))

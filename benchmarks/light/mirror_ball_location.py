@@ -1,6 +1,6 @@
-"""A chrome ball in the modelled location: near walls, near lamps, sun, and somebody with a camera.
+"""A chrome ball in the modelled location: near walls, lamps, sun, and a person with a camera.
 
-The ball's geometry is numpy's own; what its rays meet is traced by `scenes/demo_location`. Dirt on
+The ball's geometry is computed with numpy; its rays are traced by `scenes/demo_location`. Dirt on
 it is lit by the place's panorama.
 """
 
@@ -24,11 +24,11 @@ from scenes.demo_location.tracer import first_hit, radiance
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 NAMES = {spot.name: spot for spot in (*SPOTS, CAFE)}
-CHROME = np.array([0.688, 0.649, 0.687])  # Mitsuba's "Cr", head on
+CHROME = np.array([0.688, 0.649, 0.687])  # Mitsuba's "Cr", at normal incidence
 _ALBEDO = np.array([0.25, 0.2, 0.15])
 _SAMPLES = 64
 _CHUNK = 1 << 20
-# Somebody in dark clothes behind the lens, metres: half the width, from where to where it reaches.
+# A person in dark clothes behind the lens, metres: half the width, and the range of heights.
 _PERSON = ((0.11, -0.11, 0.11), (0.25, -1.6, -0.2))
 _CLOTHES = 0.04
 
@@ -41,7 +41,7 @@ class Location:
         self.sampler = mi.load_dict({"type": "independent"})
 
     def render(self, name: str, panorama: Float32, shot: Shot, seed: int) -> Float32:
-        """The linear picture, (rows, columns, 3), cd/m2, before the place's own panorama."""
+        """Return the linear picture, (rows, columns, 3), cd/m2."""
         spot = NAMES[name]
         at = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
         rows, columns = shot.size
@@ -61,7 +61,7 @@ class Location:
         return picture.reshape(rows, columns, 3)
 
     def _background(self, panorama: Float32, at: Float64, shot: Shot) -> Float32:
-        """What is behind the ball, where the lens sees it, in the light of the ball's place."""
+        """Return the background behind the ball, as the lens sees it."""
         rows, columns = shot.size
         y, x = (each.ravel() + 0.5 for each in np.mgrid[:rows, :columns])
         turn = _about_up(shot.azimuth_deg)
@@ -87,7 +87,7 @@ class Location:
         random: np.random.Generator,
         seed: int,
     ) -> Float64:
-        """One sample of some pixels."""
+        """Return one sample of some pixels."""
         turn = _about_up(shot.azimuth_deg)
         jitter = random.random((2, len(pixels[0])))
         lens, ray = shot.lens, shot.rays(pixels[0] + jitter[0], pixels[1] + jitter[1])
@@ -116,7 +116,7 @@ class Location:
 
 
 def _toward(vectors: Float64, panorama: Float32) -> Float32:
-    """A panorama's texels, (N, channels), in directions (N, 3)."""
+    """Return a panorama's texels, (N, channels), in directions (N, 3)."""
     rows, columns = panorama.shape[:2]
     i = np.arccos(np.clip(vectors[:, 1], -1, 1)) / np.pi * rows
     j = (np.arctan2(-vectors[:, 0], vectors[:, 2]) / (2 * np.pi) + 0.5) * columns
@@ -126,7 +126,7 @@ def _toward(vectors: Float64, panorama: Float32) -> Float32:
 
 
 def _matt(panorama: Float32) -> Float32:
-    """What a white matt ball shows by its normals, (64, 128, 3)."""
+    """Return the light of a white matt ball by its normals, (64, 128, 3)."""
     small = reduce_radiance(panorama, (64, 128)).reshape(-1, 3)
     ways = directions((64, 128)).reshape(-1, 3)
     areas = np.repeat(solid_angles((64, 128)), 128)[:, None].astype(np.float32)
@@ -140,13 +140,13 @@ def _rays(start: Float64, ray: Float64) -> Any:
 
 
 def _about_up(azimuth_deg: float) -> Float64:
-    """What turns +Z to an azimuth."""
+    """Return the rotation from +Z to an azimuth."""
     a = math.radians(azimuth_deg)
     return np.array([[math.cos(a), 0, -math.sin(a)], [0, 1, 0], [math.sin(a), 0, math.cos(a)]])
 
 
 def _meets_person(start: Float64, ray: Float64, lens: Float64) -> NDArray[np.bool_]:
-    """Whether rays of the ball meet somebody who stands 12 cm behind the lens."""
+    """Return whether rays of the ball hit the person who is 12 cm behind the lens."""
     far = (lens[2] + 0.12 - start[:, 2]) / np.where(ray[:, 2] > 1e-6, ray[:, 2], np.inf)
     x, y = (start[:, k] + far * ray[:, k] - (lens[1] if k == 1 else 0.0) for k in (0, 1))
     met = np.zeros(len(ray), bool)

@@ -1,7 +1,7 @@
-"""A chrome ball before a panorama, as a camera sees it: rendered by stock Mitsuba.
+"""A chrome ball in front of a panorama, as a camera sees it: rendered by stock Mitsuba.
 
-The ball of 12 cm stands in the middle of the panorama, 5 % of it covered with dirt. The camera is
-1.5 m away at azimuth 0, in the hands of somebody who hides what is behind them.
+The ball of 12 cm is in the middle of the panorama, 5 % of it covered with dirt. The camera is 1.5 m
+away at azimuth 0, held by a person who hides the area behind them.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ _FINE = (2048, 4096)  # Mitsuba's own rows agree with ours within a hundredth of
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Where the camera stands and how it looks: metres, degrees, pixels.
+    """Position and direction of the camera: metres, degrees, pixels.
 
-    `azimuth_deg` is the photographer's place, `above_m` the lens above the ball; `pitch_deg` and
-    `yaw_deg` how the camera looks up, and to the right of the ball. `mm` is the focal length on
-    24 x 36.
+    Attributes:
+        mm: Focal length on 24 x 36.
+        azimuth_deg: Azimuth of the photographer.
+        above_m: Height of the lens above the ball.
+        pitch_deg, yaw_deg: Direction of the camera up, and to the right of the ball.
     """
 
     size: tuple[int, int] = (1600, 2400)
@@ -46,11 +48,11 @@ class Shot:
 
     @property
     def lens(self) -> NDArray[np.float64]:
-        """(3,) metres from the ball's middle to the lens, for a photographer at azimuth 0."""
+        """Lens position relative to the ball, (3,) metres; the photographer is at azimuth 0."""
         return np.array([0.0, self.above_m, self.away_m])
 
     def rays(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N, 3) unit vectors out of the lens at columns and rows of the picture."""
+        """Return unit vectors out of the lens for columns and rows of the picture, (N, 3)."""
         pitch, yaw = math.radians(self.pitch_deg), math.radians(self.yaw_deg)
         ahead = np.array(
             [math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch)]
@@ -75,7 +77,7 @@ class Shot:
 
     @property
     def outline_px(self) -> tuple[float, float, float]:
-        """Column and row of the ball's middle and about its radius, pixels."""
+        """Return column and row of the ball's middle and its approximate radius, pixels."""
         x, y, z = (float(each) for each in self.axis)
         far = math.hypot(self.above_m, self.away_m)
         radius = self.focal_px * math.tan(math.asin(BALL_M / far)) / z
@@ -84,7 +86,7 @@ class Shot:
 
 
 def dirt(seed: int, rows: int = 1024) -> Float32:
-    """Specks and scratches on a ball, (rows, 2 rows): 1 where there is dirt."""
+    """Return a mask of specks and scratches on a ball, (rows, 2 rows): 1 where there is dirt."""
     random = np.random.default_rng(seed)
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
     azimuth = 2 * np.pi * (np.arange(2 * rows) + 0.5) / (2 * rows)
@@ -112,7 +114,10 @@ def dirt(seed: int, rows: int = 1024) -> Float32:
 
 
 def render(panorama: Float32, shot: Shot, seed: int = 1) -> Float32:
-    """The linear picture, (rows, columns, 3), in the panorama's unit; the ball with less noise."""
+    """Render the linear picture, (rows, columns, 3), in the panorama's unit.
+
+    The ball has less noise.
+    """
     whole = {"crop_offset_x": 0, "crop_offset_y": 0}
     picture = _rendered(panorama, shot, seed, whole, _SAMPLES[0])
     column, row, radius = shot.outline_px
@@ -191,7 +196,7 @@ def _scene(panorama: Float32, shot: Shot, samples: int, seed: int) -> dict[str, 
 
 
 def _photographer(stands: Any, shot: Shot) -> dict[str, Any]:
-    """Somebody of 1.75 m behind the camera, in dark clothes."""
+    """Return a person 1.75 m tall behind the camera, in dark clothes."""
     eyes, behind = shot.above_m, shot.away_m + 0.12
 
     def part(kind: str, colour: float, way: Any) -> dict[str, Any]:

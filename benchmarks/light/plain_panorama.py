@@ -1,12 +1,12 @@
-"""What the turns from one plain photograph of all directions give up, and whether it is told.
+"""Losses of the turns from a single plain photo of all directions, and whether they are reported.
 
     python -m benchmarks.light.plain_panorama [--places DIR ...] [-o FILE.json]
 
-Each HDR panorama is exposed as a camera does by itself (its mean code is a middle grey, or 1.5 %
-of it is white; a stop more and less besides), and kept as an 8-bit sRGB JPEG without EXIF. The file
-goes through the pipeline of `merge` alone. The turn of every style that the HDR panorama grades yes
-or nearly is held against the best turn there: the share of the match range that is given up. The
-gain of white and the limit of doubt are also chosen anew for each place from all others.
+Each HDR panorama is exposed like an automatic camera (its mean code is a middle grey, or 1.5 % of
+it is white; also a stop more and less), and saved as an 8-bit sRGB JPEG without EXIF. The file goes
+through the pipeline of `merge` alone. The turn of every style that the HDR panorama grades yes or
+nearly is compared with the best turn there: the lost share of the match range. The gain of white
+and the limit of doubt are also chosen for each place from all others.
 """
 
 from __future__ import annotations
@@ -63,13 +63,13 @@ _SAME_PLACE: Final = 0.97
 
 
 def places(folders: tuple[Path, ...]) -> dict[str, Path]:
-    """Every panorama in some folders by folder and name."""
+    """Return all panoramas in some folders by folder and name."""
     files = [file for folder in folders for file in sorted(folder.glob("*")) if file.is_file()]
     return {f"{f.parent.name}/{f.stem}": f for f in files if f.suffix in (".hdr", ".exr")}
 
 
 def light_of(path: Path) -> Float32:
-    """A panorama, at most 1,024 columns; negative texels, which some files have, are black."""
+    """Read a panorama, at most 1,024 columns wide; negative texels become black."""
     light = np.maximum(np.nan_to_num(read_panorama(path).radiance, posinf=65504.0), 0.0)
     if light.shape[1] > 1024:
         light = cv2.resize(light, (1024, 512), interpolation=cv2.INTER_AREA)
@@ -77,7 +77,7 @@ def light_of(path: Path) -> Float32:
 
 
 def automatic(light: Float32, metering: str) -> float:
-    """What a camera multiplies a light by."""
+    """Return a camera's automatic exposure factor for a light."""
     if metering == "clip":
         largest = light.max(axis=-1)
         areas = np.repeat(solid_angles(largest.shape), largest.shape[1])
@@ -94,13 +94,13 @@ def automatic(light: Float32, metering: str) -> float:
 
 
 def photograph(light: Float32, factor: float) -> Bytes:
-    """Codes of a light, (h, w, 3) sRGB."""
+    """Return codes of a light, (h, w, 3) sRGB."""
     coded = srgb_encode(np.minimum(light * np.float32(factor), 1.0))
     return np.asarray(np.rint(255.0 * coded), np.uint8)
 
 
 def same_places(lights: dict[str, Float32]) -> dict[str, str]:
-    """Panoramas that show the place of an earlier one: light of one place is no test of itself."""
+    """Return panoramas of the same place as an earlier one, which would test light with itself."""
     small = {}
     for name, light in lights.items():
         mean = cv2.resize(light, (64, 32), interpolation=cv2.INTER_AREA).mean(axis=-1)
@@ -118,7 +118,7 @@ def same_places(lights: dict[str, Float32]) -> dict[str, str]:
 def judged(
     light: Float32, pack: StylePack, folder: Path, evs: tuple[int, ...] = EVS
 ) -> list[dict[str, Any]]:
-    """Every photograph of one place: what the turns give up, what is in doubt."""
+    """Judge every photo of one place: losses of the turns, and doubts."""
     shape = pack.header.environment
     seen = reduce_light(light, shape)
     truth = choices(pack, [seen])[0]
@@ -158,7 +158,7 @@ def judged(
 
 
 def left_out(rows: dict[str, list[dict[str, Any]]]) -> dict[str, list[tuple[float, bool]]]:
-    """What each place's pairs give up, and whether marked, by numbers chosen from all others."""
+    """Return each place's losses and marks, with values chosen from all other places."""
 
     def pairs(names: list[str], stops: float, which: int) -> NDArray[Any]:
         return np.concatenate([r["tried"][stops][which] for n in names for r in rows[n]])
@@ -180,7 +180,7 @@ def left_out(rows: dict[str, list[dict[str, Any]]]) -> dict[str, list[tuple[floa
 
 
 def shares(pairs: list[tuple[float, bool]]) -> dict[str, float | int]:
-    """The three shares of the bar, in percent."""
+    """Return the three target shares, in percent."""
     good = [marked for lost, marked in pairs if lost <= BAD]
     bad = [marked for lost, marked in pairs if lost > BAD]
     return {
@@ -193,7 +193,7 @@ def shares(pairs: list[tuple[float, bool]]) -> dict[str, float | int]:
 
 
 def summary(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
-    """Shares by set of places and exposure, as shipped and with each place left out."""
+    """Summarise by set of places and exposure, as shipped and with each place left out."""
     chosen = left_out(rows)
     shipped = {
         name: [(s["given_up"], s["doubtful"]) for row in some for s in row["styles"]]

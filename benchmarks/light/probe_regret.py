@@ -1,9 +1,9 @@
-"""From the bracket to the turn: what measuring the light costs, against the true light.
+"""From the bracket to the turn: the loss by measured light, against the true light.
 
-Every bundled scene is put at a plausible brightness, metered and shot as a Theta V would (JPEG
-frames with curve, noise, clipping and EXIF), with the paper's three frames and with the full
-bracket. The files go through the whole of `merge`; the turns chosen from the result are judged by
-the curves of the true light.
+Every bundled scene is shown at a plausible brightness, metered and shot like a Theta V (JPEG frames
+with curve, noise, clipping and EXIF), with the paper's three frames and with the full bracket. The
+files go through the whole of `merge`; the turns chosen from the result are judged by the curves of
+the true light.
 
     python benchmarks/light/probe_regret.py [-o FILE.json]
 """
@@ -47,7 +47,7 @@ BAD = 0.10
 
 
 def absolute(path: Path) -> tuple[np.ndarray[Any, Any], SkyWord]:
-    """A scene in cd/m2, and what a photographer there would say of the sky."""
+    """Return a scene in cd/m2, and a photographer's description of the sky."""
     if path.stem in SUNS:
         scene, word = load(path), SUNS[path.stem]
         lux = direct_normal_lux(scene.elevation_deg, word)
@@ -58,7 +58,7 @@ def absolute(path: Path) -> tuple[np.ndarray[Any, Any], SkyWord]:
 
 
 def try_scene(path: Path, kind: str, pack: StylePack, folder: Path) -> dict[str, Any]:
-    """Regret of every style in one scene and bracket."""
+    """Return the regret of every style in one scene and bracket."""
     light, word = absolute(path)
     model = camera_facts(THETA_V.model)
     assert model is not None
@@ -96,7 +96,7 @@ def try_scene(path: Path, kind: str, pack: StylePack, folder: Path) -> dict[str,
 
 
 def summary(rows: list[dict[str, Any]], styles: int) -> dict[str, Any]:
-    """Shares of bad pairs per plan and objective."""
+    """Return shares of bad pairs by plan and objective."""
     found: dict[str, Any] = {}
     for kind in ("paper", "full"):
         part = [row for row in rows if row["plan"] == kind]

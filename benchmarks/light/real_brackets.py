@@ -1,14 +1,14 @@
-"""How far merges agree with their own frames where frames do not fit, beside OpenCV's.
+"""Agreement of merges with their own frames if frames do not fit, compared with OpenCV's.
 
     python benchmarks/light/real_brackets.py [NAME ...] [--bracket FOLDER ...] [--json FILE]
 
-The memorial church bracket where it is at hand, brackets given as folders (with EXIF or an
+The memorial church bracket if available, brackets given as folders (with EXIF or an
 image_list.txt), and brackets made of known scenes: with tone curves that differ from frame to
-frame, shot by hand, with somebody who walks. Ours goes the program's whole way from files. OpenCV's
-Debevec and Robertson are calibrated from the same frames; where a hand shakes they get frames
-aligned by AlignMTB, and, as another row, frames as shot. Each merge is held against the frames as
-it laid them on each other. Made brackets have a truth: the error is of the luminance, after the
-best scale; where nothing moved, the spread of the truth itself is told as well.
+frame, handheld, with a walking person. Ours uses the program's whole pipeline from files. OpenCV's
+Debevec and Robertson are calibrated from the same frames; for handheld brackets they get frames
+aligned by AlignMTB, and, as another row, frames as shot. Each merge is compared with the frames as
+it aligned them. Synthetic brackets have a truth: the error is that of the luminance, after the best
+scale; without motion, the spread of the truth itself is reported as well.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def scene(name: str) -> Float32:
 
 
 def hand(pixels: float) -> dict[str, Any]:
-    """Shift and turn that go together."""
+    """Return a shift and a matching turn of a hand."""
     return {"shake_px": pixels, "shake_deg": 0.05 * pixels}
 
 
@@ -123,7 +123,7 @@ def main() -> None:
 
 
 def sets(folders: Sequence[Path], names: Sequence[str]) -> Any:
-    """Brackets one after another, so that few are in memory."""
+    """Yield brackets one after another, so that few are in memory."""
     memorial = SHARED / "brackets" / "memorial"
 
     def wanted(name: str) -> bool:
@@ -148,7 +148,7 @@ def sets(folders: Sequence[Path], names: Sequence[str]) -> Any:
 
 
 def from_folder(folder: Path) -> Set:
-    """A bracket on disk: an image_list.txt as Debevec's, or EXIF."""
+    """Read a bracket from disk, with Debevec's image_list.txt or EXIF."""
     listing = folder / "image_list.txt"
     if listing.exists():
         words = [row.split() for row in listing.read_text().splitlines()]
@@ -161,7 +161,7 @@ def from_folder(folder: Path) -> Set:
 
 
 def ours(one: Set, folder: Path) -> tuple[Float32, list[Bytes], int, Measurement]:
-    """Light, frames as they were laid on each other, the frame that stayed, and what was said."""
+    """Return light, aligned frames, the reference frame, and the measurement."""
     paths = []
     for index, frame in enumerate(one.frames):
         paths.append(folder / f"{index:02d}.png")
@@ -194,7 +194,7 @@ def theirs(one: Set, method: str, align: bool) -> tuple[Float32, list[Bytes]]:
 
 
 def measured(one: Set, crops: Path | None) -> dict[str, Any]:
-    """Every method on one set."""
+    """Measure all methods on one set."""
     started = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         light, frames, home, probe = ours(one, Path(folder))
@@ -223,7 +223,7 @@ def measured(one: Set, crops: Path | None) -> dict[str, Any]:
 def judged(one: Set, light: Float32, frames: list[Bytes], home: int) -> dict[str, float]:
     light = np.nan_to_num(np.asarray(light, np.float32), posinf=0.0, neginf=0.0)
     inner = np.ones(light.shape[:2], bool)
-    if one.held:  # what only some frames can see is no matter of agreement
+    if one.held:  # areas that only some frames see are excluded
         inner[:16], inner[-16:], inner[:, :16], inner[:, -16:] = False, False, False, False
     inner &= ~np.any([marked(frame) for frame in one.frames], axis=0)
     median, high = spreads(light, frames, inner)
@@ -236,13 +236,13 @@ def judged(one: Set, light: Float32, frames: list[Bytes], home: int) -> dict[str
 
 
 def marked(frame: Bytes) -> NDArray[np.bool_]:
-    """Pure blue, which marks what the memorial church's registration left empty."""
+    """Return a mask of pure blue, which marks the empty borders of the memorial church."""
     blue = (frame[..., 2] > 200) & (frame[..., :2].max(axis=-1) < 40)
     return cv2.dilate(blue.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
 
 
 def drawn(one: Set, pictures: dict[str, Float32], folder: Path) -> None:
-    """Ours and theirs, exposed alike."""
+    """Draw ours and theirs with equal exposure."""
     folder.mkdir(exist_ok=True)
     for name, light in pictures.items():
         if "as shot" in name:

@@ -1,9 +1,9 @@
-"""Photographs all around, placed and merged: how far off, and what that costs the turns.
+"""Photos all around, placed and merged: errors, and their cost in turns.
 
-24 photographs of 70 degrees are cut from a panorama in two rings of 12, at -20 and +25 degrees of
-elevation, as a hand holds them (2 degrees in direction and roll), with an exposure that drifts by
-0.3 stops of which EXIF says nothing, noise and JPEG. `turnlight stitch` knows neither the field of
-view nor the directions.
+24 photos of 70 degrees are cut from a panorama in two rings of 12, at -20 and +25 degrees of
+elevation, handheld (2 degrees in direction and roll), with an exposure that drifts by 0.3 stops
+without being stated in EXIF, noise and JPEG. `turnlight stitch` knows neither the field of view nor
+the directions.
 
 Run it from the clone's folder: ``python -m benchmarks.light.stitch_photos PANORAMA ... -o JSON``.
 """
@@ -43,18 +43,18 @@ BRACKET: Final = (0.0, -3.0, -6.0)
 FOV_DEG: Final = 70.0
 SIZE: Final = (1280, 960)
 HELD: Final = {"upright": (55.4, (960, 1280)), "across": (FOV_DEG, SIZE)}
-"""Field of view across and columns and rows: 70 degrees of the longer side."""
+"""Horizontal field of view, and columns and rows: 70 degrees along the longer side."""
 
 FINE: Final = 2048  # columns of a panorama
 APERTURE: Final = 8.0
-SUN: Final = 3000.0  # times the mean, from which on a panorama's brightest texel is the sun
+SUN: Final = 3000.0  # times the mean: from there on, a panorama's brightest texel is the sun
 SUN_LUX: Final = 90_000.0
 ROOM_CD: Final = 100.0
 
 
 @dataclass(frozen=True)
 class Taken:
-    """Photographs in a folder, and the truth: rotations, (3, 3), camera axes to the panorama's."""
+    """Photos in a folder, and the truth: rotations, (3, 3), camera axes to the panorama's."""
 
     files: tuple[Path, ...]
     rotations: tuple[Float64, ...]
@@ -64,7 +64,7 @@ class Taken:
 def photograph(
     radiance: Float32, turned: Float64, fov_deg: float = FOV_DEG, size: tuple[int, int] = SIZE
 ) -> Float32:
-    """Linear picture, (rows, columns, 3), of a panorama through a pinhole."""
+    """Return a linear picture, (rows, columns, 3), of a panorama through a pinhole."""
     columns, rows = size
     focal = columns / 2.0 / math.tan(math.radians(fov_deg) / 2.0)
     x, y = np.meshgrid(np.arange(columns) + 0.5 - columns / 2.0, np.arange(rows) + 0.5 - rows / 2.0)
@@ -76,7 +76,7 @@ def photograph(
 
 
 def rings(random: np.random.Generator, jitter_deg: float = 2.0, a_ring: int = 12) -> list[Float64]:
-    """Where a hand points a camera that goes around twice."""
+    """Return the directions of a handheld camera that goes around twice."""
     found = []
     for elevation in RINGS_DEG:
         for azimuth in np.arange(a_ring) * 360.0 / a_ring:
@@ -99,7 +99,7 @@ def take(
     fov_deg: float = FOV_DEG,
     drift: float = 0.3,
 ) -> Taken:
-    """Photograph a panorama all around: at each place one picture for each exposure, in stops."""
+    """Photograph a panorama all around, with one picture per exposure, in stops, at each place."""
     random = np.random.default_rng(seed)
     shutter_s = _shutter(radiance)
     base = _base(radiance)
@@ -122,20 +122,20 @@ def take(
 
 
 def _base(radiance: Float32) -> float:
-    """Linear value of a radiance of 1 at the metered exposure."""
+    """Return the linear value of a radiance of 1 at the metered exposure."""
     return 0.5 / float(np.quantile(luminance(radiance), 0.85))
 
 
 def has_sun(radiance: Float32) -> bool:
-    """Whether the brightest texel can be nothing else."""
+    """Return whether the brightest texel can only be the sun."""
     light = luminance(radiance)
     return float(light.max()) > SUN * float(light.mean())
 
 
 def _shutter(radiance: Float32) -> float:
-    """Shutter time at ISO 100 for a place as bright as its kind is: in the sun, or a room.
+    """Return the shutter time at ISO 100 for a typical brightness: in the sun, or in a room.
 
-    A value of 1 stands for 1.2 / (time / f-number squared) cd/m2 (ISO 12232).
+    A value of 1 is 1.2 / (time / f-number squared) cd/m2 (ISO 12232).
     """
     light = luminance(radiance)
     angles = solid_angles((radiance.shape[0], radiance.shape[1]))[:, None]
@@ -148,7 +148,7 @@ def _shutter(radiance: Float32) -> float:
 
 
 def save(file: Path, codes: Bytes, shutter_s: float | None, **tags: Any) -> None:
-    """Write a JPEG of quality 90, with EXIF where an exposure time is given."""
+    """Write a JPEG of quality 90, with EXIF if an exposure time is given."""
     import OpenImageIO as oiio
 
     spec = oiio.ImageSpec(codes.shape[1], codes.shape[0], 3, "uint8")
@@ -167,20 +167,20 @@ def save(file: Path, codes: Bytes, shutter_s: float | None, **tags: Any) -> None
 
 
 def common_turn(truth: Sequence[Float64], found: Sequence[Float64 | None]) -> Float64:
-    """Rotation, (3, 3), that takes what was found to the truth."""
+    """Return the rotation, (3, 3), from the result to the truth."""
     both = [(a, b) for a, b in zip(truth, found, strict=True) if b is not None]
     u, _, v = np.linalg.svd(sum(a @ b.T for a, b in both))
     return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v)
 
 
 def placed_off(truth: Sequence[Float64], found: Sequence[Float64 | None]) -> list[float]:
-    """How far each photograph is off once one rotation common to all is removed, degrees."""
+    """Return the error of each photo after removing one common rotation, degrees."""
     common = common_turn(truth, found)
     return [angle_of(a.T @ common @ b) for a, b in zip(truth, found, strict=True) if b is not None]
 
 
 def read_light(file: Path) -> Float32:
-    """Linear radiance of a panorama, HDR or a picture."""
+    """Read the linear radiance of a panorama, HDR or a picture."""
     if file.suffix.lower() in (".exr", ".hdr"):
         return read_environment(file).radiance
     return np.asarray(srgb_decode(read_shown_panorama(file) / np.float32(255.0)), np.float32)
@@ -207,7 +207,8 @@ def measured(file: Path, fov_deg: float, size: tuple[int, int], pack: StylePack)
     yaw = angles_of(common)[0]
     shape = pack.header.environment
     truth = solve_all(pack, reduce_radiance(radiance, shape))
-    # In the panorama's own frame: a sun between two texels of 5.6 degrees moves answers by itself.
+    # In the panorama's own frame: a sun between two texels of 5.6 degrees changes answers by
+    # itself.
     light = rotate_light(found.merged.radiance, rotation(yaw, 0.0, 0.0))
     told = solve_all(pack, reduce_radiance(light, shape))
     off = placed_off(taken.rotations, rotations)
@@ -237,7 +238,7 @@ def measured(file: Path, fov_deg: float, size: tuple[int, int], pack: StylePack)
 
 
 def photographs_of(measured: Measurement) -> tuple[Photograph, ...]:
-    """The photos of a measurement, and where they look."""
+    """Return the photos of a measurement, with their directions."""
     own = measured.of(PhotosFacts)
     return () if own is None else own.photographs
 
@@ -249,7 +250,7 @@ def _stops_off(taken: Taken, found: Measurement) -> float:
 
 
 def main() -> None:
-    """Measure, and write what came out."""
+    """Measure, and write the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("places", type=Path, nargs="+")
     parser.add_argument("-o", "--output", type=Path, required=True)
@@ -265,7 +266,7 @@ def main() -> None:
 
 
 def write(output: Path, rows: dict[str, list[dict[str, Any]]]) -> None:
-    """Sum up, and write."""
+    """Summarise and write."""
     output.write_text(
         json.dumps(
             {name: summary(found) | {"places": found} for name, found in rows.items()}, indent=1
@@ -276,7 +277,7 @@ def write(output: Path, rows: dict[str, list[dict[str, Any]]]) -> None:
 
 
 def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What the bars ask, over places as fine as asked and over coarser ones, enlarged."""
+    """Return the target values, over places of sufficient resolution and over coarser ones."""
     found = {}
     for name, chosen in (
         ("fine", [row for row in rows if row["columns"] >= FINE]),

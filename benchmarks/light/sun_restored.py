@@ -1,10 +1,10 @@
-"""How well the sun is put back: true light, a bracket that clips it, with and without restoring.
+"""Accuracy of the restored sun, from brackets that clip it, with and without restoring.
 
-Each scene whose sun is intact is scaled so that its disc (what lies within 2.5 deg) gives the
-clear-sky model's normal illuminance times a factor from 0.6 to 1.6, which the merge does not
-know. It is exposed by each simulated camera's `full` plan from its metered exposure, as JPEG frames
-of 2048 x 1024 with noise, and measured as files are. The other scenes, at ten absolute
-brightnesses each (a perfect merge stands in for the frames there), must never be touched.
+Each scene with an intact sun is scaled so that its disc (within 2.5 deg) gives the clear-sky
+model's normal illuminance times a factor from 0.6 to 1.6, which the merge does not know. It is
+exposed by each simulated camera's `full` plan from its metered exposure, as JPEG frames of 2048 x
+1024 with noise, and measured like files. The other scenes, at ten absolute brightnesses each (with
+a perfect merge in place of the frames), must never be changed.
 
     python benchmarks/light/sun_restored.py [--shared DIR] [--draws N] [-o FILE.json]
 """
@@ -48,7 +48,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 Float32 = NDArray[np.float32]
 
-# Scenes with an intact disc, and what a photographer there would say of the sky.
+# Scenes with an intact disc, and a photographer's description of their sky.
 SUNS: dict[str, SkyWord] = {
     "chinese_garden_1k": "clear",
     "quarry_01_1k": "clear",
@@ -61,13 +61,13 @@ CAMERAS = ("S", "SC2", "V", "Z1", "X")
 BAR = 0.02
 APERTURE_DEG = 2.5
 METERED = 0.46  # mean of the sRGB-coded frame at the metered exposure
-# Mean luminance, cd/m2, at which scenes without a sun are shown: lamp-lit, overcast, full day.
+# Mean luminance, cd/m2, of scenes without a sun: lamp-lit, overcast, full day.
 LEVELS = (3.0, 10.0, 30.0, 100.0, 300.0, 1_000.0, 3_000.0, 6_000.0, 10_000.0, 20_000.0)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A panorama in relative radiance, with its sun's place and light where it has one."""
+    """A panorama in relative radiance, with the position and light of its sun, if any."""
 
     name: str
     radiance: Float32
@@ -91,7 +91,7 @@ def load(path: Path) -> Scene:
 
 
 def meter(light: Float32) -> float:
-    """Luminance, cd/m2, that saturates the exposure a camera would choose."""
+    """Return the saturation luminance, cd/m2, of a camera's automatic exposure."""
     areas = solid_angles((light.shape[0], light.shape[1]))[:, None]
     low, high = float(light.max()) * 1e-9 + 1e-6, float(light.max()) + 1e-6
     for _ in range(40):
@@ -102,7 +102,7 @@ def meter(light: Float32) -> float:
 
 
 def expose(cd_m2: Float32, limits: CameraLimits) -> MergedLight:
-    """What a perfect merge of the camera's full plan holds of a scene."""
+    """Return a perfect merge of the camera's full plan for a scene."""
     iso, aperture = min(limits.isos), min(limits.apertures)
     factor = 1.2 / meter(luminance(cd_m2))
     metered = Exposure(factor * aperture**2 * 100.0 / iso, iso, aperture)
@@ -123,7 +123,7 @@ def expose(cd_m2: Float32, limits: CameraLimits) -> MergedLight:
 
 @dataclass(frozen=True)
 class Trial:
-    """One scene, camera and factor: regrets of all styles, per objective."""
+    """One scene, camera and factor: regrets of all styles, by objective."""
 
     scene: str
     sky: str
@@ -148,7 +148,7 @@ def photograph(cd_m2: Float32, camera: str, pack: StylePack, seed: int) -> Merge
 def try_sun(
     scene: Scene, word: SkyWord, camera: str, factor: float, pack: StylePack, ideal: bool
 ) -> Trial:
-    """Regret of every style without and with restoring."""
+    """Return the regret of every style without and with restoring."""
     lux = direct_normal_lux(scene.elevation_deg, word) * factor
     truth = scene.radiance * np.float32(lux / scene.disc)
     if ideal:
@@ -172,19 +172,19 @@ def try_sun(
 
 
 def limits_of(camera: str) -> CameraLimits:
-    """A camera's own values."""
+    """Return a camera's limits."""
     return next(each.limits for each in camera_table.CAMERAS if each.name == camera)
 
 
 def find_scenes(shared: Path) -> dict[str, Path]:
-    """Bundled scenes and those that are not shipped, by name."""
+    """Return bundled scenes and those that are not shipped, by name."""
     paths = sorted((ROOT / "resources" / "demo" / "scenes").glob("*.exr"))
     paths += sorted((shared / "hdri").glob("*.hdr"))
     return {path.stem: path for path in paths}
 
 
 def false_restorations(scene: Scene) -> list[tuple[str, float]]:
-    """Cameras and levels at which a scene without a sun is taken for one with."""
+    """Return cameras and levels at which a sun is found in a scene without one."""
     mean = float(luminance(reduce_radiance(scene.radiance, (1, 2))).mean())
     wrong = []
     for camera in CAMERAS:
@@ -196,7 +196,7 @@ def false_restorations(scene: Scene) -> list[tuple[str, float]]:
 
 
 def good(trials: list[Trial], objective: str, restored: bool = True) -> float:
-    """Share of (scene, style) pairs within the bar."""
+    """Return the share of (scene, style) pairs within the target."""
     lost = [v for t in trials for v in (t.with_sun if restored else t.without)[objective]]
     return float(np.mean(np.array(lost) <= BAR))
 

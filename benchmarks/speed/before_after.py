@@ -1,4 +1,4 @@
-"""Processor time of a few hot paths, by whatever version of the program is imported.
+"""CPU time of a few hot paths, for the imported version of the program.
 
     PYTHONPATH=CHECKOUT python benchmarks/speed/before_after.py
 
@@ -43,7 +43,7 @@ def best(work: Callable[[], object], seconds: float = 1.5) -> float:
 
 
 def process(*words: str) -> float:
-    """Best processor time of a whole process, user and system."""
+    """Return the best CPU time of a whole process, user and system."""
     least = np.inf
     for _ in range(6):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -4,8 +4,7 @@
                                             [--full]
 
 Frames are made in a temporary folder (one noisy picture, repeated, as JPEG) and removed afterwards.
-Each merge runs in an interpreter of its own, whose peak resident size the system
-reports (Linux only).
+Each merge runs in a separate interpreter, whose peak resident size the system reports (Linux only).
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ print(json.dumps({"bare": bare, "imported": imported, "peak": peak(), "seconds":
 
 
 def write_frames(folder: Path, count: int, width: int) -> None:
-    """Write frames of two stops' distance with noise in every pixel."""
+    """Write frames two stops apart, with noise in every pixel."""
     generator = np.random.default_rng(3)
     light = cv2.GaussianBlur(generator.random((TILE, TILE, 3)).astype(np.float32), (0, 0), 6.0)
     light = np.exp(12.0 * (light - light.mean()) / light.std() / 3.0)
@@ -68,7 +67,7 @@ def write_frames(folder: Path, count: int, width: int) -> None:
 
 
 def measure(count: int, width: int, full: bool) -> None:
-    """Merge in an interpreter of its own and print what it took."""
+    """Merge in a separate interpreter and print its memory."""
     with tempfile.TemporaryDirectory() as folder:
         write_frames(Path(folder), count, width)
         size = "full" if full else "reduced"

@@ -1,8 +1,7 @@
-"""The tables of benchmarks/speed.md, from what was kept in benchmarks/results.
+"""The tables of benchmarks/speed.md, from the results in benchmarks/results.
 
-turnlight bench -o benchmarks/results
-turnlight bench --growth -o benchmarks/results
-python benchmarks/speed/page.py
+turnlight bench -o benchmarks/results turnlight bench --growth -o benchmarks/results python
+benchmarks/speed/page.py
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ def read(name: str) -> Any:
 
 
 def ms(seconds: float) -> str:
-    """Milliseconds with three digits, seconds from ten of them on."""
+    """Format milliseconds with three digits, or seconds from ten of them on."""
     if seconds >= 10:
         return f"{seconds:,.0f} s"
     value = 1e3 * seconds
@@ -100,7 +99,7 @@ def before_after_table(values: dict[str, Any]) -> list[str]:
 
 
 def tables() -> dict[str, list[str]]:
-    """What the page says, by the name in its markers."""
+    """Return the contents of the page, by marker name."""
     speed, grown, changed = (read(f"{name}.json") for name in ("speed", "growth", "before-after"))
     return {
         "machine": [machine(speed)],
@@ -112,7 +111,7 @@ def tables() -> dict[str, list[str]]:
 
 
 def filled(text: str) -> str:
-    """The page with its tables as they are now."""
+    """Return the page with the current tables."""
     for name, lines in tables().items():
         block = f"<!-- {name} -->\n" + "\n".join(lines) + f"\n<!-- end of {name} -->"
         text, count = re.subn(

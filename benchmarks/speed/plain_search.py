@@ -1,4 +1,4 @@
-"""What the search works out by short cuts: full matrices, one target, one light."""
+"""Plain versions of the search's short cuts: full matrices, one target, one light."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def matrix(transport: Transport, channel: int | None = None) -> Float32:
 
 
 def preintegrate(transport: Transport, weights: Floats) -> Float32:
-    """Pre-integrated target F' = f'T (eq. 3).
+    """Return the pre-integrated target F' = f'T (eq. 3).
 
     Args:
         weights: (P,) float. Target weights f on the head's pixels, zero outside the face.
@@ -40,5 +40,5 @@ def choose(
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
-    """Find what decides the turns under a light; see `clip_audit.choices`."""
+    """Return the choice of turns under a light; see `clip_audit.choices`."""
     return choices(pack, [light], objective, limits)[0]

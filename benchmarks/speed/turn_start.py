@@ -1,9 +1,9 @@
-"""How long Turn takes to guide: the number, and the live heading the first and the second time.
+"""How soon Turn guides: time to the number, and to the live heading, at first and second use.
 
 Opens the whole window without a screen on the demo location and its webcam, presses "Turn to this",
-and starts the program again on the same places. Beside seconds on the clock, which other programs
-make longer, stand those of the processors, of all threads together, the simulated webcam's too.
-Writes ``results/turn-start.json``::
+and starts the program again on the same places. Besides wall time, which other programs extend, it
+measures CPU time of all threads together, including the simulated webcam's. Writes
+``results/turn-start.json``::
 
     QT_QPA_PLATFORM=offscreen python -m benchmarks.speed.turn_start
 """
@@ -35,7 +35,7 @@ LOCATION = resources() / "demo" / "location"
 def measured(
     application: WatchedApplication, home: Path, mark: str, *, fresh: bool
 ) -> dict[str, float]:
-    """Go to Turn once: seconds from the press to the number and to the live heading."""
+    """Go to Turn once: return seconds from the click to the number and to the live heading."""
     webcam = SimulatedWebcam(LOCATION / "views")
     with opened(home, OneWebcam(webcam), camera_looks="sitter", sounds=False) as (app, robot):
         if fresh:
@@ -74,7 +74,7 @@ def measured(
 
 
 def main() -> None:
-    """Measure, say it and keep it."""
+    """Measure, print and save."""
     application = WatchedApplication(["turn_start"])
     built: list[float] = []
     build = features.build_index

@@ -1,7 +1,7 @@
 """Turns against brute force: the head rendered by stock Mitsuba at each of 64 turns.
 
-Renders five indoor scenes at 64 turns with two seeds (about an hour on two cores; it resumes where
-it was stopped), then compares the turns that the shipped pack chooses with the best turns of the
+Renders five indoor scenes at 64 turns with two seeds (about an hour on two cores; an interrupted
+run resumes), then compares the turns that the shipped pack chooses with the best turns of the
 rendered pictures and writes the result as JSON.
 
     python benchmarks/truth/brute_force.py --scenes FOLDER --work FOLDER [-o FILE.json]
@@ -45,16 +45,17 @@ if TYPE_CHECKING:
 
 TURNS = 64
 SEEDS = 2
-# Harmonics of a curve over the turns that are kept. A face under soft skin turns smoothly: what
-# T's own curves hold above is reported beside every pair (`above_band`); noise has as much in each.
+# Harmonics of a curve over the turns that are kept. A face under soft skin changes smoothly with
+# the turn: the part of T's own curves above is reported with every pair (`above_band`); noise is
+# equal in all harmonics.
 BAND = 12
 _COMMON = 0.1  # of the power of two renders
-# Large enough for the turns; `as_placed` says what light Mitsuba makes of it.
+# Large enough for the turns; `as_placed` states the light that Mitsuba makes of it.
 FINE = (512, 1024)
 
 
 def render_all(scenes: Path, work: Path, paths: int) -> None:
-    """Render every picture that is not there yet."""
+    """Render all missing pictures."""
     select_variant("llvm")
     head, camera = generic_head()
     work.mkdir(parents=True, exist_ok=True)
@@ -78,15 +79,15 @@ def render_all(scenes: Path, work: Path, paths: int) -> None:
 
 
 def kept_name(scene: str, paths: int, turn: int, seed: int) -> str:
-    """File of one picture; pictures of other paths are other pictures."""
+    """Return the file of one picture; the number of paths is part of its name."""
     return f"{Path(scene).stem}-{paths}-{turn:02d}-{seed}.npy"
 
 
 def head_alone(picture: NDArray[np.float64], transport: Transport) -> NDArray[np.float64]:
-    """Luminance of the head's pixels, without the environment that shows behind its outline.
+    """Return the luminance of the head's pixels, without the environment at its outline.
 
-    Stock Mitsuba draws the environment where a pixel at the outline is not covered; T leaves that
-    out. What shows there is what the nearest pixel that sees nothing but the environment holds.
+    Stock Mitsuba draws the environment where a pixel at the outline is not covered; T does not. It
+    is estimated from the nearest pixel that shows only the environment.
     """
     size = transport.size
     coverage = np.zeros(size * size)
@@ -106,17 +107,17 @@ def head_alone(picture: NDArray[np.float64], transport: Transport) -> NDArray[np
 def curves(
     pictures: NDArray[np.float64], weights: NDArray[np.float64], region: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Quality and match of rendered pictures, free of the bias that their noise would bring.
+    """Return quality and match of rendered pictures, free of the bias from their noise.
 
     Args:
         pictures: (SEEDS, TURNS, P) float. Luminance on the head's pixels.
         weights: (S, P) float.
-        region: (P,) float. How much each pixel counts, 0 where the weights are.
+        region: (P,) float. Weight of each pixel, 0 outside the weights.
 
     Returns:
-        quality, match: (S, TURNS) float64. The pictures' norm is taken from the product of two
-            seeds, whose noise is independent. Where the seeds have less than a tenth of their power
-            in common, it may come out as nothing, and a tenth is taken: match is low there.
+        quality, match: (S, TURNS) float64. The pictures' norm comes from the product of two seeds,
+            whose noise is independent. If the seeds have less than a tenth of their power in
+            common, it may vanish, and a tenth is used: match is low there.
     """
     share = region / region.sum()
     quality = weights @ pictures.mean(axis=0).T
@@ -128,7 +129,7 @@ def curves(
 
 
 def weights_of(pack: StylePack, transport: Transport) -> Weights:
-    """By objective, the weights of all styles on a head's pixels, (S, P), and their region, (P,).
+    """Return, by objective, the styles' weights on a head's pixels, (S, P), and their region, (P,).
 
     The paper's are taken over the whole head, those of match over the face.
     """
@@ -142,20 +143,20 @@ def weights_of(pack: StylePack, transport: Transport) -> Weights:
 
 
 def band_limited(curves_: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Curves without the harmonics above `BAND`, which hold next to nothing but noise."""
+    """Return curves without the harmonics above `BAND`, which are almost pure noise."""
     spectrum = np.fft.rfft(curves_, axis=-1)
     spectrum[..., BAND + 1 :] = 0
     return np.asarray(np.fft.irfft(spectrum, TURNS, axis=-1))
 
 
 def above_band(curves_: NDArray[np.float64]) -> NDArray[np.float64]:
-    """RMS of what `band_limited` takes away, as a share of each curve's range."""
+    """Return the RMS of the part that `band_limited` removes, as a share of each curve's range."""
     lost = curves_ - band_limited(curves_)
     return np.asarray(np.sqrt(np.mean(lost**2, axis=-1)) / np.ptp(curves_, axis=-1))
 
 
 def given_up(curve: NDArray[np.float64], turn: int) -> float:
-    """How far a turn lies under the best, as a share of the curve's range."""
+    """Return the loss of a turn against the best, as a share of the curve's range."""
     return float((curve.max() - curve[turn]) / np.ptp(curve))
 
 
@@ -182,10 +183,11 @@ def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
 def compare_pictures(
     bakes: tuple[Transport, Transport], scenes: Path, work: Path, paths: int
 ) -> list[dict[str, Any]]:
-    """T's pictures against the rendered ones: colour, and error beyond all four pictures' noise.
+    """Compare T's pictures with the rendered ones: colour, and error beyond all noise.
 
     The error of one bake against one seed and that of the other bake against the other seed have
-    independent noise, so the mean of their product over all turns holds what both bakes have wrong.
+    independent noise, so the mean of their product over all turns contains the errors of both
+    bakes.
     """
     whole = bakes[0].face & (bakes[0].coverage > 0.999)
     rows = []
@@ -218,7 +220,7 @@ def compare_pictures(
 
 
 def _noise(between: NDArray[np.float64], curve: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Noise of the mean of two seeds' curves from their difference, as a share of the range."""
+    """Return the noise of two seeds' mean curve from their difference, as a share of the range."""
     square = np.mean(band_limited(between) ** 2, axis=-1)
     return np.asarray(np.sqrt(square) / 2 / np.ptp(curve, axis=-1))
 

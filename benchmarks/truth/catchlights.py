@@ -1,8 +1,8 @@
-"""Catchlights that the app tells of against those in path traced eyes.
+"""Catchlights reported by the app against those in path-traced eyes.
 
 Traces both eyes of the generic head with short hair, at the portrait's own scale, in twelve places
-at five turns each. The skin is a diffuse stand-in there: it only throws a little light on the iris.
-Resumes where it stopped.
+at five turns each. The skin is a diffuse stand-in: it only reflects a little light onto the iris.
+An interrupted run resumes.
 
     python -m benchmarks.truth.catchlights --places FOLDER [--work FOLDER]
 """
@@ -37,25 +37,25 @@ Bools: TypeAlias = NDArray[np.bool_]
 TURNS: Final = 5
 SAMPLES: Final = 512
 PASSES: Final = 8
-"""With one alone, counts of two seeds agree in 82 % of the pairs only."""
+"""With one alone, counts of two seeds agree in only 82 % of the pairs."""
 FINE: Final = (1024, 2048)
 KEPT: Final = ROOT / "benchmarks" / "results" / "catchlight-eyes.npz"
 IRIS: Final = 0.0575
 """Radius of the iris in the mesh's colours, head units (10 cm)."""
 BRIGHTER: Final = 3.0
 LIMITS: Final = tuple(float(one) for one in np.linspace(2.6, 3.45, 12))
-"""Where the number depends on the limit by 15 %, the reference is not sure of it."""
+"""Limits of a catchlight: if the number changes within 15 %, the reference is unsure."""
 CLOCKED_PX: Final = 5.0
 HALF_AN_HOUR: Final = 0.5
 SKIN: Final = (0.60, 0.36, 0.25)
 ROWS: Final = (273, 305)
 COLUMNS: Final = ((233, 265), (375, 407))
-"""What is traced of the portrait: both irises, the sitter's right one first."""
+"""Traced parts of the portrait: both irises, the sitter's right one first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A catchlight: its eye ("right" or "left", the sitter's), place from the pupil, and light."""
+    """A catchlight: its eye ("right" or "left", the sitter's), offset from the pupil, and light."""
 
     eye: str
     down: float
@@ -75,7 +75,7 @@ class Spot:
 
 @dataclass(frozen=True, slots=True)
 class Iris:
-    """Where an iris is in the crop: its visible pixels, and the middle of the pupil."""
+    """An iris in the crop: its visible pixels, and the middle of the pupil."""
 
     eye: str
     shown: Bools
@@ -83,7 +83,7 @@ class Iris:
 
 
 def spots(grey: Float32, irises: tuple[Iris, ...], brighter: float = BRIGHTER) -> list[Spot]:
-    """Catchlights areas of 2 px that are 3 times the iris."""
+    """Return catchlights: areas of at least 2 px, 3 times as bright as the iris."""
     found, around = [], np.ones((3, 3))
     for iris in irises:
         bright = iris.shown & (grey >= brighter * np.median(grey[iris.shown]))
@@ -99,7 +99,7 @@ def spots(grey: Float32, irises: tuple[Iris, ...], brighter: float = BRIGHTER) -
 
 
 class Tracer:
-    """Mitsuba with the head's eyes in front of it."""
+    """Mitsuba with the head's eyes."""
 
     def __init__(self, work: Path) -> None:
         self.mi = select_variant("llvm")
@@ -128,7 +128,7 @@ class Tracer:
         }
 
     def picture(self, panorama: Float32, turn_deg: float) -> Float32:
-        """Luminance of both eyes, side by side."""
+        """Return the luminance of both eyes, side by side."""
         from benchmarks.truth.portrait_scene import environment
 
         light = environment(panorama, turn_deg, FINE)
@@ -144,7 +144,7 @@ class Tracer:
         return np.asarray(np.mean([eyes(first + 7000 * n) for n in range(PASSES)], axis=0))
 
     def irises(self) -> tuple[Iris, ...]:
-        """Pixels that show nothing but an eye near its foremost point; lashes do not count."""
+        """Return pixels that show only an eye near its foremost point; lashes do not count."""
         scene = self.mi.load_dict(self.bare)
         sub = (np.arange(4) + 0.5) / 4
         columns = np.concatenate([np.arange(*both) for both in COLUMNS])
@@ -166,7 +166,7 @@ class Tracer:
 
 
 def pairs(places: Path) -> list[tuple[str, float]]:
-    """Twelve places at five turns each, other turns in each place."""
+    """Return twelve places at five turns each, with other turns in each place."""
     names = sorted(file.name for file in places.glob("*.hdr"))
     return [
         (name, round((72.0 * k + 17.0 * n + 180) % 360 - 180, 1))
@@ -176,7 +176,7 @@ def pairs(places: Path) -> list[tuple[str, float]]:
 
 
 def trace(work: Path, places: Path) -> dict[str, Any]:
-    """Trace what is missing; give all pictures and the irises."""
+    """Trace missing pictures; return all pictures and the irises."""
     file = work / "eyes.npz"
     kept = dict(np.load(file)) if file.exists() else {}
     tracer = None
@@ -197,7 +197,7 @@ def trace(work: Path, places: Path) -> dict[str, Any]:
 
 
 def drawn(places: Path) -> dict[str, tuple[Float32, tuple[Catchlight, ...]]]:
-    """The app's own pictures of the same crops, and the catchlights that it tells of."""
+    """Return the app's own pictures of the same crops, and its catchlights."""
     known = load_portrait("generic", "medium", "short")
     assert known is not None
     out, light, lamps, last = {}, None, Findings(), ""
@@ -215,7 +215,7 @@ def drawn(places: Path) -> dict[str, tuple[Float32, tuple[Catchlight, ...]]]:
 
 
 def _matched(truth: list[Spot], ours: list[Spot]) -> list[tuple[Spot, Spot]]:
-    """Each spot of the truth with the nearest of ours that is not taken yet."""
+    """Match each true spot with the nearest remaining one of ours."""
     found, left = [], list(ours)
     for one in truth:
         same = [two for two in left if two.eye == one.eye]
@@ -241,7 +241,7 @@ def counts(found: list[Spot] | tuple[Catchlight, ...]) -> tuple[int, int]:
 
 
 def compare(traced: dict[str, Any], places: Path) -> dict[str, Any]:
-    """Hold what the app draws and tells against the traced eyes."""
+    """Compare the app's pictures and catchlights with the traced eyes."""
     irises = tuple(
         Iris(eye, shown, (float(down), float(across)))
         for eye, shown, (down, across) in zip(
@@ -269,7 +269,7 @@ def compare(traced: dict[str, Any], places: Path) -> dict[str, Any]:
 
 
 def _numbers(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """How often the number is right, and how often where the reference itself is sure of it."""
+    """Return how often the number is right, overall and where the reference is sure."""
     eyes = [(row, eye) for row in rows for eye in (0, 1)]
     right = [row["truth"][eye] == row["told"][eye] for row, eye in eyes]
     sure = np.array([len(row["possible"][eye]) == 1 for row, eye in eyes])
@@ -309,7 +309,7 @@ def keep(traced: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    """Trace, keep, compare, write; without a work folder, compare what is kept."""
+    """Trace, save, compare, write; without a work folder, compare saved ones."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--places", type=Path, required=True, help="twelve panoramas of Poly Haven, 1k"

@@ -1,7 +1,7 @@
 """Views from aside against stock Mitsuba: their pictures, and the best turn and yaw of a place.
 
-Used by `benchmarks/answers/nose_and_lens.py`. A head stands still; the camera walks around it, and
-the light is turned to the azimuth of the nose.
+Used by `benchmarks/answers/nose_and_lens.py`. A head is fixed; the camera moves around it, and the
+light is rotated to the azimuth of the nose.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ NOSES: Final = (8, 40)
 """Columns that the nose points to in the pictures: toward 45 deg, and away from there."""
 SEEDS: Final = 2
 SMALL: Final = 50  # pixels, of the pictures of the search
-BESIDE: Final = 2  # pixels, so that what is behind the outline is known
+BESIDE: Final = 2  # pixels, so that the area behind the outline is known
 FINE: Final = brute_force.FINE
 YAW_STEP: Final = 15.0
 GIVEN_UP: Final = 0.02
-AGAIN: Final = 24  # seeds, of pairs that are held against each other once more
+AGAIN: Final = 24  # seeds, for pairs that are compared once more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
-    """The head as the program knows it, from the front and from aside."""
+    """The program's head, from the front and from aside."""
 
     pack: StylePack
     front: Transport = field(repr=False)
@@ -63,11 +63,11 @@ class Head:
 
     @property
     def yaws(self) -> tuple[float, ...]:
-        """All yaws there are views at, deg."""
+        """All yaws with views, deg."""
         return self.views.yaws
 
     def seen_at(self, yaw_deg: float) -> tuple[Transport, Float64, Float64]:
-        """What a yaw looks like: transport, (S, P) targets, (P,) region."""
+        """Return transport, targets (S, P) and region (P,) at a yaw."""
         if not yaw_deg:
             flat = self.pack.targets.reshape(len(self.pack.styles), -1, 3)[:, self.front.pixels]
             grey = luminance(flat.astype(np.float64))
@@ -84,7 +84,7 @@ def load_head() -> Head:
 
 
 def light_of(scenes: Path, place: str) -> NDArray[np.float32]:
-    """A place's light on 64 x 32 texels, mean radiance 1."""
+    """Return a place's light on 64 x 32 texels, mean radiance 1."""
     return read_light(scenes / f"{place}_1k.hdr")
 
 
@@ -97,7 +97,7 @@ def render_picture(
     seed: int,
     part: tuple[slice, slice] | None = None,
 ) -> NDArray[np.float32]:
-    """The head by stock Mitsuba, its nose at a column of the light, the lens beside it."""
+    """Render the head by stock Mitsuba, its nose at a column of the light, the lens beside it."""
     head, _ = generic_head()
     camera, turned = frame_head(head, size, yaw), rotate(light, nose)
     return stock_picture(head, camera, "medium", turned, paths, seed, FINE, part=part)
@@ -107,9 +107,9 @@ def render_picture(
 
 
 def compare_pictures(scenes: Path, work: Path, paths: int, noses: int) -> dict[str, Any]:
-    """Pictures of views against renders, each with two seeds, rendered where they are missing.
+    """Compare pictures of views with renders, two seeds each, rendering missing ones.
 
-    More seeds count where they are kept: noise may hide whether a picture is right.
+    All saved seeds count: noise may hide whether a picture is right.
     """
     head, rows = load_head(), []
     select_variant("llvm")
@@ -127,7 +127,7 @@ def compare_pictures(scenes: Path, work: Path, paths: int, noses: int) -> dict[s
                     made = kept(file, make)
                     renders.append(made.reshape(-1, 3).astype(np.float64))
                 view = head.views.at(yaw, head.pack.styles).transport
-                # At the outline stock Mitsuba shows what is behind the head.
+                # At the outline stock Mitsuba shows the background behind the head.
                 whole = view.face & (view.coverage > 0.999)
                 ours = render(view, seen)[whole].astype(np.float64)
                 theirs = np.stack([each[view.pixels][whole] for each in renders])
@@ -139,20 +139,21 @@ def compare_pictures(scenes: Path, work: Path, paths: int, noses: int) -> dict[s
 
 
 def apart(ours: Float64, theirs: Float64) -> dict[str, Any]:
-    """How far a picture is from renders of the same, beyond their noise.
+    """Return the difference of a picture from renders, beyond their noise.
 
     Args:
         ours: (P, 3) float64. Linear, of whole pixels of the head.
-        theirs: (n, P, 3) float64. Renders with seeds of their own.
+        theirs: (n, P, 3) float64. Renders with different seeds.
 
     Returns:
         ``ratio``: mean colour over the renders', by channel; ``square``: mean square difference
-        over mean square, free of the renders' noise, which may come out below 0; ``rmse`` and
-        ``rmse_of_mean``: its root, relative to RMS and to mean; ``noise``: of one render.
+        over mean square, free of the renders' noise, possibly below 0; ``rmse`` and
+        ``rmse_of_mean``:
+        its root, relative to RMS and to mean; ``noise``: of one render.
     """
 
     def free_of_noise(values: Float64) -> Float64:
-        """Mean of the products of all pairs: noise of two renders has nothing in common."""
+        """Return the mean of the products of all pairs: noise of two renders is independent."""
         pairs = len(values) * (len(values) - 1)
         return np.asarray((values.sum(0) ** 2 - (values**2).sum(0)) / pairs)
 
@@ -173,7 +174,7 @@ def apart(ours: Float64, theirs: Float64) -> dict[str, Any]:
 
 
 def over_pictures(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """All pictures of a place together, where noise hides less than in one."""
+    """Combine all pictures of a place, where noise hides less than in one."""
     found: dict[str, Any] = {}
     for place in ("all", *PLACES):
         some = [row for row in rows if place in ("all", row["place"])]
@@ -196,7 +197,7 @@ def over_pictures(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def halved(view: Transport) -> Transport:
-    """The same view with half the pixels along each side, each the mean of four."""
+    """Return the same view with half the pixels along each side, each the mean of four."""
     size = view.size // 2
     where = _block(view)
     pixels = np.unique(where).astype(np.int32)
@@ -211,24 +212,24 @@ def halved(view: Transport) -> Transport:
 
 
 def _block(view: Transport) -> NDArray[np.intp]:
-    """(P,) pixel of the smaller picture that each pixel is a part of."""
+    """Return the pixel of the smaller picture that contains each pixel, (P,)."""
     size = view.size
     return np.asarray(view.pixels // size // 2 * (size // 2) + view.pixels % size // 2, np.intp)
 
 
 def _sums(where: NDArray[np.intp], values: NDArray[Any]) -> Float64:
-    """(n, p) sums of (n, P) values over the pixels of each block."""
+    """Return sums of (n, P) values over the pixels of each block, (n, p)."""
     rows = np.unique(where, return_inverse=True)[1]
     return np.stack([np.bincount(rows, weights=each) for each in values])
 
 
 def search_files(work: Path, place: str, paths: int, yaw: float, seed: int) -> list[Path]:
-    """Where the renders of a place from one side are kept, by column of the nose."""
+    """Return the files of a place's renders from one side, by column of the nose."""
     return [work / f"search-{place}-{paths}-{yaw:g}-{k:02d}-{seed}.npy" for k in range(TURNS)]
 
 
 def render_search(scenes: Path, work: Path, paths: int) -> None:
-    """Render what is missing, place by place, so that those that are done can be compared."""
+    """Render missing pictures, place by place, so that finished ones can be compared."""
     select_variant("llvm")
     head = load_head()
     parts = [face_part(head, yaw) for yaw in head.yaws]
@@ -243,7 +244,7 @@ def render_search(scenes: Path, work: Path, paths: int) -> None:
 
 
 def face_part(head: Head, yaw: float) -> tuple[slice, slice]:
-    """Rows and columns that match looks at, in the small pictures, with what is right beside."""
+    """Return rows and columns for match in the small pictures, with a margin."""
     view, _, region = head.seen_at(yaw)
     small = halved(view)
     judged = np.zeros((SMALL, SMALL))
@@ -261,12 +262,12 @@ class Matches:
     """Match of some styles by yaw and azimuth of the nose.
 
     Attributes:
-        ours: (Y, S, 64) float64. As the program searches it.
+        ours: (Y, S, 64) float64. From the program's search.
         own: (Y, S, 64) float64. Of the program's own pictures, at the size of the renders.
         theirs: (Y, S, 64) float64. Of the renders, free of the bias of noise.
         seeds: (2, Y, S, 64) float64. The same of each seed alone.
-        counts: (Y, S) bool. Yaws at which enough of the style's areas is seen.
-        answers: What the program answers for each style: position of the yaw, turn of the nose.
+        counts: (Y, S) bool. Yaws at which enough of the style's areas is visible.
+        answers: The program's answer for each style: index of the yaw, turn of the nose.
     """
 
     yaws: tuple[float, ...]
@@ -280,7 +281,7 @@ class Matches:
 
 
 def matches(scenes: Path, work: Path, paths: int, place: str, head: Head) -> Matches:
-    """Measure a place whose renders are all there."""
+    """Measure a place whose renders are complete."""
     light = as_placed(light_of(scenes, place), FINE[0])
     chosen = [head.pack.index(name) for name in STYLES]
     seen, tables = head.pack.project(light), tables_of(head)
@@ -305,13 +306,13 @@ def matches(scenes: Path, work: Path, paths: int, place: str, head: Head) -> Mat
 
 
 def tables_of(head: Head) -> list[ViewTables]:
-    """What the search needs of all views of a head."""
+    """Return the search tables of all views of a head."""
     pack, views = head.pack, head.views
     return [view_tables(pack, views.at(yaw, pack.styles), views.shape) for yaw in views.parts]
 
 
 def seen_styles(pack: StylePack, tables: list[ViewTables], yaws: tuple[float, ...]) -> Bools:
-    """(Y, S) whether enough of each style's areas is seen at each yaw."""
+    """Return whether enough of each style's areas is visible at each yaw, (Y, S)."""
     twins = [mirror_index(pack.styles, style) for style in pack.styles]
     rows = [row if twin is None else twin for row, twin in enumerate(twins)]
     counts = {0.0: np.ones(len(pack.styles), bool)}
@@ -323,7 +324,7 @@ def seen_styles(pack: StylePack, tables: list[ViewTables], yaws: tuple[float, ..
 def _rendered(
     head: Head, yaw: float, light: NDArray[np.float32], files: list[list[Path]]
 ) -> tuple[Float64, Float64, Float64]:
-    """(S, 64) match of the program's own pictures and of the renders; (2, S, 64) of each seed."""
+    """Return match of the program's pictures and the renders, (S, 64), and per seed (2, S, 64)."""
     view, targets, region = head.seen_at(yaw)
     small, where = halved(view), _block(view)
     chosen = [head.pack.index(name) for name in STYLES]
@@ -347,7 +348,7 @@ def _rendered(
 
 
 def compare_search(scenes: Path, work: Path, paths: int) -> dict[str, Any]:
-    """The program's best turn and yaw against the best of the renders, place by place."""
+    """Compare the program's best turn and yaw with the best of the renders, place by place."""
     head, rows = load_head(), []
     for place in PLACES:
         if all(
@@ -374,7 +375,7 @@ def compare_search(scenes: Path, work: Path, paths: int) -> dict[str, Any]:
 
 
 def _pairs(place: str, found: Matches) -> Iterator[dict[str, Any]]:
-    """Each style of a place, by match alone and by the program's rule."""
+    """Yield each style of a place, by match alone and by the program's rule."""
     for row, style in enumerate(STYLES):
         ours, theirs, seeds = found.ours[:, row], found.theirs[:, row], found.seeds[:, :, row]
         is_open = np.repeat(found.counts[:, row, None], TURNS, axis=1)
@@ -400,7 +401,7 @@ def _pairs(place: str, found: Matches) -> Iterator[dict[str, Any]]:
 
 
 def _by_rule(front: StyleMeasures, row: int, match: Float64, is_open: Bools) -> Bools:
-    """(Y, 64) pairs that the program's rule lets a match choose from: those of the best grade."""
+    """Return the pairs of the best grade, among which the program's rule chooses, (Y, 64)."""
     found, grades = np.zeros_like(is_open), []
     for yaw, some in enumerate(is_open):
         measured = replace(front[row], match=match[yaw], contrast=np.ones(TURNS))
@@ -418,7 +419,7 @@ def _pair(
     allowed: Bools,
     span: float,
 ) -> dict[str, Any]:
-    """Hold a pair of yaw and nose against the best that the renders allow."""
+    """Compare a pair of yaw and nose with the best permitted pair of the renders."""
     best = _best(theirs, allowed)
     steps = abs(short_way(chosen[1] - best[1])), abs(yaws[chosen[0]] - yaws[best[0]]) / YAW_STEP
     crossed = [other[_best(one, allowed)] - other[chosen] for one, other in (seeds, seeds[::-1])]
@@ -436,9 +437,9 @@ def _pair(
 def again(
     scenes: Path, work: Path, paths: int, place: str, style: str, pair: dict[str, Any]
 ) -> dict[str, Any]:
-    """The same for the two pairs alone, with so many seeds that noise no longer decides.
+    """Compare the two pairs alone, with enough seeds that noise no longer decides.
 
-    The largest of 448 matches that are noisy is larger than its truth, by about their noise.
+    The largest of 448 noisy matches exceeds its true value by about their noise.
     """
     select_variant("llvm")
     head, light, matches = load_head(), light_of(scenes, place), []
@@ -473,18 +474,18 @@ def again(
 
 
 def short_way(steps: int) -> int:
-    """Steps of the nose the short way round."""
+    """Return the steps of the nose by the shorter way."""
     return (steps + TURNS // 2) % TURNS - TURNS // 2
 
 
 def _best(match: Float64, allowed: Bools) -> tuple[int, int]:
-    """Where the largest match lies that is allowed: yaw, nose."""
+    """Return the yaw and nose of the largest permitted match."""
     at = int(np.where(allowed, match, -np.inf).argmax())
     return at // TURNS, at % TURNS
 
 
 def over_pairs(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """How many pairs meet the bar, and the worst of them."""
+    """Return the number of pairs that meet the target, and the worst of them."""
     return {
         kind: {
             "pairs": len(rows),

@@ -1,9 +1,9 @@
 """Lamps near the head: the near field from T against a path-traced picture of the same lamp.
 
 Follows light from every other pixel of the face (as on a chessboard) through the skin to lamps of
-their true size at their true place, with two seeds, about ten minutes of one processor; it resumes
-after a stop. Then compares the pictures of `core.second_light.added_light` with them, writes
-the result as JSON, and the pictures, small, for tests.
+their true size at their true position, with two seeds, about ten minutes of one processor; an
+interrupted run resumes. Then compares the pictures of `core.second_light.added_light` with them,
+and writes the result as JSON, and small pictures for tests.
 
     python benchmarks/truth/near_field.py --work FOLDER [-o FILE.json]
 """
@@ -70,7 +70,7 @@ KEPT = ROOT / "tests" / "data" / "near-field.npz"
 
 
 def cases() -> Iterator[tuple[NumbersLamp, str, float, float]]:
-    """Every lamp at every distance in every place: lamp, name of the place, azimuth, altitude."""
+    """Yield every lamp at every distance and position: lamp, name, azimuth, altitude."""
     for kind in LAMPS:
         for metres in DISTANCES_M:
             for name, (azimuth, altitude) in PLACES.items():
@@ -81,7 +81,7 @@ class HeldLamps:
     """Flat lamps that face the middle of the head, as columns of light; see `Columns`.
 
     Args:
-        middle: (3,) float. Of the head, scene units.
+        middle: (3,) float. Middle of the head, scene units.
         eye_point: (3,) float. Midway between the eyes, scene units.
     """
 
@@ -110,7 +110,7 @@ class HeldLamps:
         return len(self._seen)
 
     def directions(self) -> Float32:
-        """From between the eyes, (count, 3) float32, unit."""
+        """Unit directions from between the eyes, (count, 3) float32."""
         return self._seen
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
@@ -128,7 +128,7 @@ class HeldLamps:
 
 
 def render_all(work: Path, pixels: NDArray[np.int32]) -> Float32:
-    """Luminance under every lamp by both seeds, (seeds, pixels, lamps), cd/m2."""
+    """Return the luminance under every lamp by both seeds, (seeds, pixels, lamps), cd/m2."""
     select_variant("llvm")
     head, camera = generic_head()
     skin = find_skin("medium")
@@ -158,7 +158,7 @@ def render_all(work: Path, pixels: NDArray[np.int32]) -> Float32:
 def _light(
     scene: Any, tables: SceneTables, points: Points, lamps: HeldLamps, shelf: BakeCache, seed: int
 ) -> tuple[list[Float32], Float32]:
-    """What enters the skin at each point, per channel (V, lamps); and how its slant counts."""
+    """Return the light entering the skin at each point, per channel (V, lamps), and its lean."""
     some = np.arange(0, tables.picture**2, 7, dtype=np.int32)
 
     def profile() -> Float32:
@@ -177,7 +177,7 @@ def _skin(
     pixels: NDArray[np.int32],
     seed: int,
 ) -> Float32:
-    """Light that comes out of the skin in some pixels, (n, lamps, 3)."""
+    """Return the light leaving the skin in some pixels, (n, lamps, 3)."""
     gathered = trace_pixels(tables, pixels, PATHS, seed)
     used = np.flatnonzero(gathered.share.any(axis=(0, 2)))
     share, lean = gathered.share[:, used], gathered.lean[:, used]
@@ -192,30 +192,30 @@ def _skin(
 
 
 def chessboard(transport: Transport) -> NDArray[np.bool_]:
-    """Which of a transport's pixels are compared, (P,): every other one of the face."""
+    """Return the compared pixels of a transport, (P,): every other one of the face."""
     row, column = np.divmod(transport.pixels, transport.size)
     chosen: NDArray[np.bool_] = transport.face & ((row + column) % 2 == 0)
     return chosen
 
 
 def error(picture: Float64, truth: Float64) -> tuple[float, float]:
-    """Relative RMSE after the best common scale, in per cent, and that scale."""
+    """Return the relative RMSE after the best common scale, per cent, and that scale."""
     scale = float(picture @ truth) / max(float(picture @ picture), 1e-30)
     away = float(np.linalg.norm(scale * picture - truth) / np.linalg.norm(truth))
     return 100.0 * away, scale
 
 
 def noise(truth: Float64) -> float:
-    """Relative noise of the mean of two renders, in per cent."""
+    """Return the relative noise of the mean of two renders, per cent."""
     one, two = truth
     return 100.0 * float(0.5 * np.linalg.norm(one - two) / np.linalg.norm(truth.mean(axis=0)))
 
 
 def compare(transport: Transport, truth: Float32) -> list[dict[str, object]]:
-    """One row for each lamp, distance and place."""
+    """Return one row for each lamp, distance and position."""
     chosen = chessboard(transport)
     near = prepare_near(transport, load_shape_of(transport, "generic"))
-    # All skin where the middle of the head is: light from everywhere alike, as from afar.
+    # All skin at the middle of the head: light from the same direction everywhere, as from afar.
     at_middle = replace(near, positions=np.zeros_like(near.positions))
     weights = np.asarray(transport.header.luminance_weights)
     rows: list[dict[str, object]] = []
@@ -241,7 +241,7 @@ def compare(transport: Transport, truth: Float32) -> list[dict[str, object]]:
 
 
 def keep_pictures(path: Path, transport: Transport, truth: Float32) -> None:
-    """Store the mean of both renders as shares of its brightest pixel, for tests."""
+    """Store the mean of both renders relative to its brightest pixel, for tests."""
     mean = truth.mean(axis=0)
     bright = mean.max(axis=0)
     arrays = {
@@ -259,7 +259,7 @@ def keep_pictures(path: Path, transport: Transport, truth: Float32) -> None:
 
 
 def main() -> None:
-    """Render what is missing, compare, and write the result."""
+    """Render missing pictures, compare, and write the result."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--work", type=Path, required=True, help="where renders are kept")
     parser.add_argument(

@@ -1,8 +1,8 @@
 """The light at the skin in the place, checked once against stock Mitsuba.
 
-Under an overcast sky of radiance 1, all surfaces matt and of one colour each, chance alone finds
-the light, so that ``volpathmis`` can render the sitter with scattering skin inside the place: all
-bounces between walls, clothes and skin are its own. Ours is made as `truth_in_place.py` makes it.
+Under an overcast sky of radiance 1, with all surfaces matt and of one colour each, random paths are
+enough to find the light, so that ``volpathmis`` can render the sitter with scattering skin inside
+the place, with all bounces between walls, clothes and skin. Ours is made as in `truth_in_place.py`.
 
     python benchmarks/truth/place_check.py --work FOLDER [-o FILE.json]
 """
@@ -39,7 +39,7 @@ Float64 = NDArray[np.float64]
 
 
 def overcast() -> Any:
-    """Return the kind of world that is matt, of plain colours, under a sky of radiance 1."""
+    """Return a matt world of plain colours, under a sky of radiance 1."""
     from scenes.demo_location.assemble import World
     from scenes.demo_location.tracer import Lights
 
@@ -61,7 +61,7 @@ def overcast() -> Any:
         def _lights(self) -> Lights:
             self.surfaces.glow[:] = 0.0
             none = (np.array([0.0, 1.0, 0.0]), 1.0, np.zeros(3))
-            # A lamp that is as good as dark: there has to be one to choose from.
+            # A practically dark lamp: there must be one to sample.
             return Lights(
                 np.ones((64, 128, 3), np.float32), none, [(np.zeros(3), 0.01, np.full(3, 1e-12))]
             )
@@ -70,7 +70,7 @@ def overcast() -> Any:
 
 
 def stock_world(sitting: Sitting) -> dict[str, Any]:
-    """Everything but the head as stock Mitsuba takes it, in the head's frame, and the sky."""
+    """Return everything but the head for stock Mitsuba, in the head's frame, and the sky."""
     import drjit as dr
     import mitsuba as mi
 
@@ -115,7 +115,7 @@ def theirs(sitting: Sitting, seed: int) -> Float32:
 
 
 def ours(sitting: Sitting, head: Portrait, seed: int) -> Float32:
-    """Return the same as the truth in the place is made, (P, 3)."""
+    """Return the same by the method of the truth in the place, (P, 3)."""
     from benchmarks.truth.place_light import through_skin
 
     front = np.flatnonzero(head.points.normals[:, 2] > -0.3)

@@ -1,9 +1,9 @@
-"""How the head looks in the demo location itself: light that is near, bounces, and is blocked.
+"""The head in the demo location itself: with near light, bounces and occlusion.
 
-A panorama says what light comes to one point from far away. Here every point of the skin gets its
-own: rays start at the skin, inside the modelled place, with the sitter's body standing in it.
-What the skin makes of it is what baking found (`app.core.baking`): the share of its light that
-each pixel takes from each point, and the surface's own reflection.
+A panorama describes the light at one point from far away. Here every point of the skin gets its own
+light: rays start at the skin, inside the modelled place, with the sitter's body in it. The response
+of the skin comes from the bake (`app.core.baking`): the share of each point's light in each pixel,
+and the surface's own reflection.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ if TYPE_CHECKING:
 __all__ = ["CAFE", "SPOTS", "Portrait", "Sitting", "Spot", "portrait", "through_skin"]
 
 Float32 = NDArray[np.float32]
-METRES: Final = 0.1  # in one unit of the head's scene
-_OFFSET: Final = 1e-4  # metres above the skin, as baking has it
+METRES: Final = 0.1  # metres per unit of the head's scene
+_OFFSET: Final = 1e-4  # metres above the skin, as in the bake
 _GUIDED: Final = 0.6  # of the rays indoors go through openings
 _LANES: Final = 1 << 19
 _PARTS: Final = 12  # channels by (light, and its three moments of direction)
 _FAR: Final = 1e6
-_BATCH: Final = 96  # pixels that are followed at once
+_BATCH: Final = 96  # pixels traced at once
 
 
 @dataclass(frozen=True, slots=True)
 class Portrait:
-    """The head's scene and what baking knows of its skin, for any light.
+    """The head's scene and the bake's data about its skin, for any light.
 
     Attributes:
         pixels: (P,) int32. Flat row-major numbers of the pixels that show the head.
@@ -65,7 +65,7 @@ class Portrait:
 
 
 def portrait(pixels: NDArray[np.int32], seed: int = 3) -> Portrait:
-    """Prepare the generic head with medium skin, seen on the given pixels of 100 x 100."""
+    """Prepare the generic head with medium skin, for the given pixels of 100 x 100."""
     head, camera = generic_head()
     skin = find_skin("medium")
     scene = build_scene(head, skin, camera)
@@ -79,10 +79,10 @@ def portrait(pixels: NDArray[np.int32], seed: int = 3) -> Portrait:
 
 
 class Sitting:
-    """The sitter at a spot of the demo location, and the light that arrives at each point.
+    """The sitter at a spot of the demo location, and the light at each point.
 
     Args:
-        kind: How the place is built and lit.
+        kind: Construction and lighting of the place.
     """
 
     def __init__(self, spot: Spot, kind: type[World] = World) -> None:
@@ -97,23 +97,23 @@ class Sitting:
 
     @property
     def surroundings(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """All but the head: vertices in the head's frame and unit, (V, 3), and faces, (M, 3)."""
+        """Return all but the head: vertices in the head's frame and unit, (V, 3), faces, (M, 3)."""
         world = self._world
         places = (world.v.astype(np.float64) - self._at) @ self._rotation / METRES + self._ears
         return places, np.asarray(world.f[: self._head_from], np.int64)
 
     @property
     def rotation(self) -> NDArray[np.float64]:
-        """From the head's axes to the world's."""
+        """Return the rotation from the head's axes to the world's."""
         return self._rotation
 
     @property
     def world(self) -> World:
-        """The place with the sitter in it."""
+        """Return the place with the sitter in it."""
         return self._world
 
     def turn(self, degrees: float) -> None:
-        """Let the sitter face an azimuth."""
+        """Turn the sitter to an azimuth."""
         self._world.turn(degrees, (float(self._at[0]), float(self._at[2])))
         a = np.radians(degrees)
         self._rotation = np.array(
@@ -123,7 +123,7 @@ class Sitting:
     def entering(
         self, portrait: Portrait, chosen: NDArray[np.int64], samples: int, seed: int
     ) -> Float32:
-        """Light that enters the skin at some points, and its moments of direction.
+        """Return the light entering the skin at some points, with its moments of direction.
 
         Returns:
             (n, 3, 4) float32. By channel: the integral of L g(mu), then of L g(mu) times the
@@ -140,7 +140,7 @@ class Sitting:
         return out
 
     def reflected(self, portrait: Portrait, samples: int, seed: int) -> Float32:
-        """What the surface itself reflects into each pixel, (P, 3) linear radiance."""
+        """Return the surface's own reflection in each pixel, (P, 3) linear radiance."""
         step = max(1, _LANES // samples)
         return np.concatenate(
             [
@@ -216,7 +216,7 @@ class Sitting:
         return np.asarray(colours.mean(axis=1), np.float32)
 
     def _lamp(self, p: Any, n: Any) -> tuple[Any, Any]:
-        """A direction to one of the ball lamps, and radiance by density."""
+        """Return a direction to one of the ball lamps, and radiance over density."""
         pick, u = self._sampler.next_1d(), self._sampler.next_2d()
         way, far, density, glow = self._world.lights.sample_lamp(p, n, pick, u)
         useful = (density > 0) & (dr.dot(way, n) > 0)
@@ -230,7 +230,7 @@ class Sitting:
         return way, dr.select(blocked, 0, lights.sun_radiance / lights.sun_density)
 
     def _else(self, p: Any, n: Any) -> tuple[Any, Any]:
-        """Any direction, and what comes from there but sun and ball lamps, by density."""
+        """Return any direction, and its light without sun and ball lamps, over density."""
         portals, sampler = self._world.portals, self._sampler
         room, shares = portals.inside(p), portals.shares(p, n)
         through = room & (sampler.next_1d() < _GUIDED)
@@ -246,9 +246,9 @@ class Sitting:
         return way, dr.select(useful, light / density, 0)
 
     def _along(self, p: Any, way: Any, useful: Any) -> Any:
-        """Radiance along a ray, without the sun's disc, the ball lamps and the head itself.
+        """Return radiance along a ray, without the sun's disc, the ball lamps and the head itself.
 
-        Light that the head sends to itself is followed by `trace_pixels`.
+        Light from the head to itself is traced by `trace_pixels`.
         """
         world, ray = self._world, mi.Ray3f(p, way)
         first = world.surfaces.meet(ray, mi.Point2f(0.5), False, useful)
@@ -272,7 +272,7 @@ class Sitting:
 
 
 def through_skin(portrait: Portrait, entering: Float32, paths: int, seed: int) -> Float32:
-    """Pictures of light that enters the skin as given.
+    """Return pictures for given light entering the skin.
 
     Args:
         entering: (V, 3, 4, K) float32. From `Sitting.entering`, for K lights.
@@ -298,7 +298,7 @@ def through_skin(portrait: Portrait, entering: Float32, paths: int, seed: int) -
 
 
 def _middle_of(head: HeadMesh, parts: dict[str, Any]) -> NDArray[np.float64]:
-    """The point of the head's scene that stands over the spot at the probe's height."""
+    """Return the point of the head's scene above the spot at the probe's height."""
     placed = np.asarray(parts["skin"].v) - [0, EYE_HEIGHT, 0]
     middle = np.median(head.skin.vertices - placed / METRES, axis=0)
     if np.abs(head.skin.vertices - placed / METRES - middle).max() > 1e-3:

@@ -1,8 +1,8 @@
 """Pictures for benchmarks/truth-in-place.md.
 
-Rows of portraits: what a style asks for, how she looks at the offered turn under distant light as
-the program draws it, and how she looks there in the modelled place. And where the two objectives
-differ most: what was asked for, and the place's pictures at either turn.
+Rows of portraits: a style's target, the sitter at the offered turn under distant light as the
+program draws her, and in the modelled place. And for the largest differences of the two objectives:
+the target, and the place's pictures at either turn.
 
     python benchmarks/truth/place_sheets.py --work FOLDER
 """
@@ -57,7 +57,7 @@ class Album:
     """Pictures of the sitter in the place and under distant light.
 
     Args:
-        work: Where `truth_in_place.py` worked.
+        work: Work folder of `truth_in_place.py`.
     """
 
     def __init__(self, work: Path) -> None:
@@ -66,33 +66,33 @@ class Album:
         self._work = work
 
     def there(self, place: str, turn_deg: float) -> Picture:
-        """In the modelled place, (100, 100, 3)."""
+        """Return the picture in the modelled place, (100, 100, 3)."""
         file = pictures_file(self._work, place, ROUNDS[int(place[-1]) - 1])
         first = round(turn_deg / 360 * TURNS) % TURNS * SEEDS
         seen = np.load(file, mmap_mode="r")[first : first + SEEDS].mean(axis=0)
         return to_image(self.transport, np.asarray(seen, np.float32))
 
     def distant(self, place: str, turn_deg: float) -> Picture:
-        """Under light from far away, as the program draws it."""
+        """Return the picture under distant light, as the program draws it."""
         turned = rotate(light_at(place), round(turn_deg / 360 * TURNS))
         return to_image(self.transport, render(self.transport, turned))
 
     def target(self, style: str) -> Picture:
-        """What the style asks for."""
+        """Return the style's target."""
         return np.asarray(self.pack.target(style), np.float32)
 
     def title(self, style: str) -> str:
-        """A style's name on screen."""
+        """Return a style's name on screen."""
         found = next(one for one in self.pack.styles if one.name == style)
         return f"{found.title}, {found.side}" if found.side != "none" else found.title
 
     def column(self, parts: Sequence[Picture]) -> list[Picture]:
-        """Pictures ready to be put on a sheet."""
+        """Prepare pictures for a sheet."""
         return [portrait(one, self.coverage, (SIDE * SCALE, SIDE * SCALE)) for one in parts]
 
 
 def draw(columns: list[tuple[str, str, list[Picture]]], rows: Sequence[str], file: Path) -> None:
-    """Write a sheet: a column of pictures for each style, with two lines of words above."""
+    """Write a sheet: a column of pictures for each style, with two lines of text above."""
     margin = 116
     width = margin + len(columns) * (SIDE + GAP) + GAP
     canvas = Page(width, TOP + LABEL + len(rows) * (SIDE + GAP), Dark.BG)
@@ -112,7 +112,7 @@ def draw(columns: list[tuple[str, str, list[Picture]]], rows: Sequence[str], fil
 
 
 def truth_sheet(album: Album, spots: list[dict[str, Any]], file: Path) -> None:
-    """Draw what was asked for, what the program shows, and what is there."""
+    """Draw targets, the program's pictures, and those in the place."""
     columns = []
     for place, style in SHOWN:
         turn = next(

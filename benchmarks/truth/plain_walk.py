@@ -24,9 +24,9 @@ def trace_plainly(
     seed: int,
     environment: tuple[int, int],
 ) -> Float32:
-    """Transport of some pixels by plain backward path tracing: unbiased, and noisy.
+    """Return the transport of some pixels by plain backward path tracing: unbiased, and noisy.
 
-    The paths are those of `trace_pixels`; each adds its weight to the texel it escapes to.
+    The paths are those of `trace_pixels`; each adds its weight to the texel of its escape.
 
     Returns:
         (n, H * W, 3) float32.
@@ -41,13 +41,13 @@ def trace_plainly(
 
 @dataclass(frozen=True, slots=True)
 class Strays:
-    """Adds paths to the texel that they escape to."""
+    """Adds paths to the texels of their escape."""
 
     environment: tuple[int, int]
     tally: Tally
 
     def on_hit(self, at: Meeting) -> None:
-        """Nothing to note."""
+        """Do nothing."""
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
         """See `Finder.escaped`."""
@@ -57,7 +57,7 @@ class Strays:
 
 
 def _texel_of(direction: Any, environment: tuple[int, int]) -> Any:
-    """Texel that a direction in the head frame belongs to, at turn 0."""
+    """Return the texel of a direction in the head frame, at turn 0."""
     import drjit as dr
     import mitsuba as mi
 

@@ -31,7 +31,7 @@ class Crop:
 
 
 def framed_head() -> tuple[HeadMesh, Frame, Camera]:
-    """The generic head, the frame of its portrait, and the same camera as Mitsuba has it."""
+    """Return the generic head, the frame of its portrait, and the same camera for Mitsuba."""
     head, _ = generic_head()
     assert head.eyes is not None
     assert head.eyes.colours is not None
@@ -46,7 +46,7 @@ def framed_head() -> tuple[HeadMesh, Frame, Camera]:
 
 
 def cropped(camera: Camera, crop: Crop) -> dict[str, Any]:
-    """The portrait's camera, showing a part of its picture."""
+    """Return the portrait's camera for a part of its picture."""
     found = sensor(camera)
     found["film"] |= {
         "crop_offset_x": crop.column,
@@ -58,13 +58,13 @@ def cropped(camera: Camera, crop: Crop) -> dict[str, Any]:
 
 
 def details(folder: Path, hair: str = "hair-short") -> dict[str, Any]:
-    """Hair, brows, lashes and collar of the generic head."""
+    """Return hair, brows, lashes and collar of the generic head."""
     folder.mkdir(parents=True, exist_ok=True)
     return mitsuba_shapes("generic", hair, folder=folder)
 
 
 def surroundings(panorama: Float32, turn_deg: float, fine: tuple[int, int] = FINE) -> Float32:
-    """A place as the sitter sees it who faces `turn_deg`, so fine that Mitsuba's rows agree.
+    """Return a place as seen by a sitter facing `turn_deg`, fine enough for Mitsuba's rows.
 
     Mitsuba places row i at i / (H - 1) of the height; see `benchmarks.truth.stock.FINE`.
     """
@@ -74,5 +74,5 @@ def surroundings(panorama: Float32, turn_deg: float, fine: tuple[int, int] = FIN
 
 
 def environment(panorama: Float32, turn_deg: float, fine: tuple[int, int] = FINE) -> dict[str, Any]:
-    """The place as a light of a scene."""
+    """Return the place as a light of a scene."""
     return {"type": "envmap", "bitmap": mi.Bitmap(surroundings(panorama, turn_deg, fine))}

@@ -1,8 +1,8 @@
 """Hard sun on the portrait's bald head against the product form with all points of the skin.
 
-Twelve suns of 0.53 deg in front of the head. The reference follows the bake's own walk from some
-of the portrait's pixels, and shoots rays to 64 points of each sun: nothing of it is of low rank.
-It is checked itself under a lamp of 8 deg against stock Mitsuba (`check`).
+Twelve suns of 0.53 deg in front of the head. The reference traces the bake's own walk from some of
+the portrait's pixels, and rays to 64 points of each sun: it has no low-rank part. It is checked
+itself under a lamp of 8 deg against stock Mitsuba (`check`).
 
     python -m benchmarks.truth.portrait_sun sun|check --work FOLDER
                                                                 [-o FILE.json]
@@ -50,7 +50,7 @@ STOCK_SAMPLES: Final = 8192
 
 
 def suns(diameter_deg: float) -> list[StyleLamp]:
-    """Directions spread over the half of the sphere in front of the face."""
+    """Return directions spread over the half of the sphere in front of the face."""
     found, golden = [], math.pi * (3 - math.sqrt(5))
     for number in range(SUNS):
         ahead = (number + 0.5) / SUNS
@@ -63,18 +63,18 @@ def suns(diameter_deg: float) -> list[StyleLamp]:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """What some pixels show under each lamp, by two independent seeds: (2, n, lamps, 3)."""
+    """Pixels under each lamp, by two independent seeds: (2, n, lamps, 3)."""
 
     pixels: NDArray[np.int32]
     values: Float32
     lit: NDArray[np.bool_]
-    """(n, lamps). Whether any part of the pixel's skin sees any part of the lamp."""
+    """Whether any part of the pixel's skin sees any part of the lamp, (n, lamps)."""
 
 
 def product_form(
     camera: Any, lamps: Sequence[StyleLamp], pixels: NDArray[np.int32], paths: int
 ) -> Reference:
-    """Light of pixels by the bake's own parts, without its compression."""
+    """Return the light of pixels by the bake's own parts, without its compression."""
     from app.core.baking.bake import measure_profile
     from app.core.baking.columns import LampColumns
     from app.core.baking.exposure import expose, place_points, shine
@@ -124,7 +124,7 @@ def _scattered(
 
 
 def sun(work: Path) -> dict[str, Any]:
-    """The app's pictures in hard sun against the reference."""
+    """Compare the app's pictures in hard sun with the reference."""
     select_variant("llvm")
     from benchmarks.truth.portrait_scene import framed_head
 
@@ -150,13 +150,13 @@ def sun(work: Path) -> dict[str, Any]:
 
 
 def _black(pixels: Float32) -> int:
-    """Pixels within six stops of the brightest that have a channel at or below zero."""
+    """Count pixels within six stops of the brightest with a channel at or below 0."""
     near = luminance(pixels) >= luminance(pixels).max() / 2**STOPS
     return int((pixels[near] <= 0).any(axis=1).sum())
 
 
 def stock_pictures(camera: Any, lamp: StyleLamp, samples: int) -> Float32:
-    """The bald head under one lamp by stock Mitsuba, two seeds: (2, rows, columns, 3)."""
+    """Render the bald head under one lamp by stock Mitsuba, two seeds: (2, rows, columns, 3)."""
     import mitsuba as mi
 
     from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene
@@ -175,7 +175,7 @@ def stock_pictures(camera: Any, lamp: StyleLamp, samples: int) -> Float32:
         "emitter": {"type": "area", "radiance": radiance},
     }
     scene = build_scene(head, find_skin("medium"), camera, {"lamp": disc})
-    # Paths may end by chance here: a lamp as small as this is never met but on purpose.
+    # Russian roulette is allowed here: paths hit so small a lamp only by explicit sampling.
     way = mi.load_dict({"type": "volpathmis"})
     step, found = 512, []
     for seed in range(2):
@@ -188,7 +188,7 @@ def stock_pictures(camera: Any, lamp: StyleLamp, samples: int) -> Float32:
 
 
 def check(work: Path) -> dict[str, Any]:
-    """The reference itself under a lamp of 8 deg against stock Mitsuba, in a small picture."""
+    """Compare the reference itself under a lamp of 8 deg with stock Mitsuba, in a small picture."""
     select_variant("llvm")
     from app.core.baking.exposure import head_coverage
     from app.core.baking.scene import build_scene
@@ -213,7 +213,8 @@ def check(work: Path) -> dict[str, Any]:
     theirs = np.stack(stock, axis=2)
     mine, (one, two) = kept["values"].mean(axis=0), luminance(theirs)
     truth = (one + two) / 2
-    # By the reference's own level, which has less noise: so no bin collects what noise made dark.
+    # By the reference's own level, which has less noise, so that no bin collects pixels that noise
+    # made dark.
     own = luminance(mine)
     level, rows = np.log2(own.max(axis=0) / np.maximum(own, 1e-12)), []
     for least, most in ((0, 1), (1, 2), (2, 3), (3, 6)):
@@ -229,7 +230,7 @@ def check(work: Path) -> dict[str, Any]:
 
 
 def errors(ours: Float32, values: Float32, lit: NDArray[np.bool_]) -> dict[str, Any]:
-    """Errors in stops on the shadow side and everywhere within six stops of the brightest."""
+    """Return errors in stops, on the shadow side and within six stops of the brightest."""
     mine, one, two = (luminance(v).astype(np.float64) for v in (ours, *values))
     truth = (one + two) / 2
     near = truth >= truth.max(axis=0) / 2**STOPS

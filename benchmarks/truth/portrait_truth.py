@@ -1,9 +1,9 @@
-"""Whole portraits as the app shows them against one path trace by stock Mitsuba.
+"""Whole portraits of the app against one path trace by stock Mitsuba.
 
 Traces the generic head with short hair, brows, lashes, wet eyes and collar by `volpathmis`, its
-skin a scattering medium as in the bake, coloured by the app's own colours. Twelve pictures, each
-with two independent seeds. `render` resumes where it stopped, and makes all pictures better by
-turns; `keep` writes what is kept in the repository; `compare` holds the app's pictures against it.
+skin a scattering medium as in the bake, with the app's own colours. Twelve pictures, each with two
+independent seeds. An interrupted `render` resumes, and refines all pictures in turn; `keep` writes
+the data for the repository; `compare` compares the app's pictures with them.
 
     python -m benchmarks.truth.portrait_truth render --places P --work W
     python -m benchmarks.truth.portrait_truth keep|compare|figure --places P
@@ -48,25 +48,26 @@ SHOWN: Final = (PAIRS[0], PAIRS[5], PAIRS[7], PAIRS[9])
 FIGURE: Final = ROOT / "docs" / "images" / "portrait-truth.webp"
 WIDTH: Final = 512
 FINE: Final = (1024, 2048)
-"""What places are enlarged to, so that Mitsuba's rows lie where they belong; see `stock.FINE`."""
+"""Size to which places are enlarged, so that Mitsuba's rows are right; see `stock.FINE`."""
 SEEDS: Final = 2
 PASS: Final = 8
-"""Samples of a pixel in one go."""
+"""Samples per pixel in one pass."""
 STEP: Final = 192
 _SMALL: Final = (cv2.IMWRITE_PNG_COMPRESSION, 9)
 BLUR_PX: Final = 1.5
 WINDOW: Final = 11
 FACE: Final = (slice(200, 520), slice(130, 382))
-"""Rows and columns of the face in what is shown: from the hairline to the chin, ear to ear."""
+"""Rows and columns of the face: from the hairline to the chin, ear to ear."""
 KEPT: Final = ROOT / "benchmarks" / "results" / "portrait-truth"
 ROULETTE: Final = 5
-"""Events after which Mitsuba may end paths by chance; see baking.md."""
+"""Events after which Mitsuba may use Russian roulette; see baking.md."""
 
 
 def coloured_skin() -> Any:
-    """The skin's mesh split until the colour of a vertex is that of a pixel, with these colours.
+    """Return the skin's mesh, divided until a vertex has the colour of a pixel.
 
-    A path that comes out of skin has crossed its surface twice: each time it is dyed by the root.
+    A path that leaves the skin has crossed its surface twice: each time it is tinted by the square
+    root.
     """
     from app.core.baking.scene import Mesh
     from scenes.head_detail.colours import relative_albedo
@@ -112,7 +113,7 @@ class Stage:
         }
 
     def picture(self, place: Path, turn_deg: float, samples: int, seed: int) -> Float32:
-        """Linear picture on black."""
+        """Return the linear picture on black."""
         from benchmarks.truth.portrait_scene import environment
 
         light = environment(read_environment(place).radiance, turn_deg, FINE)
@@ -121,7 +122,7 @@ class Stage:
 
 
 def render(work: Path, places: Path, samples: int) -> None:
-    """Add passes until every picture of each seed has that many samples a pixel."""
+    """Add passes until every picture of each seed has that many samples per pixel."""
     stage = Stage(work)
     for done in range(0, samples, PASS):
         for number, (place, turn) in enumerate(PAIRS):
@@ -150,24 +151,24 @@ class Truth:
 
     @property
     def mean(self) -> Float32:
-        """Both seeds together."""
+        """Mean of both seeds."""
         return np.asarray((self.one + self.two) / 2, np.float32)
 
 
 def traced(work: Path, place: str, turn: float) -> Truth:
-    """What `render` has made of a picture so far."""
+    """Return the current result of `render` for a picture."""
     both = [np.load(work / f"{Path(place).stem}-{turn}-{seed}.npz") for seed in range(SEEDS)]
     one, two = (np.asarray(kept["sum"] / kept["samples"], np.float32) for kept in both)
     return Truth(one, two, sum(int(kept["samples"]) for kept in both))
 
 
 def blurred(picture: Float32) -> Float32:
-    """The Gaussian that both pictures go through before they are compared."""
+    """Apply the Gaussian blur of both pictures before their comparison."""
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), BLUR_PX), np.float32)
 
 
 def ssim(one: Float32, two: Float32) -> Float32:
-    """Structural similarity of 8-bit luminance, pixel by pixel, in a square window."""
+    """Return the structural similarity of 8-bit luminance, pixel by pixel, in a square window."""
 
     def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(cv2.blur(values, (WINDOW, WINDOW)))
@@ -181,7 +182,7 @@ def ssim(one: Float32, two: Float32) -> Float32:
 
 
 def ssim_beyond_noise(ours: Float32, one: Float32, two: Float32) -> Float32:
-    """As `ssim`, with what the two seeds have in common in place of the truth's own variance."""
+    """Return `ssim` with the seeds' covariance in place of the truth's own variance."""
 
     def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(cv2.blur(values, (WINDOW, WINDOW)))
@@ -198,19 +199,19 @@ def ssim_beyond_noise(ours: Float32, one: Float32, two: Float32) -> Float32:
 
 
 def seen(picture: Float32, gain: float) -> Float32:
-    """Luminance of a picture as the app shows it, 0 to 255 in whole steps."""
+    """Return the luminance of a picture as the app shows it, 0 to 255 in whole steps."""
     toned = luminance(tone_map(blurred(picture), gain))
     return np.asarray(to_bytes(toned), np.float32)
 
 
 def quartered(picture: Float32) -> Float32:
-    """Four by four pixels as one."""
+    """Average four by four pixels."""
     size = picture.shape[1] // 4, picture.shape[0] // 4
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def alike(ours: Float32, truth: Truth, head: Bools, gain: float) -> dict[str, float]:
-    """SSIM over the head: as it is, of the seeds with each other, and beyond their noise."""
+    """Return the SSIM over the head: as it is, between the seeds, and beyond their noise."""
     shown = [seen(one, gain) for one in (ours, truth.mean, truth.one, truth.two)]
     return {
         "ssim": float(ssim(shown[0], shown[1])[head].mean()),
@@ -220,7 +221,7 @@ def alike(ours: Float32, truth: Truth, head: Bools, gain: float) -> dict[str, fl
 
 
 def rmse(ours: Float32, truth: Truth, face: Bools) -> tuple[float, float]:
-    """RMS error of the face beyond noise, and the noise of the mean of both seeds; relative."""
+    """Return the face's RMS error beyond noise, and the noise of both seeds' mean; relative."""
     one, two, mine = (p[face].astype(np.float64) for p in (truth.one, truth.two, ours))
     power = (one * two).mean()
     cross = ((mine - one) * (mine - two)).mean()
@@ -230,7 +231,7 @@ def rmse(ours: Float32, truth: Truth, face: Bools) -> tuple[float, float]:
 
 
 def measured(ours: Float32, truth: Truth, coverage: Float32) -> dict[str, float]:
-    """One picture's errors at the full size."""
+    """Return one picture's errors at full size."""
     head, face = coverage > 0.5, _face(coverage)
     gain = face_exposure(luminance(blurred(truth.mean)[face]))
     found = alike(ours, truth, head, gain)
@@ -245,10 +246,10 @@ def _face(coverage: Float32) -> Bools:
 
 
 def measured_small(ours: Float32, truth: Truth, coverage: Float32) -> dict[str, float]:
-    """The same at a quarter of the size, where the reference has a quarter of the noise, and means.
+    """Return errors at a quarter of the size, where the reference has a quarter of the noise.
 
     Args:
-        truth: Quartered already.
+        truth: Reduced to a quarter already.
     """
     mine, covered = quartered(ours), quartered(coverage)
     head, face = covered > 0.5, quartered(_face(coverage).astype(np.float32)) > 0.999
@@ -264,7 +265,7 @@ def measured_small(ours: Float32, truth: Truth, coverage: Float32) -> dict[str, 
 
 
 def drawn(places: Path, place: str, turn: float) -> tuple[Float32, Float32]:
-    """The app's picture as shown, and the share of each pixel that it covers."""
+    """Return the app's picture as shown, and the share of each pixel that it covers."""
     known = load_portrait("generic", "medium", "short")
     assert known is not None
     light = portrait_light(read_environment(places / place).radiance)
@@ -274,10 +275,10 @@ def drawn(places: Path, place: str, turn: float) -> tuple[Float32, Float32]:
 
 
 def keep(work: Path, folder: Path) -> None:
-    """Write what is kept of the traced pictures, as roots of light in 16 bits.
+    """Write the saved part of the traced pictures, as square roots of light in 16 bits.
 
-    The picture as the comparison sees it, blurred, in steps far below its noise, so that it stays
-    small; and both seeds at a quarter of the size, one above the other.
+    The blurred picture for the comparison, in steps far below its noise, to keep it small; and both
+    seeds at a quarter of the size, one above the other.
     """
     folder.mkdir(parents=True, exist_ok=True)
     facts = {}
@@ -295,7 +296,7 @@ def keep(work: Path, folder: Path) -> None:
 
 
 def kept(folder: Path, place: str, turn: float) -> tuple[Float32, Truth]:
-    """What `keep` wrote: the blurred picture, and the seeds at a quarter of the size."""
+    """Read the files of `keep`: the blurred picture, and the seeds at a quarter of the size."""
     name = f"{Path(place).stem}{turn:+}"
     facts = json.loads((folder / "facts.json").read_text(encoding="utf-8"))
     whole, seeds = (
@@ -311,7 +312,7 @@ def _linear(file: Path, gain: float) -> Float32:
 
 
 def compare(work: Path | None, places: Path) -> list[dict[str, Any]]:
-    """The app's pictures against the traced ones of a work folder, or those that are kept."""
+    """Compare the app's pictures with the traced ones of a work folder, or with saved ones."""
     rows = []
     for place, turn in PAIRS:
         ours, coverage = drawn(places, place, turn)
@@ -329,7 +330,7 @@ def compare(work: Path | None, places: Path) -> list[dict[str, Any]]:
 
 
 def figure(work: Path, places: Path, file: Path) -> None:
-    """One turn of each place, blurred by 3 px against Mitsuba's noise, half of the size.
+    """Draw one turn of each place, blurred by 3 px against Mitsuba's noise, at half the size.
 
     The app, Mitsuba, and their difference on grey.
     """

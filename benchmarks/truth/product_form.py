@@ -3,7 +3,7 @@
 Lights the exported scene with five indoor environments and eight lamps of 15 degrees radius, two
 seeds each, renders it with ``volpathmis`` and compares with T's picture; then compares twelve
 single texels with plain backward path tracing, which fills exactly those texels; then the noise of
-T from a second bake with another seed.
+T with that of a second bake with another seed.
 
     python benchmarks/truth/product_form.py --scenes FOLDER --second T2.npz --work FOLDER
                                               [-o FILE.json]
@@ -46,7 +46,7 @@ LAMP_FACTOR = 4
 
 
 def directions() -> Float64:
-    """Unit vectors to the texels' centres in the head frame at turn 0, (H, W, 3)."""
+    """Return unit vectors to the texels' centres in the head frame at turn 0, (H, W, 3)."""
     elevation = np.pi / 2 - (np.arange(SHAPE[0]) + 0.5) / SHAPE[0] * np.pi
     azimuth = ((np.arange(SHAPE[1]) + 0.5) / SHAPE[1] - 0.5) * 2 * np.pi
     level, up = np.cos(elevation)[:, None], np.sin(elevation)[:, None]
@@ -55,7 +55,7 @@ def directions() -> Float64:
 
 
 def lamp_light(azimuth_deg: float, elevation_deg: float) -> NDArray[np.float32]:
-    """Environment with one round lamp of radiance 1."""
+    """Return an environment with one round lamp of radiance 1."""
     a, e = np.radians([azimuth_deg, elevation_deg])
     toward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
     inside = directions() @ toward > np.cos(np.radians(RADIUS_DEG))
@@ -63,17 +63,17 @@ def lamp_light(azimuth_deg: float, elevation_deg: float) -> NDArray[np.float32]:
 
 
 def compare(ours: tuple[Float64, Float64], theirs: tuple[Float64, Float64]) -> dict[str, float]:
-    """Difference of two bakes' pictures from two references, free of the noise of all four.
+    """Return the difference of two bakes' pictures from two references, free of all noise.
 
     The errors of one bake against one reference and of the other bake against the other have
-    independent noise, so the mean of their product holds only what both bakes have wrong.
+    independent noise, so the mean of their product contains only the errors of both bakes.
 
     Args:
         ours, theirs: two (P, 3) float. Linear pictures on the face.
 
     Returns:
         ``colour``: worst channel's relative difference of the mean; ``rmse``: RMS difference / RMS
-        beyond noise, 0 where noise hides it; ``rmse_2_sigma``: its upper bound at two standard
+        beyond noise, 0 if hidden by noise; ``rmse_2_sigma``: its upper bound at two standard
         errors; ``noise``: of the references' mean.
     """
     (one, two), (first, second) = ours, theirs
@@ -93,10 +93,10 @@ def compare(ours: tuple[Float64, Float64], theirs: tuple[Float64, Float64]) -> d
 def against_stock(
     bakes: tuple[Transport, Transport], scenes: Path, work: Path, paths: int
 ) -> list[dict[str, object]]:
-    """Environments and lamps against ``volpathmis``."""
+    """Compare environments and lamps with ``volpathmis``."""
     head, camera = generic_head()
     transport = bakes[0]
-    # A covered pixel's background share shows the environment in stock Mitsuba: leave it out.
+    # The background share of a covered pixel shows the environment in stock Mitsuba: leave it out.
     whole = transport.face & (transport.coverage > 0.999)
     lights = {Path(name).stem: read_light(scenes / name) for name in INDOORS}
     lights |= {f"lamp {a} {e}": lamp_light(a, e) for a, e in LAMPS}
@@ -107,7 +107,7 @@ def against_stock(
         picture = partial(
             stock_picture, head, camera, "medium", light, count, sample_light=not lamp
         )
-        # The name says how it was rendered: pictures with Mitsuba's own roulette are too dark.
+        # The name states the rendering: pictures with Mitsuba's own roulette are too dark.
         how = "by chance" if lamp else "late roulette"
         one, two = (
             kept(work / f"{name} {count} {how} {seed}.npy", partial(picture, seed=seed))
@@ -122,7 +122,7 @@ def against_stock(
 
 
 def plain_matrix(transport: Transport, work: Path, paths: int, seed: int) -> NDArray[np.float32]:
-    """T by plain backward path tracing, (P, H * W, 3): every texel exactly, with noise."""
+    """Return T by plain backward path tracing, (P, H * W, 3): every texel exactly, with noise."""
 
     def trace() -> NDArray[np.float32]:
         head, camera = generic_head()
@@ -141,7 +141,7 @@ def plain_matrix(transport: Transport, work: Path, paths: int, seed: int) -> NDA
 def against_plain(
     bakes: tuple[Transport, Transport], work: Path, paths: int
 ) -> list[dict[str, object]]:
-    """Twelve single texels against plain backward path tracing of the same scene."""
+    """Compare twelve single texels with plain backward path tracing of the same scene."""
     chosen = [(r, c) for r in (6, 11, 16, 21) for c in (20, 32, 45)]
     flat = [r * SHAPE[1] + c for r, c in chosen]
     face = bakes[0].face
@@ -162,7 +162,7 @@ def against_plain(
 
 
 def noise(transport: Transport, second: Transport) -> dict[str, float]:
-    """Noise per texel of two bakes, over texels above -60 degrees that light the face."""
+    """Return the noise per texel of two bakes, over texels that light the face."""
     one, two = (
         np.stack([matrix(t, c) for c in range(3)], axis=-1)[t.face] for t in (transport, second)
     )
@@ -179,7 +179,7 @@ def noise(transport: Transport, second: Transport) -> dict[str, float]:
 
 
 def kept(file: Path, make: Callable[[], NDArray[np.float32]]) -> NDArray[np.float32]:
-    """Make an array once and keep it on disk."""
+    """Compute an array once and keep it on disk."""
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
         partial = file.with_suffix(".part.npy")

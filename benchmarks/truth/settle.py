@@ -1,13 +1,13 @@
 """Second look at the turns that brute force left undecided, with many more paths.
 
 `brute_force.py` names, for every scene and style, the best of 64 noisy pictures; the best of many
-noisy numbers is better than it should be. Where it seems better than the chosen turn by more than
-1 % of the range, both turns are rendered again here, independently of what nominated them. Both
-get the same random numbers, batch by batch, so that most of the noise of their difference cancels.
-Resumes where it stopped and adds what it finds to the same JSON.
+noisy numbers is better than its true value. If it seems better than the chosen turn by more than 1
+% of the range, both turns are rendered again here, independently of the nomination. Both use the
+same random numbers, batch by batch, so that most of the noise of their difference cancels. An
+interrupted run resumes, and adds its results to the same JSON.
 
-Where the search has changed since the first look and takes another turn, that turn is written down
-first: at the best of the 64 nothing is given up, and any other is settled like an open pair.
+If the search has changed since the first look and chooses another turn, that turn is recorded
+first: at the best of the 64 nothing is lost, and any other is settled like an open pair.
 
     python benchmarks/truth/settle.py --scenes FOLDER --work FOLDER [--batches 40]
 """
@@ -51,7 +51,7 @@ WHICH = ("turn", "best")
 
 
 def batch(scenes: Path, work: Path, scene: str, turn: int, number: int) -> NDArray[np.float32]:
-    """One picture with the random numbers of this batch, kept on disk."""
+    """Return one picture with the random numbers of this batch, cached on disk."""
     file = work / f"settle-{scene}-{PATHS}-{turn:02d}-{number:03d}.npy"
     if not file.exists():
         head, camera = generic_head()
@@ -66,13 +66,13 @@ def batch(scenes: Path, work: Path, scene: str, turn: int, number: int) -> NDArr
 
 @lru_cache(maxsize=1)
 def styles() -> tuple[Transport, StylePack, Weights]:
-    """The shipped transport and pack, and the weights of every style on its pixels."""
+    """Return the shipped transport and pack, and the weights of every style on its pixels."""
     transport, pack = load_named("generic"), load_named_pack("generic")
     return transport, pack, weights_of(pack, transport)
 
 
 def curve_of(pictures: NDArray[np.float64], style: str, measure: str) -> NDArray[np.float64]:
-    """Quality or match of a style in pictures, as `curves` takes them."""
+    """Return quality or match of a style in pictures, in the format of `curves`."""
     _, pack, weights = styles()
     every, region = weights["paper" if measure == "quality" else "picture"]
     both = curves(pictures, every[pack.index(style)][None], region)
@@ -80,14 +80,14 @@ def curve_of(pictures: NDArray[np.float64], style: str, measure: str) -> NDArray
 
 
 def own_range(light: NDArray[np.float32], style: str, measure: str) -> float:
-    """Range of the transport's own curve: what a share is a share of."""
+    """Return the range of the transport's own curve, the reference of shares."""
     transport, _, _ = styles()
     own = np.stack([luminance(render(transport, rotate(light, k))) for k in range(TURNS)])
     return float(np.ptp(curve_of(np.stack([own, own]).astype(np.float64), style, measure)))
 
 
 def given_up(pictures: NDArray[np.float64], style: str, measure: str) -> float:
-    """What the chosen turn gives up against the rival, in units of the measure.
+    """Return the loss of the chosen turn against the rival, in units of the measure.
 
     Args:
         pictures: (B, 2, P) float. Batches by (chosen, rival) by pixels, luminance.
@@ -98,7 +98,7 @@ def given_up(pictures: NDArray[np.float64], style: str, measure: str) -> float:
 
 
 def settle(scenes: Path, work: Path, row: dict[str, Any], measure: str, batches: int) -> None:
-    """Render both turns of a pair and write into its row what they show."""
+    """Render both turns of a pair and write the result into its row."""
     turns = [round(row[f"{measure}_{which}_deg"] / 360 * TURNS) % TURNS for which in WHICH]
     transport, _, _ = styles()
     pictures = np.array(
@@ -124,7 +124,7 @@ def settle(scenes: Path, work: Path, row: dict[str, Any], measure: str, batches:
 
 
 def follow(scenes: Path, rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any], str]]:
-    """Write down the turns that the pack takes now; give the pairs that are to be settled."""
+    """Record the pack's current turns; return the pairs to settle."""
     pack = load_named_pack("generic")
     found: list[tuple[dict[str, Any], str]] = []
     for measure, objective in OBJECTIVES.items():

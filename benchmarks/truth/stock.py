@@ -1,4 +1,4 @@
-"""Reference pictures by Mitsuba's own ``volpathmis``, lit by exactly the texels T knows."""
+"""Reference pictures by Mitsuba's own ``volpathmis``, lit by exactly T's texels."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ INDOORS = (
 
 
 def generic_head() -> tuple[HeadMesh, Camera]:
-    """The default head and its camera at 100 x 100 pixels."""
+    """Return the default head and its camera at 100 x 100 pixels."""
     heads = ROOT / "resources" / "heads"
     head = load_head("generic", heads / "generic.ply", heads / "generic-eyes.ply")
     return head, frame_head(head, 100)
 
 
 def as_placed(light: Float32, rows: int) -> Float32:
-    """What Mitsuba makes of an environment that is repeated to so many rows.
+    """Return an environment as Mitsuba sees it when it is repeated to that many rows.
 
-    Row i lies at elevation 90 - 180 i / (rows - 1) there, and light between rows is interpolated.
+    Row i is at elevation 90 - 180 i / (rows - 1) there, and light between rows is interpolated.
 
     Args:
         light: (H, W, 3) float32. Linear radiance.
@@ -82,13 +82,13 @@ def stock_picture(
         light: (32, 64, 3) float32. Linear radiance at turn 0.
         paths: Samples per pixel.
         fine: Rows and columns to which the environment is repeated.
-        sample_light: Whether the integrator also looks for light on purpose, as it does unless told
-            otherwise. If not, paths meet light by chance alone. They may then be ended early (the
-            roulette that `build_scene` puts off does no harm), so that the same noise takes a third
-            of the time.
+        sample_light: Whether the integrator also samples lights explicitly, its default. Otherwise,
+            paths hit light only by chance. They may then end early (the roulette that `build_scene`
+            delays does no harm), so that the same noise takes a third of the time.
+        part: Rows and columns to render; None for all.
 
     Returns:
-        (N, N, 3) float32. Linear; what shows behind the head is the environment.
+        (N, N, 3) float32. Linear; the background is the environment.
     """
     import mitsuba as mi
 
@@ -96,7 +96,7 @@ def stock_picture(
     envmap: dict[str, Any] = {"type": "envmap", "bitmap": bitmap}
     extra, integrator = {"light": envmap}, None
     if not sample_light:
-        # Mitsuba has no switch for this: a light that is never chosen, and one that is dark.
+        # Mitsuba has no switch for this: use a light that is never chosen, and a dark one.
         envmap["sampling_weight"] = 0.0
         dark = {"type": "rgb", "value": 0.0}
         extra["dark"] = {"type": "point", "position": [0, 0, 50], "intensity": dark}
@@ -113,7 +113,7 @@ def stock_picture(
 
 
 def _cropped(camera: Camera, rows: slice, columns: slice) -> dict[str, Any]:
-    """A camera that shows a part of its picture."""
+    """Return a camera for a part of its picture."""
     found = sensor(camera)
     found["film"] |= {
         "crop_offset_x": columns.start,
@@ -125,20 +125,21 @@ def _cropped(camera: Camera, rows: slice, columns: slice) -> dict[str, Any]:
 
 
 def read_light(path: Path) -> Float32:
-    """A panorama reduced to 64 x 32 texels, scaled to mean radiance 1."""
+    """Read a panorama reduced to 64 x 32 texels, scaled to mean radiance 1."""
     light = reduce(read_environment(path))
     scaled: Float32 = (light / light.mean()).astype(np.float32)
     return scaled
 
 
 def rotate(radiance: FloatImage, columns: int) -> FloatImage:
-    """Turn an environment by whole texels, clockwise from above.
+    """Rotate an environment by whole texels, clockwise from above.
 
     Args:
-        radiance: NDArray[np.float32], (H, W, ...). Environment at turn 0.
+        radiance: (H, W, ...) float32. Environment at turn 0.
 
     Returns:
-        NDArray[np.float32], (H, W, ...). What the sitter sees at turn 360 columns / W degrees:
-        column j shows column (j + columns) mod W.
+        (H, W, ...) float32. The sitter's view at turn 360 columns / W degrees: column j shows
+        column
+        (j + columns) mod W.
     """
     return np.roll(radiance, -columns, axis=1)

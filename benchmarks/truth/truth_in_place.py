@@ -1,9 +1,8 @@
 """The offered turns against pictures of the sitter in the place itself.
 
-Turnlight, like the paper, takes all light for distant. At the three spots of the demo location the
-sitter is lit here as the modelled place would light her: every point of the skin by what reaches
-that point, past her own body. Of each of 64 turns there are two pictures with independent noise.
-Resumes where it stopped.
+Turnlight, like the paper, treats all light as distant. At the three spots of the demo location the
+sitter is lit here as in the modelled place: every point of the skin by its own light, past her own
+body. Of each of 64 turns there are two pictures with independent noise. An interrupted run resumes.
 
     python benchmarks/truth/truth_in_place.py --work FOLDER [-o FILE.json]
 """
@@ -44,7 +43,8 @@ TURNS: Final = 64
 SEEDS: Final = 2
 SAMPLES: Final = 16  # rays of each kind from each point of the skin, per seed and round
 GLINTS: Final = 32  # rays of each kind from each pixel, per seed and round
-ROUNDS: Final = (2, 12, 1)  # by spot: indoors, where light comes round corners, there is more noise
+# by spot: indoors, where light comes around corners, there is more noise
+ROUNDS: Final = (2, 12, 1)
 PATHS: Final = 4096
 LOCATION: Final = ROOT / "resources" / "demo" / "location"
 OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
@@ -53,7 +53,7 @@ Float64 = NDArray[np.float64]
 
 
 def kept(file: Path, make: Callable[[], Float32]) -> Float32:
-    """Read an array that an earlier run left, or make and leave it."""
+    """Read an array of an earlier run, or compute and save it."""
     if not file.exists():
         draft = file.with_suffix(".part.npy")
         np.save(draft, make())
@@ -63,13 +63,13 @@ def kept(file: Path, make: Callable[[], Float32]) -> Float32:
 
 
 def render_places(work: Path, spots: list[int], rounds: tuple[int, ...]) -> None:
-    """Make what is missing of the light at the skin, and the pictures of all turns."""
+    """Compute the missing light at the skin, and the pictures of all turns."""
     select_variant("llvm")
     from benchmarks.truth.place_light import SPOTS, Sitting, portrait
 
     work.mkdir(parents=True, exist_ok=True)
     head = portrait(load_named("generic").pixels)
-    # What looks away from the camera sends next to nothing to it, and is not lit.
+    # Points facing away from the camera send almost nothing to it, and are not lit.
     front = np.flatnonzero(head.points.normals[:, 2] > -0.3)
     for number in spots:
         spot, started = SPOTS[number], time.perf_counter()
@@ -93,7 +93,7 @@ def light_up(
     column: int,
     rounds: int,
 ) -> None:
-    """Make what is missing of one turn and seed."""
+    """Compute the missing parts of one turn and seed."""
     name = f"probe-{number + 1}"
     missing = [
         (each, what)
@@ -103,7 +103,7 @@ def light_up(
     if missing:
         sitting.turn(column // SEEDS * 360 / TURNS)
     for each, what in missing:
-        # From the twelfth round on those of another spot come round.
+        # From the twelfth round on, seeds of another spot are repeated.
         seed = (((each * len(ROUNDS) + number) * TURNS * SEEDS + column) << 20) % 2**32
         skin = partial(sitting.entering, head, front, SAMPLES, seed)
         glints = partial(sitting.reflected, head, GLINTS, seed)
@@ -111,19 +111,19 @@ def light_up(
 
 
 def pictures_file(work: Path, name: str, rounds: int) -> Path:
-    """Where the pictures of a spot are kept."""
+    """Return the file of a spot's pictures."""
     return work / f"{name}-pictures-{rounds}.npy"
 
 
 def part_of(work: Path, name: str, column: int, each: int, what: str) -> Path:
-    """Where a round's light is kept for a turn and seed."""
+    """Return the file of a round's light for a turn and seed."""
     return work / f"{name}-{column:03d}-{what}-{each}.npy"
 
 
 def pictures_of(
     work: Path, name: str, rounds: int, head: Portrait, front: NDArray[np.int64]
 ) -> Float32:
-    """All pictures of a spot, (TURNS * SEEDS, P, 3): what came through the skin, and glints."""
+    """Return all pictures of a spot, (TURNS * SEEDS, P, 3): light through the skin, and glints."""
     from benchmarks.truth.place_light import through_skin
 
     def mean(column: int, what: str) -> Float32:
@@ -140,7 +140,7 @@ def pictures_of(
 
 
 def light_at(name: str) -> Float32:
-    """A spot's panorama as the search takes it, (32, 64, 3), cd/m2."""
+    """Return a spot's panorama in the format of the search, (32, 64, 3), cd/m2."""
     facts = json.loads((LOCATION / "location.json").read_text(encoding="utf-8"))
     unit = next(s["cd_per_m2_of_one"] for s in facts["spots"] if s["file"] == f"{name}.exr")
     light = reduce(read_environment(LOCATION / f"{name}.exr"), (32, 64))
@@ -148,18 +148,18 @@ def light_at(name: str) -> Float32:
 
 
 def grey_of(pictures: NDArray[Any]) -> Float64:
-    """Luminance of linear Rec. 709 pictures, without their last axis."""
+    """Return the luminance of linear Rec. 709 pictures, without their last axis."""
     return np.asarray(luminance(pictures.astype(np.float64)), np.float64)
 
 
 def judge(
     name: str, rounds: int, pictures: Float32, transport: Transport, pack: StylePack
 ) -> dict[str, Any]:
-    """Compare the turns that are offered at a spot with the best of its true pictures.
+    """Compare the turns offered at a spot with the best of its true pictures.
 
-    Styles that are judged by areas are judged by the same areas here. The true curves are freed
-    of what changes faster from turn to turn than light on a face does, as in `brute_force.py`:
-    outdoors, where there is next to no noise, they hold none of it.
+    Styles that are judged by areas are judged by the same areas here. Changes from turn to turn
+    that are faster than light on a face allows are removed from the true curves, as in
+    `brute_force.py`; outdoors, almost without noise, there are none.
     """
     weights, face = weights_of(pack, transport), transport.face
     grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)
@@ -201,7 +201,7 @@ def judge(
 
 
 def areas_of(pack: StylePack, transport: Transport, grey: Float64, light: Float32) -> Float64:
-    """(A, TURNS) means of areas in true pictures; what is around the head is the panorama's."""
+    """Return means of areas in true pictures, (A, TURNS); around the head, the panorama's."""
     areas = pack.areas.reshape(len(pack.areas), -1)[:, transport.pixels].astype(np.float64)
     means = areas @ grey.T / np.maximum(areas.sum(axis=1), 1e-30)[:, None]
     means[AROUND] = search.curves(pack.tables, pack.project(light)).others[: len(AREAS)][AROUND]
@@ -211,7 +211,7 @@ def areas_of(pack: StylePack, transport: Transport, grey: Float64, light: Float3
 def offered(
     pack: StylePack, light: Float32, objective: Objective, truth: Float64, grade: NDArray[np.intp]
 ) -> list[dict[str, Any]]:
-    """What every style's offered turn is worth in truth; `truth` and `grade` are (S, TURNS)."""
+    """Return the true value of every style's offered turn; `truth` and `grade` are (S, TURNS)."""
     rows = []
     results = solve_all(pack, light, objective)
     for result, curve, true_grade in zip(results, truth, grade, strict=True):
@@ -234,7 +234,7 @@ def offered(
 
 
 def summary(spots: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count how good the offered turns of attainable styles are."""
+    """Count the quality of the offered turns of attainable styles."""
     out: dict[str, Any] = {}
     for objective in OBJECTIVES:
         every = [row for spot in spots for row in spot["rows"] if row["objective"] == objective]
@@ -253,7 +253,7 @@ def summary(spots: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Render what is missing, judge, and write the result."""
+    """Render missing pictures, judge, and write the result."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--spots", type=int, nargs="+", default=[0, 1, 2])

@@ -1,8 +1,8 @@
 """File dialogs opened and closed in the real program, by real keys on a real screen.
 
-Xvfb shows a screen, openbox manages its windows, xdotool presses the keys: first those that lead
-to a dialog, then Esc. Counted are the dialogs that came and went, ends of the program that were
-not asked for, and lines on its stderr.
+Xvfb provides a screen, openbox manages its windows, xdotool presses the keys: first those that lead
+to a dialog, then Esc. Counted are the dialogs that opened and closed, unexpected ends of the
+program, and lines on its stderr.
 
     python benchmarks/ui/file_dialogs.py [--times 50] [--only KIND] [--json RESULT]
 """
@@ -35,7 +35,7 @@ FIND: Final = "ctrl+k"
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A dialog: its title, the screen it belongs to, and the keys or words that open it."""
+    """A dialog: its title, its screen, and the keys or words that open it."""
 
     title: str
     screen: str
@@ -55,7 +55,7 @@ KINDS: Final = {
 
 @dataclass(slots=True)
 class Count:
-    """What became of one kind."""
+    """Results of one kind."""
 
     shown: int = 0
     crashes: int = 0
@@ -63,7 +63,7 @@ class Count:
 
 
 class Screen:
-    """An X server of its own with a window manager."""
+    """A separate X server with a window manager."""
 
     def __init__(self, stack: ExitStack) -> None:
         read, write = os.pipe()
@@ -89,19 +89,19 @@ class Screen:
         return done.stdout.strip()
 
     def press(self, keys: str) -> None:
-        """Press keys where the focus of the screen is."""
+        """Press keys in the focused window."""
         self._tool("key", "--clearmodifiers", keys)
 
     def write(self, words: str) -> None:
-        """Type words where the focus of the screen is."""
+        """Type words in the focused window."""
         self._tool("type", "--delay", "5", words)
 
     def sees(self, title: str) -> bool:
-        """Whether a window of this title can be seen."""
+        """Return whether a window of this title is visible."""
         return bool(self._tool("search", "--onlyvisible", "--name", f"^{title}$"))
 
     def wait(self, title: str, there: bool, seconds: float, alive: Callable[[], bool]) -> bool:
-        """Wait until a window is seen, or no longer; False when that takes too long."""
+        """Wait until a window appears or disappears; return False if that takes too long."""
         until = time.monotonic() + seconds
         while time.monotonic() < until and alive():
             if self.sees(title) == there:
@@ -123,20 +123,20 @@ class Program:
             )
 
     def alive(self) -> bool:
-        """Whether it runs."""
+        """Return whether it runs."""
         return self.process.poll() is None
 
     def stderr(self) -> list[str]:
-        """What it has written there."""
+        """Return its output on stderr."""
         return self._log.read_text(errors="replace").splitlines()
 
     def prepare(self) -> None:
-        """Open the demo place and choose a style, so that every dialog is on offer."""
+        """Open the demo place and choose a style, so that every dialog is available."""
         if not self.screen.wait(WINDOW, True, PATIENCE_S, self.alive):
             raise SystemExit("The window did not open.")
         time.sleep(2.0)
         self.find("Try the demo place")
-        # On offer once there are answers.
+        # Available once there are answers.
         self.open(KINDS["sheet"])
         self.close(KINDS["sheet"])
         self.screen.press("Return")
@@ -152,7 +152,7 @@ class Program:
         self.screen.press("Return")
 
     def open(self, kind: Kind) -> None:
-        """Open a dialog; asked again where it is not on offer yet."""
+        """Open a dialog; try again if it is not available yet."""
         until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until and self.alive():
             if kind.words:
@@ -168,7 +168,7 @@ class Program:
             raise SystemExit(f"{kind.title!r} did not open.")
 
     def close(self, kind: Kind) -> None:
-        """Close the dialog that is open with Esc."""
+        """Close the open dialog with Esc."""
         for _ in range(5):
             self.screen.press("Escape")
             if self.screen.wait(kind.title, False, 3.0, self.alive) or not self.alive():
@@ -177,7 +177,7 @@ class Program:
 
 
 def run(screen: Screen, kinds: list[str], times: int) -> dict[str, Count]:
-    """Open and close every kind so many times; a program that ends is started again."""
+    """Open and close every kind that many times; restart a program that ends."""
     counts = {name: Count() for name in kinds}
     program: Program | None = None
     with tempfile.TemporaryDirectory() as place, ExitStack() as stack:
@@ -226,7 +226,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def main() -> int:
-    """Run it and say what came of it; 1 when anything ended or was printed."""
+    """Run it and report the results; return 1 if anything ended or was printed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--times", type=int, default=50, help="each kind so many times")
     parser.add_argument("--only", choices=sorted(KINDS), action="append", help="these kinds")

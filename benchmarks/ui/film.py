@@ -2,7 +2,7 @@
 
 python -m benchmarks.ui.film        takes about a minute
 
-The program is really used, by the same hands as in ``--screenshots``; only waiting is left out.
+The program is really used, by the same robot as in ``--screenshots``; only waiting is left out.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ POINTER: Final = np.array(
 
 
 class Reel:
-    """Frames and how long each stands, ms; a pointer is drawn on them."""
+    """Frames with their durations, ms, and a pointer drawn on them."""
 
     def __init__(self) -> None:
         self.frames: list[Picture] = []
@@ -78,13 +78,13 @@ class Reel:
 
 
 def act(app: Any) -> Reel:
-    """Use the program as somebody would who sees it for the first time."""
+    """Use the program like a first-time user."""
     from app.core.text import tr
     from app.ui.presenters.model import Step
     from benchmarks.ui.screenshots.command import Robot
 
     robot, model, reel = Robot(app.window), app.model, Reel()
-    # Once the window is on its screen, which is smaller than any that people have.
+    # Once the window is on its screen, which is smaller than usual ones.
     robot.settle()
     app.window.resize(*WINDOW)
 
@@ -119,11 +119,11 @@ def act(app: Any) -> Reel:
     hold(2.5)
     click(tr("See the styles"))
     wait(lambda: model.step == Step.STYLES, "the gallery")
-    pause(robot, app, 15.0)  # until faces stand at full size
+    pause(robot, app, 15.0)  # until the faces are at full size
     hold(3.0)
     click(tr("Turn to this"))
     wait(lambda: model.step == Step.TURN, "the turn")
-    reel.at = (-50.0, -50.0)  # from here on it is the sitter who moves
+    reel.at = (-50.0, -50.0)  # from here on, the sitter moves
     presenter, goal = app.window.front_presenter, model.target_turn_deg
     assert goal is not None
     presenter.demo_turn(0.0)
@@ -140,7 +140,7 @@ def act(app: Any) -> Reel:
 
 
 def pause(robot: Any, app: Any, seconds: float) -> None:
-    """Let the program work for a while; that is not in the film."""
+    """Let the program work for a while, outside the film."""
     clock = app.services.clock
     end = clock.now() + seconds
     robot.wait(lambda: clock.now() >= end, "some time", seconds + 5.0)
@@ -153,7 +153,7 @@ def _rgb() -> Any:
 
 
 def main() -> None:
-    """Make the film anew."""
+    """Make the film again."""
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     with tempfile.TemporaryDirectory() as home:
         os.environ["TURNLIGHT_HOME"] = home

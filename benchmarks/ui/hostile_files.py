@@ -2,9 +2,9 @@
 
     .venv/bin/python benchmarks/ui/hostile_files.py [--seconds 3000] [--seed 16] [-o FILE.json]
 
-Each case runs in a process of its own (tests/helpers/hostile_runs.py). Wanted of all of them: no
-traceback, no hang, no input changed, nothing cut off among what was written, at most 2.5 GB. Where
-the time does not suffice for all cases, a seeded choice of them runs, and the count says so.
+Each case runs in a separate process (tests/helpers/hostile_runs.py). Required of all of them: no
+traceback, no hang, no changed input, no truncated output, at most 2.5 GB. If there is not enough
+time for all cases, a seeded selection runs, and the count reports it.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def run_all(place: Path, seed: int, seconds: float, only: str) -> dict[str, Any]:
-    """Make the corpus and run as many cases as there is time for, files and options in turn."""
+    """Make the corpus and run as many cases as time allows, files and options in turn."""
     corpus = make_corpus(place / "corpus", seed)
     sound = place / "corpus" / "sound"
     calls = [file_cases(each, sound) for each in corpus]
@@ -106,7 +106,7 @@ def run_all(place: Path, seed: int, seconds: float, only: str) -> dict[str, Any]
 def in_turn(
     calls: list[list[Case]], options: list[Case], chance: random.Random
 ) -> list[tuple[str, Case]]:
-    """Every file through one command, then every file through another, options all along."""
+    """Yield every file through one command, then every file through another, mixed with options."""
     ranked: list[tuple[float, str, Case]] = []
     for cases in calls:
         shuffled = chance.sample(cases, len(cases))

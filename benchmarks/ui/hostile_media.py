@@ -1,10 +1,10 @@
-"""Every command and every door of the window with films, odd EXIF and XMP, and style files.
+"""Every command and every entry of the window with films, odd EXIF and XMP, and style files.
 
     .venv/bin/python benchmarks/ui/hostile_media.py [--seconds 1200] [--part all] [-o FILE.json]
 
-The files are made by tests/helpers/hostile_media.py. Each command runs in a process of its own,
-the window in one for 60 visits. Wanted of all: no signal, no traceback, no hang, no input changed,
-at most 2.5 GB. Where the time does not suffice, a seeded choice runs, and the counts say so.
+The files are made by tests/helpers/hostile_media.py. Each command runs in a separate process, the
+window in one for 60 visits. Required of all: no signal, no traceback, no hang, no changed input, at
+most 2.5 GB. If there is not enough time, a seeded selection runs, and the counts report it.
 """
 
 from __future__ import annotations
@@ -58,13 +58,13 @@ def main() -> None:
 
 
 def readers(corpus: list[Hostile], place: Path, given: argparse.Namespace) -> dict[str, Any]:
-    """Every reader with every file, in one process for each file."""
+    """Run every reader with every file, in one process for each file."""
     call = ("call", "tests.helpers.hostile_readers", "read_all")
     return run([Case((*call, str(each.path)), (each.path,)) for each in corpus], place, given)
 
 
 def commands(corpus: list[Hostile], place: Path, given: argparse.Namespace) -> dict[str, Any]:
-    """Every file through one command, then every file through another."""
+    """Run every file through one command, then every file through another."""
     sound = sound_files(place / "sound")
     calls = [file_cases(each, sound) for each in corpus]
     order = in_turn(calls, [], random.Random(given.seed))
@@ -106,7 +106,7 @@ def window(corpus: list[Hostile], folder: Path, given: argparse.Namespace) -> di
         for each in corpus
         for place, door in enumerate(chance.sample(doors_of(each), len(doors_of(each))))
     ]
-    # Every file through one door, then every file through another.
+    # Every file through one entry, then every file through another.
     visits = [(path, door) for _, path, door in sorted(ranked)]
     visits = [visit for visit in visits if given.only in f"{visit[0]} {visit[1]}"]
     begun = time.monotonic()
@@ -126,7 +126,7 @@ def window(corpus: list[Hostile], folder: Path, given: argparse.Namespace) -> di
 
 
 def doors_of(hostile: Hostile) -> tuple[str, ...]:
-    """All doors; a style's text is also put where the window finds it by itself."""
+    """Return all entries; a style's text is also put where the window finds it by itself."""
     text = hostile.path.suffix == ".toml"
     return tuple(door for door in DOORS if text or door != "library of styles")
 

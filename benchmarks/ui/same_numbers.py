@@ -2,8 +2,8 @@
 
     python -m benchmarks.ui.same_numbers PANORAMA... [--heads generic female] [--eyes 3]
 
-Prints each difference, and at the end how many values were compared. `--eyes`: for so many styles
-of a panorama catchlights are drawn, and their lamp is looked up in the list.
+Prints each difference, and at the end the number of compared values. `--eyes`: number of styles of
+a panorama whose catchlights are drawn and looked up in the list of lamps.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _SMALL: Final = Sizes(card=(24, 20), portrait=(24, 20), background=(24, 20))
 
 
 def snapshot_of(head: Head, light: PlaceLight) -> Snapshot:
-    """Answer a place as the window does, without pictures."""
+    """Solve a place like the window, without pictures."""
     results = solve_place(head, light, (), Settings(), 0.0)
     question = GalleryQuestion(head, light, results=results)
     styles = {style.name: style for style in head.pack.styles}
@@ -53,7 +53,7 @@ def snapshot_of(head: Head, light: PlaceLight) -> Snapshot:
 
 
 def screen_values(snapshot: Snapshot, state: DetailState, match: str) -> Values:
-    """Values of the Styles screen for a style; `match`: as on its card."""
+    """Return the values of the Styles screen for a style; `match`: as on its card."""
     return {
         "turn": state.turn,
         "direction": state.direction,
@@ -85,7 +85,7 @@ def sheet_of(snapshot: Snapshot, name: str) -> SetSheet:
 
 
 def sheet_values(sheet: SetSheet) -> Values:
-    """Values of the same style on the set sheet."""
+    """Return the values of the same style on the set sheet."""
     assert sheet.ratio is not None
     assert sheet.glare is not None
     within = sheet.reason is None
@@ -104,7 +104,7 @@ def sheet_values(sheet: SetSheet) -> Values:
 
 
 def file_values(facts: Mapping[str, Any]) -> Values:
-    """The values of the same style that ``solve --json`` states."""
+    """Return the values of the same style in ``solve --json``."""
     within, match = facts["attainable"], str(max(math.floor(facts["match"]), 0))
     first, last = facts["arc_deg"]
     return {
@@ -119,7 +119,7 @@ def file_values(facts: Mapping[str, Any]) -> Values:
 
 
 def solved(file: Path, head: str) -> dict[str, dict[str, Any]]:
-    """What ``solve --json`` prints for a panorama, by style."""
+    """Return the output of ``solve --json`` for a panorama, by style."""
     parser = argparse.ArgumentParser()
     add_arguments(parser)
     args = parser.parse_args([str(file), "--head", head, "--json"])
@@ -131,7 +131,7 @@ def solved(file: Path, head: str) -> dict[str, dict[str, Any]]:
 def compare(
     file: Path, head: Head, styles: Sequence[str] = (), eyes: int = 0
 ) -> Iterator[tuple[str, str, list[object]]]:
-    """Give each value of a place: of what, its name, and as each of the sources states it."""
+    """Yield each value of a place: its subject, its name, and its value in each source."""
     light = prepare(read_environment(file))
     snapshot, printed = snapshot_of(head, light), solved(file, head.name)
     cards = {card.key: card for card in cards_of(snapshot, Filter.ALL, Sort.NAME, None)}
@@ -169,7 +169,7 @@ def compare(
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Compare everything in some panoramas; 1 where anything differs."""
+    """Compare everything in some panoramas; return 1 if anything differs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("panoramas", nargs="+", type=Path)
     parser.add_argument("--heads", nargs="+", default=["generic"])

@@ -2,9 +2,9 @@
 
     python -m benchmarks.ui.slow_install [--runs 3] [--delay 2] [--stress 4] [-o RESULT.json]
 
-A proxy on loopback holds back each request by `--delay` seconds, TLS handshakes included, while
+A proxy on loopback delays each request by `--delay` seconds, TLS handshakes included, while
 `stress-ng --cpu` keeps the processors busy. Each run clones this repository into a new folder and
-starts `run.py --version` there, without pip's cache. It passes when it prints the version.
+starts `run.py --version` there, without pip's cache. It passes if it prints the version.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CHUNK = 65_536
 
 @dataclass
 class Turns:
-    """Whose turn it is to speak on one connection: a client that follows the server waits."""
+    """The speaker on one connection: a client that follows the server waits."""
 
     delay_s: float
     requests: int = 0
@@ -90,7 +90,7 @@ class Tunnel(socketserver.BaseRequestHandler):
 
 
 class Proxy(socketserver.ThreadingTCPServer):
-    """A loopback proxy that holds back each request."""
+    """A loopback proxy that delays each request."""
 
     daemon_threads = True
 

@@ -1,1 +1,1 @@
-"""The paper's evaluation on any environments: sizes, peaks, heads, places of the probe."""
+"""The paper's evaluation on any environments: sizes, peaks, heads, positions of the probe."""

@@ -1,4 +1,4 @@
-"""Making the tables of evaluation: sizes of the generic head, and heads that do not ship."""
+"""Make the tables of the evaluation: sizes of the generic head, and heads that do not ship."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ def bake_tables(
     report: PhraseReport,
     token: Token,
 ) -> Tables:
-    """Make the tables of evaluation.
+    """Make the tables of the evaluation.
 
     Raises:
         HeadError: If a head cannot be used.
         BakeError: If Mitsuba does not work here.
-        Cancelled: If `token` says so.
+        Cancelled: If the token was cancelled.
     """
     parts = len(others) + 3  # the large one takes about as long as three others
     sizes, note = _table(

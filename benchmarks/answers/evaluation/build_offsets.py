@@ -4,8 +4,8 @@ Usage::
 
     python -m benchmarks.answers.evaluation.build_offsets --samples 96
 
-Each place is a panorama of 128 x 64 texels, kept at 64 x 32. The sun is half a degree wide, far too
-small to be met by chance: its rays are shot apart, into the few texels around it.
+Each place is a panorama of 128 x 64 texels, stored at 64 x 32. The sun is half a degree wide, far
+too small for random rays: it is sampled separately, in the few texels around it.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class _Camera:
         self._seed = 0
 
     def panorama(self, position: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-        """Mean radiance, (H, W, 3), cd/m2, with the sun put in by itself."""
+        """Return the mean radiance, (H, W, 3), cd/m2, with the sun added separately."""
         from scenes.demo_location.rays import panorama_rays
 
         rows = np.arange(_SHAPE[0])
@@ -62,7 +62,7 @@ class _Camera:
         return total / samples + self._sun(position)
 
     def _sun(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Radiance that the disc of the sun adds to its texels, (H, W, 3)."""
+        """Return the radiance that the sun's disc adds to its texels, (H, W, 3)."""
         import mitsuba as mi
 
         from scenes.demo_location.frame import SUN_AZIMUTH, SUN_ELEVATION
@@ -78,7 +78,7 @@ class _Camera:
         )
         light = self._radiance(ray)
         light[light.max(axis=1) <= _SUN_ALONE] = 0.0
-        texel = np.radians(180.0 / _SHAPE[0]) ** 2  # in azimuth times elevation, as the square is
+        texel = np.radians(180.0 / _SHAPE[0]) ** 2  # in azimuth times elevation, like the square
         weight = np.radians(2 * _SUN_SIDE_DEG) ** 2 / _SUN_RAYS / texel
         column = ((azimuth / (2 * np.pi) + 0.5) % 1.0 * _SHAPE[1]).astype(int)
         row = ((0.5 - elevation / np.pi) * _SHAPE[0]).astype(int)

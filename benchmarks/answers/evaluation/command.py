@@ -47,7 +47,7 @@ _CERTAINTY: Final = "certainty.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``evaluate`` does and takes."""
+    """Define the help and arguments of ``evaluate``."""
     parser.description = (
         "Repeat the paper's evaluation: sizes of environment and picture, width of "
         "the best peak, what is attainable, other heads and skins, the probe beside its spot. "
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the command.
 
     Raises:
-        CoreError: For anything the user can put right.
+        CoreError: For anything that the user can correct.
     """
     started = time.monotonic()
     if args.head and not args.bake:
@@ -134,7 +134,7 @@ def _check_targets(args: argparse.Namespace, scenes: tuple[Path, ...]) -> None:
     if args.bake:
         tables.parent.mkdir(parents=True, exist_ok=True)
         made = [tables, _certainty_path(args.tables)]
-    # Tables that are made again are read first, to keep what they know of other heads.
+    # Tables that are made again are read first, to keep the data of other heads.
     kept = [offsets] if args.bake else [offsets, tables]
     check_outputs([args.output, args.json, *made], [*scenes, *kept, *args.head, *eyes])
     if args.output is not None:
@@ -144,7 +144,7 @@ def _check_targets(args: argparse.Namespace, scenes: tuple[Path, ...]) -> None:
 
 
 def _heads() -> list[str]:
-    """Heads and skins that ship, the generic one first."""
+    """Return the heads and skins that ship, the generic one first."""
     names = pack_names()
     if GENERIC not in names:
         raise CoreError("The generic head is missing.", "Reinstall Turnlight.")
@@ -183,7 +183,7 @@ def _eyes_of(file: Path) -> Path:
 
 
 def _with_known(made: Tables, path: Path) -> Tables:
-    """Keep the tables of heads that were not made again, if they are of the same styles."""
+    """Keep the tables of heads that were not made again, if their styles are the same."""
     try:
         known = load_tables(path)
     except CoreError:
@@ -205,7 +205,7 @@ def _page(
     report: PhraseReport,
     token: Token,
 ) -> str:
-    # Only a report needs its drawing.
+    # Only a report needs the drawing code.
     from benchmarks.answers.evaluation.report.page import page
     from benchmarks.answers.evaluation.report.pictures import draw_sheets
 
@@ -219,7 +219,7 @@ def _keep_certainty(args: argparse.Namespace, found: Evaluation) -> None:
 
 
 def _certainty_path(folder: Path | None) -> Path:
-    """Return where to keep what the app reads: beside the tables, or among its own files."""
+    """Return the path of the file for the app: beside the tables, or among its own files."""
     return (folder or resources() / "evaluation") / _CERTAINTY
 
 

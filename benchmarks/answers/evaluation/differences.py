@@ -1,8 +1,8 @@
-"""How far the best turn moves when something changes, and what the move costs.
+"""How far the best turn moves after a change, and the cost of that move.
 
-Where two turns far apart are nearly equally good, the smallest change lets the best one jump from
-one to the other, and the angle says nothing. Such pairs are told apart and counted by regret: what
-the other turn gives up of what the reference could have had.
+If two turns far apart are nearly equally good, the smallest change makes the best one jump from one
+to the other, and the angle is meaningless. Such pairs are counted separately, by regret: the share
+of the reference's optimum that the other turn gives up.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class Best:
         curves: (N, 64) float64. The objective at turns of 5.625 k deg.
         index: (N,) int. Grid turn of each.
         refined_deg: (N,) float64. Between the turns of the grid, deg.
-        width_deg: (N,) float64. Width of the tolerance arc around it, deg; 360 where nothing is
-            lost anywhere.
+        width_deg: (N,) float64. Width of the tolerance arc around it, deg; 360 if nothing is lost
+            anywhere.
     """
 
     curves: Float64
@@ -43,12 +43,12 @@ class Best:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What became of the best turns of many (scene, style) pairs.
+    """Changes of the best turns of many (scene, style) pairs.
 
     Attributes:
         degrees: (N,) float64. Angle between the grid turns, deg in [0, 180].
         refined: (N,) float64. Angle between the refined turns.
-        regret: (N,) float64. What the reference's curve loses at the other grid turn, of its
+        regret: (N,) float64. Loss of the reference's curve at the other grid turn, relative to its
             largest value.
         regret_of_range: (N,) float64. The same as a share of the curve's range.
         tied: (N,) bool. Pairs whose two best peaks are nearly equal in the reference.
@@ -62,19 +62,19 @@ class Change:
 
     @property
     def mean(self) -> float:
-        """Mean angle of the pairs that are not tied, deg; 0 when there is none."""
+        """Mean angle of the pairs that are not tied, deg; 0 if there is none."""
         clear = self.degrees[~self.tied]
         return float(clear.mean()) if clear.size else 0.0
 
     @property
     def mean_refined(self) -> float:
-        """Mean refined angle of the pairs that are not tied, deg; 0 when there is none."""
+        """Mean refined angle of the pairs that are not tied, deg; 0 if there is none."""
         clear = self.refined[~self.tied]
         return float(clear.mean()) if clear.size else 0.0
 
     @property
     def mean_regret(self) -> float:
-        """Mean share that is given up, over all pairs: the larger of both ways to count."""
+        """Mean regret over all pairs, the larger of both measures."""
         return max(float(self.regret.mean()), float(self.regret_of_range.mean()))
 
 
@@ -110,7 +110,7 @@ def change(reference: Best, other: Best) -> Change:
 
 
 def has_rival(curve: Float64, share: float = TIED) -> bool:
-    """Tell whether the second-best local maximum comes within a share of the best.
+    """Return whether the second-best local maximum comes within a share of the best.
 
     Args:
         curve: (64,) float64. The objective at the grid turns.
@@ -126,7 +126,7 @@ def has_rival(curve: Float64, share: float = TIED) -> bool:
 
 
 def _apart(degrees: NDArray[np.floating[Any]]) -> Float64:
-    """Size of angles, deg in [0, 180]."""
+    """Return the size of angles, deg in [0, 180]."""
     wrapped: Float64 = np.abs((np.asarray(degrees, np.float64) + 180.0) % 360.0 - 180.0)
     return wrapped
 

@@ -1,4 +1,4 @@
-"""The whole evaluation: sizes, peaks, what is attainable, heads and skins, places of the probe."""
+"""The whole evaluation: sizes, peaks, attainable styles, heads and skins, probe positions."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 
 
 def quality_at_turns(targets: Floats, light: Floats, turns: int = TURNS) -> Float64:
-    """C of every target at turns 0, 360 / `turns` ... deg.
+    """Return C of every target at turns 0, 360 / `turns` ... deg.
 
     Args:
         targets: (S, H, W) float. Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
         light: (H, W) float. Luminance of the environment at turn 0.
-        turns: How many turns. Environments of more columns are shifted by several; those of fewer
-            are interpolated between their columns (band-limited, as the refined turn is).
+        turns: Number of turns. Environments with more columns are shifted by several; those with
+            fewer are interpolated between their columns (band-limited, like the refined turn).
 
     Returns:
         (S, turns) float64. In the unit of `light`.
@@ -58,7 +58,7 @@ def quality_at_turns(targets: Floats, light: Floats, turns: int = TURNS) -> Floa
     seen = np.fft.rfft(np.asarray(light, np.float64), axis=1)
     spectrum = (np.conj(forward) * seen).sum(axis=1)
     if turns > width:
-        # The last frequency stands for both ends of the spectrum, which are apart from here on.
+        # The last frequency represents both ends of the spectrum, which are separate from here on.
         spectrum[:, -1] *= 0.5
         between: Float64 = np.fft.irfft(spectrum, turns, axis=1) * (turns / width)
         return between
@@ -67,13 +67,13 @@ def quality_at_turns(targets: Floats, light: Floats, turns: int = TURNS) -> Floa
 
 
 def block_sums(targets: Floats, shape: tuple[int, int]) -> Float64:
-    """Pre-integrated targets for an environment of fewer texels.
+    """Return pre-integrated targets for an environment with fewer texels.
 
-    T holds the texels' solid angle, so the column of a larger texel is the sum of those in it.
+    T contains the texels' solid angle, so the column of a larger texel is the sum of those in it.
 
     Args:
         targets: (..., H, W) float. F of eq. 3.
-        shape: Rows and columns wanted; H and W must be whole multiples of them.
+        shape: Rows and columns of the result; H and W must be whole multiples of them.
 
     Returns:
         (..., rows, columns) float64.
@@ -98,10 +98,10 @@ _OWN_PICTURE: Final = 100
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Row:
-    """One size, held against the largest.
+    """One size compared with the largest.
 
     Attributes:
-        own_steps: The same when turns are whole texels of each size (32, 64 or 128 turns); None for
+        own_steps: The same with turns in whole texels of each size (32, 64 or 128 turns); None for
             pictures.
         curves: (N, 64) float64. Quality at the turns of the grid.
     """
@@ -117,7 +117,7 @@ class Widths:
     """Widths of the best peaks.
 
     Attributes:
-        all_deg: (N,) float64. Of every pair, deg.
+        all_deg: (N,) float64. Widths of all pairs, deg.
         attainable: (N,) bool.
     """
 
@@ -125,20 +125,20 @@ class Widths:
     attainable: NDArray[np.bool_] = field(repr=False)
 
     def mean(self, *, attainable: bool = False) -> tuple[float, float]:
-        """Mean and standard deviation, deg, of all pairs or of those attainable."""
+        """Return mean and standard deviation, deg, of all pairs or of the attainable ones."""
         kept = self.all_deg[self.attainable] if attainable else self.all_deg
         return (float(kept.mean()), float(kept.std())) if kept.size else (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moved:
-    """What becomes of the best turn when the probe stands beside the spot.
+    """Effect of a probe beside the spot on the best turn.
 
     Attributes:
-        spot: (K,) int32. Of each place beside a spot.
+        spot: (K,) int32. Spot of each place beside one.
         feet, bearing_deg: (K,) float32.
-        degrees, regret: (K, S) float64. Angle between the best turns (deg), and what the other turn
-            gives up at the spot.
+        degrees, regret: (K, S) float64. Angle between the best turns (deg), and the loss of the
+            other turn at the spot.
         tied: (K, S) bool. Pairs whose two best peaks at the spot are nearly equal.
     """
 
@@ -153,7 +153,7 @@ class Moved:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """All that was found."""
+    """All results."""
 
     scenes: tuple[str, ...]
     styles: tuple[Style, ...]
@@ -187,11 +187,11 @@ def evaluate(
     """Evaluate the paper's styles in some scenes.
 
     Args:
-        views: Of the generic head, for what other yaws gain.
+        views: Views of the generic head, for the gain of other yaws.
 
     Raises:
-        TransportError: If the tables are of other styles than the packs.
-        Cancelled: If `token` says so.
+        TransportError: If the tables and the packs have different styles.
+        Cancelled: If the token was cancelled.
     """
     generic = packs[GENERIC]
     _check(generic, tables)
@@ -259,7 +259,7 @@ def _only(tables: Tables, rows: Sequence[int]) -> Tables:
 
 
 def _lighting(targets: NDArray[Any], grey: Sequence[Float64]) -> tuple[Row, ...]:
-    """Best turns by size of the environment, held against the largest."""
+    """Compare best turns by size of the environment with the largest."""
     bests, fine = [], []
     for shape in ENVIRONMENTS:
         table = block_sums(targets, shape)
@@ -280,7 +280,7 @@ def _lighting(targets: NDArray[Any], grey: Sequence[Float64]) -> tuple[Row, ...]
 
 
 def _pictures(tables: Tables, grey: Sequence[Float64]) -> tuple[Row, ...]:
-    """Best turns by size of the picture, held against the largest."""
+    """Compare best turns by size of the picture with the largest."""
     lights = [_grey(light, _OWN_ENVIRONMENT) for light in grey]
     bests = [
         best_turns(_curves(block_sums(tables.picture(size), _OWN_ENVIRONMENT), lights))
@@ -293,12 +293,12 @@ def _pictures(tables: Tables, grey: Sequence[Float64]) -> tuple[Row, ...]:
 
 
 def _curves(table: NDArray[Any], lights: Sequence[Float64]) -> Float64:
-    """Quality of all pairs, scene by scene, (N, 64)."""
+    """Return the quality of all pairs, scene by scene, (N, 64)."""
     return np.concatenate([quality_at_turns(table, light) for light in lights])
 
 
 def _peaks(table: NDArray[Any], lights: Sequence[Float64], turns: int) -> Float64:
-    """Best turn of each pair among a size's own turns by whole texels, deg."""
+    """Return the best turn of each pair among a size's own turns by whole texels, deg."""
     found = [quality_at_turns(table, light, turns).argmax(axis=1) for light in lights]
     return np.concatenate(found) * (360.0 / turns)
 
@@ -314,7 +314,7 @@ def _answers(
     styles: Sequence[str],
     step: PhraseReport,
 ) -> tuple[_Answered, _Answered]:
-    """Answers of the generic head by both objectives, and of all heads by match."""
+    """Return answers of the generic head by both objectives, and of all heads by match."""
     generic = {name: solved(packs[GENERIC], lights, name, styles) for name in OBJECTIVES}
     heads = {GENERIC: generic["picture"]}
     for number, (name, pack) in enumerate(packs.items()):
@@ -349,7 +349,7 @@ def _spread_by_quality(
     lights: Sequence[Float64],
     attainable: NDArray[np.bool_],
 ) -> Spread:
-    """Hold all heads against the generic one by their F alone, for grey light."""
+    """Compare all heads with the generic one by their F alone, for grey light."""
     known = {
         name: pack.preintegrated[[pack.index(style) for style in tables.styles]]
         for name, pack in packs.items()
@@ -362,7 +362,7 @@ def _spread_by_quality(
 
 
 def _moved(offsets: Offsets, tables: Tables) -> Moved:
-    """Hold the best turns beside each spot against those at the spot."""
+    """Compare the best turns beside each spot with those at the spot."""
     table = block_sums(tables.picture(_OWN_PICTURE), _OWN_ENVIRONMENT)
     grey = [np.asarray(luminance(light), np.float64) for light in offsets.light]
     bests = [best_turns(quality_at_turns(table, _grey(light, _OWN_ENVIRONMENT))) for light in grey]

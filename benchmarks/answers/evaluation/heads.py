@@ -1,4 +1,4 @@
-"""How much the best turn depends on the head and the skin it was computed for."""
+"""Dependence of the best turn on the head and the skin."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """What one head answers for every scene and style.
+    """Answers of one head for every scene and style.
 
     Attributes:
         curves: (P, S, 64) float64. The objective for P scenes and S styles.
@@ -41,15 +41,15 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """Best turns of several heads beside those of the generic one.
+    """Best turns of several heads compared with those of the generic one.
 
     Attributes:
-        degrees: (V, P, S) float64. Angle between each one's refined turn and the generic head's,
+        degrees: (V, P, S) float64. Angle between each head's refined turn and the generic head's,
             deg in [0, 180].
-        regret: (V, P, S) float64. What the generic head's turn gives up on that head, of the
+        regret: (V, P, S) float64. Loss of the generic head's turn on that head, relative to the
             largest value there.
-        counted: (P, S) bool. Pairs that are attainable on the generic head: only there is a turn to
-            rely on.
+        counted: (P, S) bool. Pairs that are attainable on the generic head: only there is the turn
+            reliable.
     """
 
     names: tuple[str, ...]
@@ -59,7 +59,7 @@ class Spread:
 
     @property
     def mean(self) -> float:
-        """Mean over heads and attainable pairs, deg; 0 when there are none."""
+        """Mean over heads and attainable pairs, deg; 0 if there are none."""
         return _mean(self.degrees[:, self.counted])
 
     @property
@@ -69,7 +69,7 @@ class Spread:
 
     @property
     def by_style(self) -> Float64:
-        """(S,) mean over heads and the scenes where a style is attainable, deg; NaN if nowhere."""
+        """Mean over heads and the scenes where a style is attainable, (S,) deg; NaN if none."""
         kept = np.where(self.counted, self.degrees.mean(axis=0), 0.0).sum(axis=0)
         count = self.counted.sum(axis=0)
         result: Float64 = np.where(count > 0, kept / np.maximum(count, 1), np.nan)
@@ -79,7 +79,7 @@ class Spread:
 def solved(
     pack: StylePack, lights: Sequence[Floats], objective: Objective, styles: Sequence[str]
 ) -> tuple[tuple[StyleResult, ...], ...]:
-    """Answers of a head for every scene.
+    """Return the answers of a head for every scene.
 
     Args:
         lights: sequence of (H, W, 3) float. Environments at turn 0 in the pack's size.
@@ -108,7 +108,7 @@ def from_best(best: Best, scenes: int, attainable: NDArray[np.bool_]) -> Answers
 
 
 def spread(generic: Answers, others: Mapping[str, Answers]) -> Spread:
-    """Hold the answers of several heads against those of the generic one."""
+    """Compare the answers of several heads with those of the generic one."""
     degrees, regret = [], []
     for other in others.values():
         turned = other.refined_deg - generic.refined_deg

@@ -1,4 +1,4 @@
-"""What each style gains where the lens may stand beside the nose."""
+"""Gain of each style if the lens may be beside the nose."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LensGains:
-    """Answers straight in front beside the best of all yaws, by the picture objective.
+    """Answers straight in front compared with the best of all yaws, by the picture objective.
 
     Attributes:
         straight, free: (P, S) float64. Match for P scenes and S styles.
@@ -39,11 +39,11 @@ class LensGains:
 
     @property
     def named(self) -> Bools:
-        """(P, S) pairs in reach that gain as much as the app names."""
+        """Pairs in reach with a gain large enough for the app to mention, (P, S)."""
         return np.asarray(self.reached & (self.free >= self.straight + NAMED_GAIN))
 
     def of(self, style: int | None = None) -> tuple[int, int, float, float, int]:
-        """Pairs in reach, the same at any yaw, mean match both ways there, gains named."""
+        """Return pairs in reach, those at any yaw, mean match both ways, and mentioned gains."""
         at = slice(None) if style is None else slice(style, style + 1)
         both = (self.reached & self.reached_free)[:, at]
         means = [

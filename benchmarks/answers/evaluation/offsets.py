@@ -1,4 +1,4 @@
-"""How much it matters that the probe stands a foot or two from where the head will be.
+"""Effect of a probe that is a foot or two from the later position of the head.
 
 The environments are renders of the demo location, whose every light is known: at its three spots
 and 1 and 2 feet away from them in four directions. Values come from
@@ -31,9 +31,9 @@ class Offsets:
     """Environments at some spots and beside them.
 
     Attributes:
-        spot: (K,) int32. Which spot each environment belongs to.
-        feet: (K,) float32. How far from the spot it is, ft; 0 at the spot itself.
-        bearing_deg: (K,) float32. In which direction, deg of panorama azimuth.
+        spot: (K,) int32. Spot of each environment.
+        feet: (K,) float32. Distance from the spot, ft; 0 at the spot itself.
+        bearing_deg: (K,) float32. Direction, deg of panorama azimuth.
         light: (K, H, W, 3) float32. Linear Rec. 709 radiance; one scale for each spot.
     """
 

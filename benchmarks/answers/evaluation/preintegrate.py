@@ -1,13 +1,13 @@
-"""Pre-integrated targets F of large sizes, without ever making the transport they stand for.
+"""Pre-integrated targets F for large sizes, without ever forming the transport.
 
-F = f'T (eq. 3) needs no T: with T = S E, light on the points of the skin (E) and each pixel's share
-of it (S), F is (f'S) E. f'S is one row for each target, so neither 200 x 200 pixels nor 128 x 64
-texels need more memory than 100 x 100 and 64 x 32. And far fewer paths do: a target adds up
-thousands of pixels, so that F has little noise where every pixel of T has much. For the same reason
-f'S takes only one pixel, drawn by chance, of each small block.
+F = f'T (eq. 3) does not need T: with T = S E, light on the points of the skin (E) and each pixel's
+share of it (S), F is (f'S) E. f'S has one row for each target, so 200 x 200 pixels and 128 x 64
+texels need no more memory than 100 x 100 and 64 x 32. Far fewer paths are enough, too: a target
+sums thousands of pixels, so F has little noise even if every pixel of T has much. For the same
+reason f'S uses only one random pixel of each small block.
 
-Targets come from paths of their own. From the same paths their noise would agree with that of T,
-and the noisier, the more F would favour the target's own lamps.
+Targets come from separate paths. With the same paths, their noise would be correlated with that of
+T, and F would favour the target's own lamps more, the noisier it is.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ _MESSAGE = "Pre-integrating styles"
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How carefully to pre-integrate.
+    """Precision of the pre-integration.
 
     Attributes:
         target_paths, paths: Random walks from each pixel, for the studio pictures and for the light
-            that makes F.
-        glints: Points in each pixel at which the surface's own reflection of the texels is taken.
-        block: One pixel of each block of this many by as many makes F.
+            of F.
+        glints: Points in each pixel that sample the surface's own reflection of the texels.
+        block: F uses one pixel of each block of this side.
     """
 
     target_paths: int = 128
@@ -75,8 +75,8 @@ class Preintegrated:
     Attributes:
         rows: (Z, S, H, W) float32. F of eq. 3 for Z picture sizes and S styles, panorama
             coordinates at turn 0, for luminance.
-        noise: RMS noise / RMS of F, the largest of all; from the two mirrored halves. Not a number
-            for a head that is not symmetric.
+        noise: RMS noise over RMS of F, the largest of all; from the two mirrored halves. NaN for a
+            head that is not symmetric.
     """
 
     rows: Float32
@@ -113,11 +113,11 @@ def preintegrate_styles(
     Args:
         environment: Rows and columns (H, W) of the environment, W = 2 H.
         pictures: Pixels along one side. The largest is rendered; its blocks of pixels make the
-            others, of the targets and of T alike.
+            others, both for targets and for T.
 
     Raises:
         BakeError: If Mitsuba cannot build the scene.
-        Cancelled: If `token` says so.
+        Cancelled: If the token was cancelled.
     """
 
     def watch(share: float) -> None:
@@ -150,11 +150,11 @@ def _prepare(
 
 
 def _studio_pictures(job: _Job, head: HeadMesh, styles: Sequence[Style], watch: Watch) -> Float64:
-    """Luminance of the styles under their own lamps, (S, P)."""
+    """Return the luminance of the styles under their own lamps, (S, P)."""
     lamps = LampColumns([lamp for style in styles for lamp in style.lamps], head.eye_point)
     moments = expose(job.scene, job.points, lamps, _LAMP_RAYS, job.seed + 1)
     straight, aslant = _as_seen(job, moments, lamps)
-    # Of a symmetric head the left half is the right half of the mirrored styles.
+    # Of a symmetric head, the left half is the right half of the mirrored styles.
     half = job.pixels % job.picture < job.picture // 2
     some = job.pixels[half] if head.symmetric else job.pixels
     pictures = np.zeros((len(some), lamps.count))
@@ -170,7 +170,7 @@ def _studio_pictures(job: _Job, head: HeadMesh, styles: Sequence[Style], watch: 
 
 
 def _as_seen(job: _Job, moments: Float32, columns: Columns) -> tuple[Float32, Float32]:
-    """Weigh light on the points as luminance counts it: for shares (V * 3, n), leans (V * 9, n).
+    """Weight light on the points by luminance: for shares (V * 3, n), leans (V * 9, n).
 
     Rows are in the order of `Gathered.share` and `Gathered.lean`: point, then axis, then channel.
     """
@@ -185,7 +185,7 @@ def _as_seen(job: _Job, moments: Float32, columns: Columns) -> tuple[Float32, Fl
 def _both_halves(
     job: _Job, styles: Sequence[Style], found: Float64, half: NDArray[np.bool_]
 ) -> Float64:
-    """Complete pictures of the sitter's one side by those of the mirrored styles."""
+    """Complete pictures of one side of the sitter with those of the mirrored styles."""
     twin = mirror_pixels(job.pixels, job.picture)
     whole = np.zeros((len(styles), len(job.pixels)))
     whole[:, half] = found
@@ -199,7 +199,7 @@ def _both_halves(
 
 
 def _integrate(job: _Job, weights: Float64, texels: TexelColumns, watch: Watch) -> Float64:
-    """Pre-integrate (K, P) weights: (K, H * W)."""
+    """Pre-integrate weights (K, P); return (K, H * W)."""
     count, points = len(weights), job.points.count
     share = np.zeros((count, points * 3), np.float32)
     lean = np.zeros((count, points * 9), np.float32)
@@ -212,7 +212,7 @@ def _integrate(job: _Job, weights: Float64, texels: TexelColumns, watch: Watch) 
         share += some @ seen.share.reshape(len(pixels), -1)
         lean += some @ seen.lean.reshape(len(pixels), -1)
         total += some @ _shine(job, pixels, texels, job.effort.glints, _seed(job, 4, start))
-    # [channel, m]: what each moment of the light counts for luminance.
+    # [channel, m]: contribution of each moment of the light to luminance.
     flat = job.profile * np.asarray(LUMINANCE_WEIGHTS)[:, None]
     slant = flat * lean_scale(job.profile)[:, None]
     straight = np.tensordot(flat, share.reshape(count, points, 3), axes=(0, 2))
@@ -229,7 +229,7 @@ def _integrate(job: _Job, weights: Float64, texels: TexelColumns, watch: Watch) 
 
 
 def _drawn(job: _Job) -> tuple[NDArray[np.intp], Float64]:
-    """One pixel of each block, by chance, and how many pixels of the head it stands for."""
+    """Return a random pixel of each block, and the number of head pixels that it represents."""
     row, column = np.divmod(job.pixels, job.picture)
     block = job.effort.block
     number = (row // block) * job.picture + column // block
@@ -253,7 +253,7 @@ def _seed(job: _Job, purpose: int, start: int) -> int:
 def _shine(
     job: _Job, pixels: NDArray[np.int32], columns: Columns, glints: int, seed: int
 ) -> Float32:
-    """Luminance that the surface itself reflects, (n, columns)."""
+    """Return the luminance that the surface itself reflects, (n, columns)."""
     colour = shine(job.scene, job.picture, pixels, columns, glints, seed)
     luminance: Float32 = colour @ np.asarray(LUMINANCE_WEIGHTS, np.float32)
     return luminance
@@ -262,7 +262,7 @@ def _shine(
 def _exposures(
     job: _Job, used: NDArray[np.intp], columns: Columns, watch: Watch
 ) -> Iterator[tuple[NDArray[np.intp], Float32]]:
-    """Light at some points, a few at a time: (points, moments (3, n, columns))."""
+    """Yield the light at some points, a few at a time: (points, moments (3, n, columns))."""
     step = max(1, _CHUNK_PAIRS // columns.count)
     for start in range(0, len(used), step):
         watch(start / len(used))
@@ -274,7 +274,7 @@ def _exposures(
 
 
 def _weights(job: _Job, targets: Float64, size: int) -> Float64:
-    """Weights of eq. 6 in a picture of another size, as weights of the pixels rendered, (S, P)."""
+    """Return weights of eq. 6 for another picture size, as weights of rendered pixels, (S, P)."""
     block = job.picture // size
     face = _blocks(job, job.coverage, block) >= FACE_COVERAGE
     rows = []
@@ -287,7 +287,7 @@ def _weights(job: _Job, targets: Float64, size: int) -> Float64:
 
 
 def _blocks(job: _Job, values: NDArray[np.floating[Any]], block: int) -> Float64:
-    """Mean of each block of pixels of values (P,), (N / block, N / block)."""
+    """Return the mean of each block of pixels of values (P,), (N / block, N / block)."""
     picture = np.zeros(job.picture**2)
     picture[job.pixels] = values
     side = job.picture // block
@@ -296,7 +296,7 @@ def _blocks(job: _Job, values: NDArray[np.floating[Any]], block: int) -> Float64
 
 
 def _mirror_rows(styles: Sequence[Style], rows: Float64) -> tuple[Float64, float]:
-    """Average F with its mirrored style's mirror image; the difference of both tells the noise."""
+    """Average F with its mirrored style's mirror image; return the noise from their difference."""
     exact, noise = rows.copy(), 0.0
     for here, style in enumerate(styles):
         there = mirror_index(styles, style)

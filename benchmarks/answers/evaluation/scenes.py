@@ -1,4 +1,4 @@
-"""The environments to evaluate on: any folder of panoramas."""
+"""The environments of the evaluation: any folder of panoramas."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from app.core.base.colour import FloatImage
 
 LARGEST: Final = (64, 128)
-"""Rows and columns of the largest environment that is evaluated."""
+"""Rows and columns of the largest evaluated environment."""
 
 _FINE: Final = (256, 512)
 _ENDINGS: Final = (".exr", ".hdr")
@@ -29,11 +29,11 @@ _SHARED: Final = ("shared", "data", "hdri")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One environment in the sizes that evaluation needs.
+    """One environment in the sizes of the evaluation.
 
     Attributes:
         light: (64, 128, 3) float32. Linear Rec. 709 radiance at turn 0.
-        fine: (256, 512, 3) float32. The same, fine enough to be turned by any angle.
+        fine: (256, 512, 3) float32. The same, fine enough for turns by any angle.
     """
 
     name: str
@@ -42,11 +42,11 @@ class Scene:
 
 
 def default_scenes(root: Path | None = None) -> Path:
-    """Return the folder that is evaluated by default.
+    """Return the default folder.
 
     Returns:
-        ``shared/data/hdri`` beside the checkout (or where TURNLIGHT_SHARED says), else the scenes
-        that ship with the app.
+        ``shared/data/hdri`` beside the checkout (or in TURNLIGHT_SHARED), otherwise the scenes that
+        ship with the app.
     """
     named = os.environ.get("TURNLIGHT_SHARED")
     base = Path(__file__).resolve().parents[3] if root is None else root
@@ -59,7 +59,7 @@ def find_scenes(folder: Path) -> tuple[Path, ...]:
     """List the panoramas of a folder, by name.
 
     Raises:
-        EnvironmentFileError: If there is no such folder, or no panorama in it, or far too many.
+        EnvironmentFileError: If there is no such folder, or it has no panoramas, or too many.
     """
     if not folder.is_dir():
         raise EnvironmentFileError(f"There is no folder {folder}.", "Name one with --scenes.")
@@ -86,7 +86,7 @@ def read_scenes(
 
     Raises:
         EnvironmentFileError: If none can be read.
-        Cancelled: If `token` says so.
+        Cancelled: If the token was cancelled.
     """
     scenes: list[Scene] = []
     said: list[str] = []

@@ -1,4 +1,4 @@
-"""The tables that evaluation stands on: pre-integrated targets of sizes and heads that do not ship.
+"""The tables of the evaluation: pre-integrated targets of sizes and heads that do not ship.
 
 A table is F of eq. 3 and nothing else, so that 200 x 200 pixels and 128 x 64 texels take kilobytes
 where the transport would take gigabytes. `turnlight evaluate --bake` makes them again.
@@ -33,7 +33,7 @@ _MOST_HEADS: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class TableNote:
-    """How a table was made."""
+    """Origin of a table."""
 
     head: str
     skin: str
@@ -68,13 +68,13 @@ class Tables:
 
 
 def styles_digest(styles: Sequence[Style]) -> str:
-    """Return the SHA-256 of what the targets of styles depend on: their names and lamps."""
+    """Return the SHA-256 of the data that determine the targets of styles: names and lamps."""
     facts = [[style.name, [asdict(lamp) for lamp in style.lamps]] for style in styles]
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
 def tables_path(folder: Path | None = None) -> Path:
-    """Return where the tables lie: in `folder`, else beside this module."""
+    """Return the path of the tables: in `folder`, otherwise beside this module."""
     return (folder or Path(__file__).parent) / "tables.npz"
 
 
@@ -126,7 +126,7 @@ def _parsed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Ta
 
 
 def _plain(note: TableNote) -> dict[str, Any]:
-    # JSON has no word for "not a number".
+    # JSON has no NaN.
     facts = asdict(note)
     return {**facts, "noise": note.noise if np.isfinite(note.noise) else None}
 
@@ -143,7 +143,7 @@ def _note(facts: Mapping[str, Any]) -> TableNote:
 
 
 def _fits(tables: Tables) -> bool:
-    """Whether all arrays have their types and shapes, and hold numbers."""
+    """Return whether all arrays have their types and shapes, and contain numbers."""
     count = len(tables.styles)
     every = [(tables.sizes, 4), *((f, 3) for f in tables.heads.values())]
     fits = count > 0 and len(tables.heads) <= _MOST_HEADS

@@ -1,1 +1,1 @@
-"""A scripted photographer turns a sitter in the demo location, by what a phone sees of it."""
+"""A scripted photographer turns a sitter in the demo location, guided by a phone's view."""

@@ -1,9 +1,9 @@
-"""What a phone or webcam does to a picture that it should only hand over.
+"""The effects of a phone or webcam on a picture.
 
-In the order in which it happens to light: the lens darkens the corners and blurs, exposure and
-white balance scale the linear light, white clips, the sensor and its processing leave noise, and
-JPEG forgets the rest. Noise is that of the finished picture, in display values, where it is about
-the same in darks and lights.
+In the order in which they affect light: the lens darkens the corners and blurs, exposure and white
+balance scale the linear light, white clips, the sensor and its processing add noise, and JPEG
+compresses. Noise is that of the finished picture, in display values, where it is about equal in
+dark and bright areas.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ _JPEG: Final = (50, 95)
 _MOST_VIGNETTE: Final = 0.3
 _STEPS: Final = 65535  # of linear light; the steepest part of the curve moves by 0.05 byte
 _LEAST_BLUR_PX: Final = 0.1
-_BASE: Final = 0.04  # of the picture's longer side: what is smaller is detail
-_DARK: Final = np.float32(1e-3)  # of white: darker has no logarithm worth having
-_EDGE: Final = 0.35  # of a difference of brightness that is an edge, natural logarithm
+_BASE: Final = 0.04  # of the picture's longer side: smaller structures are detail
+_DARK: Final = np.float32(1e-3)  # of white: lower limit of the logarithm
+_EDGE: Final = 0.35  # of a difference of brightness that counts as an edge, natural logarithm
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """How a picture differs from what was there to be seen.
+    """Differences of a picture from the true view.
 
     Attributes:
         ev: Brighter (positive) or darker, stops.
         white: Gains of red and of blue, in linear light; green is 1.
-        blur_px: Standard deviation of the lens's and the focus's blur, pixels.
+        blur_px: Standard deviation of the blur by lens and focus, pixels.
     """
 
     ev: float = 0.0
@@ -54,14 +54,14 @@ class Disturbance:
 
 
 CLEAN: Final = Disturbance()
-"""Nothing differs."""
+"""No disturbance."""
 
 
 def random_disturbance(chance: np.random.Generator) -> Disturbance:
-    """Draw what a phone might do, each part evenly over its range.
+    """Draw a phone's disturbance, each part uniformly over its range.
 
     Returns:
-        Exposure within 2 EV, gains 0.8 to 1.25 (evenly in their logarithm), blur to 1.5 px, noise
+        Exposure within 2 EV, gains 0.8 to 1.25 (uniform in their logarithm), blur to 1.5 px, noise
         to 4 %, JPEG 50 to 95, corners darker by up to 30 %.
     """
     red, blue = np.exp(chance.uniform(np.log(_WHITE[0]), np.log(_WHITE[1]), 2))
@@ -76,13 +76,13 @@ def random_disturbance(chance: np.random.Generator) -> Disturbance:
 
 
 def disturbed(picture: Bytes, disturbance: Disturbance, chance: np.random.Generator) -> Bytes:
-    """Take a picture as a phone would have.
+    """Disturb a picture like a phone.
 
     Args:
-        picture: (H, W, 3) uint8. What there is to be seen, sRGB.
+        picture: (H, W, 3) uint8. The true view, sRGB.
 
     Returns:
-        (H, W, 3) uint8. SRGB, a new array; with `CLEAN` the same values.
+        (H, W, 3) uint8. sRGB, a new array; with `CLEAN` the same values.
     """
     light = _lit(picture, disturbance)
     if disturbance.vignette > 0.0:
@@ -99,7 +99,7 @@ def disturbed(picture: Bytes, disturbance: Disturbance, chance: np.random.Genera
 
 
 def _lit(picture: Bytes, disturbance: Disturbance) -> Float32:
-    """Linear light after exposure and white balance, not yet clipped."""
+    """Return linear light after exposure and white balance, not yet clipped."""
     gains = np.array([disturbance.white[0], 1.0, disturbance.white[1]]) * 2.0**disturbance.ev
     table = (_decoding()[:, None] * gains).astype(np.float32)
     planes = [table[:, channel][picture[..., channel]] for channel in range(3)]
@@ -108,19 +108,19 @@ def _lit(picture: Bytes, disturbance: Disturbance) -> Float32:
 
 @lru_cache(maxsize=1)
 def _decoding() -> Float32:
-    """(256,) float32: the linear light of each byte."""
+    """Return the linear light of each byte, (256,) float32."""
     return srgb_decode(np.arange(256) / 255.0)
 
 
 @lru_cache(maxsize=1)
 def _encoding() -> Float32:
-    """(65536,) float32: display values, 0 to 255, of linear light in even steps."""
+    """Return display values, 0 to 255, of linear light in even steps, (65536,) float32."""
     return srgb_encode(np.arange(_STEPS + 1) / _STEPS) * np.float32(255.0)
 
 
 @lru_cache(maxsize=4)
 def _corners(rows: int, columns: int, vignette: float) -> Float32:
-    """(H, W) float32: the share of light that arrives, by the square of the way to a corner."""
+    """Return the share of light that arrives, by the squared distance to the centre, (H, W)."""
     x = (np.arange(columns) + 0.5) * 2.0 / columns - 1.0
     y = (np.arange(rows) + 0.5) * 2.0 / rows - 1.0
     span = rows**2 + columns**2
@@ -135,13 +135,13 @@ def _compressed(picture: Bytes, quality: int) -> Bytes:
 
 
 def swept(picture: Bytes, pixels: float) -> Bytes:
-    """Blur a picture sideways, as a camera does that turns while it exposes.
+    """Blur a picture sideways, like a camera that turns during the exposure.
 
     Args:
         picture: (H, W, 3) uint8. sRGB.
 
     Returns:
-        (H, W, 3) uint8. SRGB; the same array where they move by less than a pixel.
+        (H, W, 3) uint8. sRGB; the same array for a motion of less than a pixel.
     """
     wide = abs(pixels)
     if wide < 1.0:
@@ -153,10 +153,10 @@ def swept(picture: Bytes, pixels: float) -> Bytes:
 
 
 def tone_mapped(picture: Bytes, strength: float) -> Bytes:
-    """Show a picture as a phone's night or HDR mode does: shadows up, lights down, details crisp.
+    """Tone map a picture like a phone's night or HDR mode: shadows up, lights down, crisp details.
 
     Brightness is split into a smooth base, which keeps its edges, and the detail on it; the base is
-    pressed together, the detail drawn out, and colour with it (Durand and Dorsey, SIGGRAPH 2002).
+    compressed, detail and colour are amplified (Durand and Dorsey, SIGGRAPH 2002).
 
     Args:
         picture: (H, W, 3) uint8. sRGB.

@@ -1,12 +1,12 @@
-"""A scripted photographer, and a sitter, who follow the guidance and nothing else.
+"""A scripted photographer, and a sitter, who follow only the guidance.
 
-He sees what the screen shows (`app.core.guidance.guide.Guide`): a number, a direction, a word.
-He acts on it after a delay, walks at his own speed towards where the number says the goal is, and
-stops 2 to 6 deg beside it, on either side, however short the way was. Then he waits for the number
-to be still, and corrects. He is done when he stands and reads "Hold it".
+He sees the screen (`app.core.guidance.guide.Guide`): a number, a direction, a word. He acts on it
+after a delay, walks at his own speed towards the goal by the number, and stops 2 to 6 deg beside
+it, on either side, however short the way was. Then he waits until the number is still, and
+corrects. He is done when he stands and reads "Hold it".
 
-Where the nose is not to point to the lens, he passes on what the screen says of it, and waits until
-the sitter, who turns by about as much as was said, is still.
+If the nose should not point to the lens, he passes on the screen's instruction, and waits until the
+sitter, who turns by about that much, is still.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 SETTLE_S: Final = 0.3
-"""A number is read when he has stood for so long."""
+"""Time of standing still before a number is read."""
 
 _DELAY_S: Final = (0.3, 0.8)
 _SPEED_DEG_S: Final = (10.0, 40.0)
@@ -32,24 +32,24 @@ _BESIDE_DEG: Final = (2.0, 6.0)
 _DISTANCE_M: Final = (1.2, 2.5)
 _AIM_DEG: Final = 10.0
 
-_HOLDS_S: Final = 0.5  # he presses when it has said so for so long
-_WAITS_S: Final = 1.5  # without a number, before he points the camera elsewhere
+_HOLDS_S: Final = 0.5  # time of that message before he presses
+_WAITS_S: Final = 1.5  # time without a number before he points the camera elsewhere
 _WANDERS_DEG: Final = 1.5
 _SITTER_S: Final = (0.4, 1.0)
 _SITTER_DEG_S: Final = 40.0
-_TURNS: Final = (0.8, 1.2)  # of what was said; nobody knows an angle better
+_TURNS: Final = (0.8, 1.2)  # of the instruction; nobody knows an angle more precisely
 _SWAYS_DEG: Final = 1.5
 _STEPS_M: Final = 0.06
 
 
 @dataclass(frozen=True, slots=True)
 class Habits:
-    """How a photographer moves and holds the camera.
+    """The photographer's way of moving and holding the camera.
 
     Attributes:
-        aim_deg: How far he points to the right of the sitter, deg.
-        shake_deg: How far his hands tremble to each side, deg.
-        fps: Pictures per second of his camera.
+        aim_deg: Aim to the right of the sitter, deg.
+        shake_deg: Amplitude of the hands' tremble, deg.
+        fps: Pictures per second of the camera.
     """
 
     delay_s: float = 0.5
@@ -64,8 +64,8 @@ def random_habits(chance: np.random.Generator) -> Habits:
     """Draw a photographer.
 
     Returns:
-        Delay 0.3 to 0.8 s, 10 to 40 deg/s, 1.2 to 2.5 m, aim within 10 deg, 15 to 24 pictures a
-        second, all evenly.
+        Delay 0.3 to 0.8 s, 10 to 40 deg/s, 1.2 to 2.5 m, aim within 10 deg, 15 to 24 pictures per
+        second, all uniform.
     """
     return Habits(
         delay_s=float(chance.uniform(*_DELAY_S)),
@@ -79,7 +79,7 @@ def random_habits(chance: np.random.Generator) -> Habits:
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """What the screen showed, when, and where he was."""
+    """The screen's content, its time, and his position."""
 
     time_s: float
     turn_deg: float
@@ -87,26 +87,26 @@ class _Shown:
 
     @property
     def to_go(self) -> int | None:
-        """What the number and the direction say, positive clockwise; None without a number."""
+        """Angle from number and direction, positive clockwise; None without a number."""
         if self.guide.phase not in (Phase.TURN, Phase.INSIDE, Phase.HOLD, Phase.BEYOND):
             return None
         sign = {"clockwise": 1, "counter-clockwise": -1}.get(self.guide.direction, 0)
         return sign * (self.guide.number or 0)
 
     def nose_deg(self, told: bool) -> float:
-        """How much further toward the sitter's left the nose is to go, as the screen has it."""
+        """Return the rest of the nose's turn toward the sitter's left, as on screen."""
         if self.guide.phase is Phase.NOSE:
-            # Toward one's left is counter-clockwise.
+            # Toward the sitter's left is counter-clockwise.
             return self.guide.further
         asked = self.guide.inside and not told and self.guide.nose is None
         return self.guide.yaw if asked else 0
 
 
 class Poser:
-    """Turns the nose when told, late and roughly; eyes stay on the lens.
+    """Turns the nose on instruction, late and roughly; the eyes stay on the lens.
 
     Attributes:
-        yaw_deg: How far the face is turned toward their own left of the lens, but for swaying.
+        yaw_deg: Turn of the face toward the sitter's own left of the lens, without the sway.
     """
 
     def __init__(self, chance: np.random.Generator) -> None:
@@ -117,7 +117,7 @@ class Poser:
         self._moves: tuple[float, float, float] | None = None  # when, from, to
 
     def hear(self, further_deg: float, now_s: float) -> None:
-        """Be told to turn the nose further toward the own left."""
+        """Hear an instruction to turn the nose further to the left."""
         self.told = True
         starts = now_s + float(self._chance.uniform(*_SITTER_S))
         by = further_deg * float(self._chance.uniform(*_TURNS))
@@ -125,7 +125,7 @@ class Poser:
         self.still_s = starts + abs(by) / _SITTER_DEG_S
 
     def move(self, now_s: float) -> None:
-        """Go on for a moment."""
+        """Advance by a moment."""
         if self._moves is not None:
             starts, before, after = self._moves
             length = max(self.still_s - starts, 1e-6)
@@ -133,27 +133,27 @@ class Poser:
             self.yaw_deg = before + share * (after - before)
 
     def sways(self, now_s: float) -> float:
-        """Where the nose points at a moment, deg."""
+        """Return the direction of the nose at a moment, deg."""
         return self.yaw_deg + _SWAYS_DEG * math.sin(0.9 * now_s)
 
 
 @dataclass(slots=True)
 class _Walk:
-    """A way to go: where to, unwrapped deg, and how far beside that he will stop."""
+    """A walk: its target, unwrapped deg, and the offset at which he will stop."""
 
     to_deg: float
     beside_deg: float
 
 
 class Photographer:
-    """Does what the screen says, late and roughly.
+    """Follows the screen, late and roughly.
 
     Args:
-        chance: For where he stops, and how he trembles.
-        sitter: Who turns the nose as he says; without one it points to the lens.
+        chance: Randomness of stops and tremble.
+        sitter: Turns the nose on his instruction; None for a nose toward the lens.
 
     Attributes:
-        turn_deg: Where he is, unwrapped deg.
+        turn_deg: His position, unwrapped deg.
     """
 
     def __init__(
@@ -178,23 +178,23 @@ class Photographer:
 
     @property
     def stands(self) -> bool:
-        """Whether he is not walking."""
+        """Whether he stands still."""
         return self._walk is None
 
     @property
     def stood_s(self) -> float:
-        """Since when he stands."""
+        """Time since when he has stood still, seconds."""
         return self._stood_s
 
     def look(self, shown: Guide, now_s: float) -> None:
-        """See the screen; it is acted on later."""
+        """See the screen, and act on it later."""
         self._shown.append(_Shown(now_s, self.turn_deg, shown))
 
     def move(self, now_s: float, step_s: float) -> None:
-        """Go on for a moment.
+        """Advance by a moment.
 
         Args:
-            now_s, step_s: When the moment ends, and how long it is; seconds.
+            now_s, step_s: End of the moment, and its length; seconds.
         """
         seen = self._seen(now_s)
         if self.sitter is not None:
@@ -207,7 +207,7 @@ class Photographer:
             self._decide(seen, now_s)
 
     def stand(self, now_s: float) -> Stand:
-        """Where the camera is at a moment, trembling included."""
+        """Return the camera's position at a moment, including the tremble."""
         wave = [math.sin(now_s * (1.3 + 0.9 * n) + p) for n, p in enumerate(self._phases)]
         habits, shake = self.habits, self.habits.shake_deg
         aim = habits.aim_deg + self._pan_deg + _WANDERS_DEG * wave[0]
@@ -222,7 +222,7 @@ class Photographer:
         )
 
     def _seen(self, now_s: float) -> _Shown | None:
-        """Return what he is aware of: the last that was shown long enough ago."""
+        """Return the last screen that he has had time to notice."""
         while len(self._shown) > 1 and self._shown[1].time_s <= now_s - self.habits.delay_s:
             self._shown.popleft()
         first = self._shown[0] if self._shown else None
@@ -241,7 +241,7 @@ class Photographer:
             self.turn_deg += math.copysign(step, left)
 
     def _decide(self, seen: _Shown, now_s: float) -> None:
-        """Standing: press, set off again, or look for a background."""
+        """Decide while standing: press, walk again, or search for a background."""
         if self.sitter is not None and self._waits_for(self.sitter, seen, now_s):
             return
         if seen.guide.hold:
@@ -260,7 +260,7 @@ class Photographer:
         self.walks += 1
 
     def _waits_for(self, sitter: Poser, seen: _Shown, now_s: float) -> bool:
-        """Pass on what the screen says of the nose; tell whether the sitter is still turning."""
+        """Pass on the instruction for the nose; return whether the sitter is still turning."""
         if seen.time_s < sitter.still_s + SETTLE_S:
             return True
         further = seen.nose_deg(sitter.told)

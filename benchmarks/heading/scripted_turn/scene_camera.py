@@ -32,17 +32,17 @@ class PinholeCamera:
     size: tuple[int, int]
 
     def smaller(self, by: float) -> PinholeCamera:
-        """Return the same with fewer pixels; the edges stay within half of one."""
+        """Return the camera with fewer pixels; the edges stay within half of one."""
         columns, rows = (max(round(n / by), 8) for n in self.size)
         focal = self.focal_px * columns / self.size[0]
         return replace(self, focal_px=focal, size=(columns, rows))
 
     def turned_round(self) -> PinholeCamera:
-        """Return a camera of the same place and tilt that looks the other way."""
+        """Return a camera at the same position and tilt that looks the other way."""
         return replace(self, rotation=self.rotation @ np.diag([-1.0, 1.0, -1.0]))
 
     def rays(self) -> Float32:
-        """(3, H W) float32: through the pixels' middles, in the camera's axes, of depth 1."""
+        """Return rays through pixel centres, in camera axes, of depth 1, (3, H W) float32."""
         columns, rows = self.size
         x = (np.arange(columns) + 0.5 - columns / 2.0) / self.focal_px
         y = (np.arange(rows) + 0.5 - rows / 2.0)[:, None] / self.focal_px
@@ -50,7 +50,7 @@ class PinholeCamera:
         return np.stack([*grid, np.ones(columns * rows, np.float32)])
 
     def seen(self, points: Float32) -> tuple[Float32, Float32, Float32]:
-        """Put points of the world, (3, N), into the picture: column, row, inverse depth."""
+        """Project points of the world, (3, N): column, row, inverse depth."""
         turned = self.rotation.astype(np.float32)
         shift = (self.rotation @ self.position).astype(np.float32)[:, None]
         x, y, z = turned @ points - shift
@@ -60,7 +60,7 @@ class PinholeCamera:
         return x * scale + half[0], y * scale + half[1], inverse
 
     def world(self, rays: Float32, inverse: Float32) -> Float32:
-        """Places in the world, (3, N), of `rays` whose inverse depth is known, 1/m."""
+        """Return positions in the world, (3, N), of `rays` with known inverse depth, 1/m."""
         back = self.rotation.T.astype(np.float32)
         points = back @ (rays / np.maximum(inverse, np.float32(1.0 / SKY_M)))
         return np.asarray(points + self.position.astype(np.float32)[:, None], np.float32)

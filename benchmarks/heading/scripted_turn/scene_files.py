@@ -1,8 +1,7 @@
-"""The rendered views of the demo location, taken apart: light, depth, what is sitter and what not.
+"""The rendered views of the demo location, decomposed: light, depth, sitter and background.
 
-``views.json`` says where each view was taken. Its picture is turned back into radiance with the
-tone curve and the exposure that are written there, so that views go together whatever they were
-exposed for.
+``views.json`` states the position of each view. Its picture is converted back to radiance with the
+stated tone curve and exposure, so that views match whatever their exposure.
 """
 
 from __future__ import annotations
@@ -35,10 +34,10 @@ EYE_M: Final = 1.6
 """Height of all cameras, of the sitter's eyes and of the probe above the floor, metres."""
 
 SKY_M: Final = 1000.0
-"""Where the sky is taken to be, metres."""
+"""Assumed distance of the sky, metres."""
 
 _WHITE: Final = 5.0  # linear light that the views' tone curve shows as white
-_BEHIND_M: Final = 0.45  # what is further behind the sitter's middle is background
+_BEHIND_M: Final = 0.45  # areas further behind the sitter's middle are background
 _MOST_VIEWS: Final = 1000
 _LARGEST: Final = 2048  # columns or rows
 _KEPT: Final = 40
@@ -49,16 +48,16 @@ class Shot:
     """One rendered view.
 
     Attributes:
-        turn_deg, distance_m: Of the sitter, deg, and of the camera from them, metres. The camera is
-            level and its axis goes through the sitter.
+        turn_deg, distance_m: Turn of the sitter, deg, and distance of the camera, metres. The
+            camera is level and its axis passes through the sitter.
         light: (H, W, 3) float32. Linear Rec. 709 radiance, cd/m2.
-        inverse: (h, w) float32. 1 / depth along the axis, 1/m, for half the size; the sitter's
+        inverse: (h, w) float32. 1 / depth along the axis, 1/m, at half the size; that of the sitter
             where the sitter is.
         sitter: (h, w) bool. Where the sitter is.
-        behind: (h, w) bool. Where nothing of the sitter is near: background.
-        share: (H, W) float32. How much of each pixel is the sitter, 0 to 1.
-        exposure: Linear light per cd/m2 that it was shown with.
-        points: (N, 3) float32. What the background's pixels show, in the world's axes; metres.
+        behind: (h, w) bool. Background, away from the sitter.
+        share: (H, W) float32. Share of the sitter in each pixel, 0 to 1.
+        exposure: Displayed linear light per cd/m2.
+        points: (N, 3) float32. Positions of the background's pixels, in the world's axes; metres.
     """
 
     turn_deg: float
@@ -73,15 +72,15 @@ class Shot:
 
 
 class SceneFiles:
-    """Reads the views when they are asked for, and keeps the last ones; for one thread.
+    """Reads views on demand, and caches the last ones; for one thread.
 
     Attributes:
-        fov_deg: Horizontal, deg.
-        turns, distances: (N,) float64. Where there are views: deg in [0, 360), ascending; metres,
+        fov_deg: Horizontal field of view, deg.
+        turns, distances: (N,) float64. Positions of the views: deg in [0, 360), ascending; metres,
             ascending.
 
     Raises:
-        CoreError: When they are missing or damaged.
+        CoreError: If they are missing or damaged.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -106,14 +105,14 @@ class SceneFiles:
         self._cache: OrderedDict[tuple[float, float], Shot] = OrderedDict()
 
     def exposure(self, turn_deg: float, distance_m: float) -> float:
-        """Linear light per cd/m2 with which a view is shown."""
+        """Return the displayed linear light per cd/m2 of a view."""
         return self._exposures[turn_deg, distance_m]
 
     def shot(self, turn_deg: float, distance_m: float) -> Shot:
         """Return a view.
 
         Raises:
-            CoreError: When its files are missing or damaged.
+            CoreError: If its files are missing or damaged.
         """
         key = (turn_deg, distance_m)
         if key in self._cache:
@@ -165,13 +164,13 @@ class SceneFiles:
 
 
 def probe_environment(location: Path) -> Environment:
-    """Read what the probe saw where the sitter of the views is.
+    """Read the probe's panorama at the position of the views' sitter.
 
     Returns:
         In cd/m2.
 
     Raises:
-        CoreError: When files are missing or damaged.
+        CoreError: If files are missing or damaged.
     """
     try:
         spot = json.loads((location / "location.json").read_text(encoding="utf-8"))["spots"][0]
@@ -183,10 +182,10 @@ def probe_environment(location: Path) -> Environment:
 
 
 def level_pose(turn_deg: float, distance_m: float) -> tuple[Float64, Float64]:
-    """Return where a camera in front of the sitter is, and how it is turned.
+    """Return the pose of a camera in front of the sitter.
 
     Args:
-        turn_deg, distance_m: Of the sitter, deg, and of the camera from them, metres.
+        turn_deg, distance_m: Turn of the sitter, deg, and distance of the camera, metres.
 
     Returns:
         position: (3,) float64. World, metres: +Y up, the origin on the floor under the sitter's
@@ -210,7 +209,7 @@ def _decoded(path: Path, how: int) -> NDArray[np.integer]:
 
 
 def _light() -> Float32:
-    """(256,) float32: the linear light of each byte, the tone curve undone.
+    """Return the linear light of each byte, with the tone curve inverted, (256,) float32.
 
     x = L (1 + L / W^2) / (1 + L), the extended curve of Reinhard et al. 2002, eq. 4.
     """
@@ -234,7 +233,7 @@ def shown(light: Float32) -> Float32:
 
 
 def _in_the_middle(near: Mask) -> Bytes:
-    """Keep what is in one piece with the middle; 1 there."""
+    """Keep the part connected to the middle; 1 there."""
     _, labels = cv2.connectedComponents(near.astype(np.uint8))
     middle = int(labels[labels.shape[0] // 2, labels.shape[1] // 2])
     if middle == 0:
@@ -243,7 +242,7 @@ def _in_the_middle(near: Mask) -> Bytes:
 
 
 def damaged() -> CoreError:
-    """Return what is raised when the files are not as they should be."""
+    """Return the error for damaged files."""
     return CoreError(
         "The pictures of the demo location are missing or damaged.", "Install Turnlight again."
     )

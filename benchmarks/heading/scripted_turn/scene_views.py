@@ -1,13 +1,13 @@
-"""What any camera around the sitter of the demo location sees, from its rendered views.
+"""The view of any camera around the sitter of the demo location, from its rendered views.
 
-The place of each of the camera's pixels in the world is found from the depth of several views: all
-that they show is put into the picture as points, the nearest counts. Each pixel is then looked up
-in the views that see that place, nearest view first; what none of them shows is taken from the
-panorama, from the direction in which the probe saw that place. So parallax is right, near things
-hide far ones, and what comes from the panorama is known (`SceneView.from_panorama`).
+The world position of each of the camera's pixels is found from the depth of several views: all
+their points are projected into the picture, and the nearest counts. Each pixel is then looked up in
+the views that see that position, nearest view first; areas that none of them shows come from the
+panorama, in the direction in which the probe saw the position. So parallax and occlusion are right,
+and the panorama's part is known (`SceneView.from_panorama`).
 
-The sitter, who turns with the camera, goes over it: from the two views around this turn, as if
-both had been taken at this turn, moved by the sitter's own depth.
+The sitter, who turns with the camera, is drawn over it: from the two views nearest to this turn, as
+if both had been taken at this turn, shifted by the sitter's own depth.
 """
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama
-_COARSE: Final = 0.9  # of a shot's depth map: so that its points leave no holes
-_BEYOND: Final = 2.5  # times as near to things: of a camera that looks away from the sitter
-_STEPS: Final = 3  # of finding the sitter's depth
+_COARSE: Final = 0.9  # of a shot's depth map, so that its points leave no holes
+# closer to objects by this factor, for a camera that looks away from the sitter
+_BEYOND: Final = 2.5
+_STEPS: Final = 3  # iterations for the sitter's depth
 _AGREES: Final = (0.06, 0.004)  # of inverse depths: relative, and 1/m
 _WORTH: Final = 0.002  # a shot that adds less of the picture is left out
-_SIDES: Final = (-20.0, 20.0)  # beside the part of the picture that the nearest views reach
+_SIDES: Final = (-20.0, 20.0)  # beside the part of the picture that the nearest views cover
 _PANORAMA: Final = 2048
 _LEVELS: Final = 4095
 _ROW: Final = 1024
@@ -50,16 +51,16 @@ _ROW: Final = 1024
 
 @dataclass(frozen=True, slots=True)
 class Stand:
-    """Where the camera stands, and how it is held.
+    """Position and attitude of the camera.
 
     Attributes:
-        turn_deg: How far the sitter has turned, the camera with them; deg, positive clockwise.
-        distance_m: From the sitter's head, metres, within that of the views.
-        aim_deg: How far the camera points to the right of the sitter, deg.
+        turn_deg: Turn of the sitter, together with the camera; deg, positive clockwise.
+        distance_m: Distance from the sitter's head, metres, within that of the views.
+        aim_deg: Aim to the right of the sitter, deg.
         pitch_deg, roll_deg: Up, and the camera clockwise; deg.
-        away: Whether it points away from the sitter instead, as a laptop's own camera does that is
-            carried around them; `aim_deg` is then from that direction, and in the picture is, in
-            place of the sitter, who carries it.
+        away: Whether it points away from the sitter instead, like a laptop's own camera that is
+            carried around them; `aim_deg` is then from that direction, and the picture shows the
+            holder in place of the sitter.
     """
 
     turn_deg: float
@@ -72,12 +73,12 @@ class Stand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneView:
-    """What the camera sees, and the truth about it.
+    """The camera's view, and its truth.
 
     Attributes:
         picture: (H, W, 3) uint8. sRGB, not mirrored.
         heading_deg: Panorama azimuth of the axis, in (-180, 180], deg.
-        sitter_deg: Horizontal angle of the sitter, or of who is in their place, from the axis,
+        sitter_deg: Horizontal angle of the sitter, or of the person in their place, from the axis,
             positive to the right, deg.
         turn_deg: In (-180, 180], deg: heading + sitter - 180, and for a camera that looks away
             heading - aim.
@@ -92,14 +93,14 @@ class SceneView:
 
 
 class SceneViews:
-    """The demo location as any camera near the sitter sees it; for one thread.
+    """The demo location as seen by any camera near the sitter; for one thread.
 
     Args:
-        panorama: (H, 2 H, 3) float32. What the probe saw at the sitter's head: linear Rec. 709
+        panorama: (H, 2 H, 3) float32. The probe's panorama at the sitter's head: linear Rec. 709
             radiance, cd/m2.
 
     Raises:
-        CoreError: When the views are missing or damaged.
+        CoreError: If the views are missing or damaged.
     """
 
     def __init__(self, folder: Path, panorama: Float32, *, sitter: bool = True) -> None:
@@ -111,24 +112,24 @@ class SceneViews:
 
     @property
     def distances_m(self) -> tuple[float, float]:
-        """Nearest and furthest that a camera can stand, metres."""
+        """Smallest and largest distance of a camera, metres."""
         return float(self._files.distances[0]), float(self._files.distances[-1])
 
     def view(
         self, stand: Stand, lens: Lens, without: tuple[float, float] | None = None
     ) -> SceneView:
-        """Return what a camera sees.
+        """Return a camera's view.
 
         Args:
-            without: Turn (deg) and distance (metres) of a view that may not be used, to be compared
-                with.
+            without: Turn (deg) and distance (metres) of a view to leave out, for comparison with
+                it.
 
         Returns:
-            The picture, exposed as the views around it, and the truth.
+            The picture, exposed like the views around it, and the truth.
 
         Raises:
-            ValueError: When it stands nearer or further than the views, or the size is odd.
-            CoreError: When files are missing or damaged.
+            ValueError: If it is closer or further than the views, or the size is odd.
+            CoreError: If files are missing or damaged.
         """
         nearest, furthest = self.distances_m
         if not nearest <= stand.distance_m <= furthest:
@@ -136,7 +137,7 @@ class SceneViews:
         if lens.size[0] % 2 or lens.size[1] % 2:
             raise ValueError("columns and rows are even")
         position, _ = level_pose(stand.turn_deg, stand.distance_m)
-        # What lies behind the camera's back is seen over the sitter from the other side.
+        # The area behind the camera is visible over the sitter from the opposite side.
         across = stand if not stand.away else replace(stand, turn_deg=stand.turn_deg + 180.0)
         heading = across.turn_deg + 180.0 + stand.aim_deg
         turned = sphere.rotation(heading, stand.pitch_deg, stand.roll_deg) @ _AXES
@@ -179,10 +180,10 @@ class SceneViews:
         around: list[tuple[float, float, float]],
         without: tuple[float, float] | None,
     ) -> list[tuple[float, float]]:
-        """Return the views to look up pixels in, best first."""
+        """Return the views for looking up pixels, best first."""
         files = self._files
         keys = [(turn, ring) for turn, ring, _ in around]
-        # Further away a view shows more; what lies to both sides is seen from beside.
+        # A view from further away shows more; areas on both sides are visible from beside.
         rings = sorted(files.distances, key=lambda d: abs(float(d) - stand.distance_m))
         keys += [(turn, float(ring)) for ring in rings[1:] for turn, _, _ in around]
         spare = max(lens.fov_deg - files.fov_deg, 0.0) / 2.0
@@ -201,7 +202,7 @@ class SceneViews:
     def _background(
         self, camera: PinholeCamera, shots: list[Shot], nearer: float
     ) -> tuple[Float32, float]:
-        """Radiance, (H, W, 3), and the share that is from the panorama."""
+        """Return radiance, (H, W, 3), and the panorama's share."""
         half = camera.smaller(2.0)
         near, far = self._depth(camera, half, shots, nearer)
         rays = half.rays()
@@ -223,7 +224,7 @@ class SceneViews:
     def _depth(
         self, camera: PinholeCamera, half: PinholeCamera, shots: list[Shot], nearer: float
     ) -> tuple[Float32, Float32]:
-        """Inverse depth of each pixel of half the size; and with edges moved to what is behind."""
+        """Return inverse depth at half size; and the same with edges moved to the background."""
         coarse = camera.smaller(nearer * camera.focal_px / (_COARSE * self._files.focal_px / 2.0))
         columns, rows = coarse.size
         inverse = np.zeros(columns * rows, np.float32)
@@ -240,7 +241,7 @@ class SceneViews:
         return np.asarray(parts[0], np.float32).ravel(), np.asarray(parts[1], np.float32).ravel()
 
     def _looked_up(self, shot: Shot, places: list[Float32], left: Mask) -> tuple[Float32, Mask]:
-        """Find places in a view: columns and rows, and where it sees them."""
+        """Look up positions in a view: columns and rows, and a mask of where it sees them."""
         position, rotation = level_pose(shot.turn_deg, shot.distance_m)
         rows, columns = shot.inverse.shape
         camera = PinholeCamera(position, rotation, self._files.focal_px / 2.0, (columns, rows))
@@ -309,7 +310,7 @@ class SceneViews:
 def _sitter_maps(
     camera: PinholeCamera, source: PinholeCamera, shot: Shot
 ) -> tuple[Float32, Float32]:
-    """Where in a view's depth map the sitter's pixels are, for each pixel of a camera."""
+    """Return the positions of the sitter's pixels in a view's depth map, for each camera pixel."""
     depth = _continued(np.where(shot.sitter, shot.inverse, np.float32(0.0)))
     rays = camera.rays()
     inverse: Float32 = np.full(rays.shape[1], 1.0 / shot.distance_m, np.float32)
@@ -327,22 +328,22 @@ def _sitter_maps(
 
 
 def _sampled(image: NDArray[Any], x: Float32, y: Float32, how: int) -> NDArray[Any]:
-    """Look up any number of places, (N,), in a picture; outside it the edge is repeated."""
-    rows = -(-x.size // _ROW)  # OpenCV takes no long rows
+    """Sample any number of positions, (N,), in a picture; outside it the edge is repeated."""
+    rows = -(-x.size // _ROW)  # OpenCV does not accept long rows
     across, down = (np.resize(one, (rows, _ROW)) for one in (x, y))
     looked = cv2.remap(image, across, down, how, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(looked).ravel()[: x.size]
 
 
 def _completed(inverse: Float32, camera: PinholeCamera) -> Float32:
-    """Fill what no point fell on: small gaps from beside, the floor, and the rest continued."""
+    """Fill missing depth: small gaps from beside, the floor, and the rest by continuation."""
     gaps = inverse <= 0.0
     if not gaps.any():
         return inverse
     grown = cv2.dilate(inverse, np.ones((3, 3), np.uint8))
     whole = cv2.morphologyEx((~gaps).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     filled = np.where(gaps & (whole > 0), grown, inverse)
-    # What is left lies beyond the views: there the floor is known, walls and ceiling continue.
+    # The rest is beyond the views: the floor is known there, walls and ceiling continue.
     down = (camera.rotation[:, 1].astype(np.float32) @ camera.rays()).reshape(inverse.shape)
     floor = np.maximum(-down, np.float32(0.0)) / np.float32(camera.position[1])
     beyond = filled <= 0.0
@@ -350,7 +351,7 @@ def _completed(inverse: Float32, camera: PinholeCamera) -> Float32:
 
 
 def _continued(inverse: Float32) -> Float32:
-    """Give what is not known (0) the value of the nearest that is."""
+    """Replace unknown values (0) by the nearest known one."""
     mask = (inverse <= 0.0).astype(np.uint8)
     if not mask.any() or mask.all():
         return inverse
@@ -363,10 +364,10 @@ def _continued(inverse: Float32) -> Float32:
 
 
 def _paint(light: Float32, source: Float32, maps: Float32, found: Mask, below: bool) -> None:
-    """Put what a view shows where it was found, in a picture of twice the size.
+    """Draw a view's part where it was found, in a picture of twice the size.
 
-    A gap of a pixel is a depth that was missed rather than something else to be seen. What comes
-    `below` other views reaches under their soft edges.
+    A gap of one pixel is missed depth rather than another object. A view `below` others extends
+    under their soft edges.
     """
     how = cv2.MORPH_DILATE if below else cv2.MORPH_CLOSE
     whole = cv2.morphologyEx(found.astype(np.uint8), how, np.ones((3, 3), np.uint8))
@@ -386,7 +387,7 @@ def _twice(values: Float32, size: tuple[int, int]) -> Float32:
 
 
 def _spread(places: Float32, found: Mask) -> Float32:
-    """Continue a map a little over its edge, so that it can be enlarged."""
+    """Continue a map slightly over its edge, so that it can be enlarged."""
     weight = cv2.blur(found.astype(np.float32), (3, 3))
     total = cv2.blur(np.where(found, places, np.float32(0.0)), (3, 3))
     return np.where(found, places, total / np.maximum(weight, np.float32(1e-6)))

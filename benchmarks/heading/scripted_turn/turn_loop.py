@@ -1,8 +1,8 @@
-"""Time passes: a photographer, his camera, a tracker and the guidance, from picture to picture.
+"""The simulation loop: a photographer, his camera, a tracker and the guidance.
 
-The clock is the camera's. At every picture the photographer moves on, and if the tracker has
-nothing to do it takes the newest picture; its answer comes after the time that such an answer
-takes, and until then the screen shows what the last one said.
+The clock is the camera's. At every picture the photographer moves on, and an idle tracker takes the
+newest picture; its answer comes after its computing time, and until then the screen shows the
+previous one.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ Bytes: TypeAlias = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the tracker made of a picture.
+    """The tracker's answer for a picture.
 
     Attributes:
-        turn_deg: How far the sitter has turned, deg; None where nothing was found.
-        yaw_deg: How the face is turned from the lens, deg; None where none is read.
+        turn_deg: Turn of the sitter, deg; None if nothing was found.
+        yaw_deg: Yaw of the face from the lens, deg; None if none was read.
     """
 
     turn_deg: float | None
@@ -50,27 +50,27 @@ class Camera(Protocol):
 
 
 class Tracker(Protocol):
-    """Looks at a picture."""
+    """Locates a picture."""
 
     def __call__(self, picture: Bytes, taken_s: float) -> Answer:
-        """Return where it was taken."""
+        """Return the answer for a picture."""
         ...
 
 
 class FaceReader(Protocol):
-    """Looks at a face."""
+    """Reads a face."""
 
     def __call__(self, yaw_deg: float) -> float | None:
-        """Return how it seems turned that is so turned, deg; None where none is read."""
+        """Return the apparent yaw for a true yaw, deg; None if none is read."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """One picture's time, to look at afterwards.
+    """The state at one picture, for later inspection.
 
     Attributes:
-        turn_deg, told_deg: float, float or None. Where he is, and what the tracker said last; deg.
+        turn_deg, told_deg: His position, and the tracker's last answer, or None; deg.
     """
 
     time_s: float
@@ -82,14 +82,14 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a turn ended.
+    """The end of a turn.
 
     Attributes:
-        turn_deg: Where the sitter faces at the end, in (-180, 180], deg.
-        error_deg: How far that is clockwise of the goal, deg.
-        first_deg: float or None. Where he first stood and was told "You are in the light", deg.
-        told_errors_deg: What it said less the truth when the picture was taken, deg.
-        yaw_deg: How the face is turned at the end, deg.
+        turn_deg: Final direction of the sitter, in (-180, 180], deg.
+        error_deg: Its angle clockwise from the goal, deg.
+        first_deg: His first position with the message "You are in the light", deg; None if none.
+        told_errors_deg: Answers minus the truth at the time of the picture, deg.
+        yaw_deg: Final yaw of the face, deg.
     """
 
     done: bool
@@ -109,7 +109,7 @@ class Outcome:
 
 @dataclass(slots=True)
 class _Screen:
-    """The tracker at work, and what the screen shows of it."""
+    """The working tracker, and its display."""
 
     goal: Goal
     camera: Camera
@@ -124,7 +124,7 @@ class _Screen:
     looked: int = 0
 
     def at(self, now_s: float, person: Photographer, sweep_deg_s: float) -> Guide | None:
-        """Take a picture if there is time for it; return what is shown by now."""
+        """Take a picture if there is time for it; return the current display."""
         if self.coming is not None and self.coming[0] <= now_s:
             self.said, self.coming = self.coming[1], None
         if self.coming is None and now_s >= self.free_s:
@@ -156,10 +156,10 @@ def follow(
     face: FaceReader | None = None,
     watch: Callable[[Moment], None] | None = None,
 ) -> Outcome:
-    """Let a photographer turn until he is told to hold it, or the time is over.
+    """Let a photographer turn until the message to hold, or until the time is up.
 
     Args:
-        pause_s: From one picture that the tracker takes to the next at least, seconds.
+        pause_s: Least time between two of the tracker's pictures, seconds.
     """
     screen = _Screen(goal, camera, tracker, pause_s, face)
     step, now, before = 1.0 / person.habits.fps, 0.0, person.turn_deg
@@ -212,7 +212,7 @@ def _outcome(goal: Goal, person: Photographer, now_s: float, first: float | None
 
 
 def _lit_from(goal: Goal, person: Photographer, now_s: float) -> float:
-    """The turn at which the nose would point where it does if it were turned as wanted, deg."""
+    """Return the turn whose correct nose direction equals the current one, deg."""
     off = 0.0 if person.sitter is None else person.sitter.sways(now_s) - goal.yaw_deg
     return wrap(person.turn_deg - off)
 

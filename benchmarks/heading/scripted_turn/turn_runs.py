@@ -1,13 +1,12 @@
-"""A whole turn at the demo location: goal, photographer, phone and tracker, drawn and put together.
+"""A whole turn at the demo location: random goal, photographer, phone and tracker.
 
-The goals are those of the styles that the location's first spot can give, each with its tolerance
-arc. What the photographer's camera sees is rendered from the location's views, smeared while he
-walks, spoilt as a phone would, and looked at by the program's own tracker; the guidance's words are
-all that he knows. Everything is drawn from the run's number.
+The goals are those of the styles that the location's first spot gives, each with its tolerance arc.
+The camera's view is rendered from the location's views, blurred while he walks, disturbed like a
+phone's, and processed by the program's own tracker; he knows only the guidance's words. Everything
+is drawn from the run's number.
 
-Goals from aside are short, broad and the best. The face that is read is that of a portrait in the
-place's light, between the sides that there are portraits from; the location's own views show no
-face from aside.
+Goals from aside are short, broad and the best. The face is read on a portrait in the place's light,
+between the sides with portraits; the location's own views show no face from aside.
 """
 
 from __future__ import annotations
@@ -51,17 +50,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TRACKING_S: Final = 0.060
-"""How long an answer takes that is found near the last heading."""
+"""Time of an answer near the last heading."""
 
 SEARCHING_S: Final = 0.700
-"""How long one takes that is looked for everywhere."""
+"""Time of an answer from the full search."""
 
 _SIZE: Final = (640, 480)
-_PAUSE_S: Final = 0.16  # from picture to picture that is looked at: the program manages more
+_PAUSE_S: Final = 0.16  # between two processed pictures: the program is faster
 _FOVS_DEG: Final = (45.0, 65.0)
 _SHUTTERS_S: Final = (1 / 200, 1 / 60)
 _SITTER_DEG: Final = 0.7
-_FACE_DEG: Final = 1.5  # of one picture from the next
+_FACE_DEG: Final = 1.5  # between two pictures
 _SEED: Final = 20190
 
 
@@ -70,8 +69,8 @@ class World:
     """The demo location.
 
     Attributes:
-        goals: tuple of (str, Goal). Styles that it can give, and where.
-        yaw_arcs_deg: For each, the yaws (from, to) at which the picture is about as good.
+        goals: Styles that it gives, and their goals.
+        yaw_arcs_deg: For each, the yaws (from, to) at which the picture is about equally good.
     """
 
     views: SceneViews
@@ -83,12 +82,12 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What is drawn for one run.
+    """Random values of one run.
 
     Attributes:
-        start_deg: The turn at which he begins, deg.
-        fov_deg, fov_known: The phone's horizontal field of view, deg, and whether the tracker is
-            told.
+        start_deg: Turn at the start, deg.
+        fov_deg, fov_known: The phone's horizontal field of view, deg, and whether the tracker knows
+            it.
     """
 
     number: int
@@ -107,12 +106,12 @@ def demo_world(objective: Objective = "picture", aside: bool = False) -> World:
     """Read the demo location and solve its first spot.
 
     Args:
-        objective: Whose turns and arcs are the goals. The paper's arcs are not cut short by a
-            grade; they try the guidance alone.
+        objective: Objective for turns and arcs of the goals. The paper's arcs are not limited by a
+            grade; they test the guidance alone.
         aside: Whether the goals are those with the face turned aside.
 
     Raises:
-        CoreError: When the program's own files are missing or damaged.
+        CoreError: If the program's own files are missing or damaged.
     """
     folder = resources() / "demo" / "location"
     environment = probe_environment(folder)
@@ -157,10 +156,10 @@ def draw(number: int, place: World, known: float) -> Run:
 
 
 class Phone:
-    """Renders what the camera sees, and spoils it.
+    """Renders the camera's view, and disturbs it.
 
     Attributes:
-        sitter_deg: Where the sitter is from the axis of the last picture, deg.
+        sitter_deg: Angle of the sitter from the axis of the last picture, deg.
     """
 
     def __init__(self, views: SceneViews, run: Run) -> None:
@@ -170,7 +169,7 @@ class Phone:
         self.sitter_deg = 0.0
 
     def __call__(self, stand: Stand, sweep_deg_s: float) -> NDArray[np.uint8]:
-        """Take a picture while the background moves by."""
+        """Take a picture while the background moves."""
         view = self._views.view(stand, self._lens)
         picture, self.sitter_deg = view.picture, view.sitter_deg
         moved = math.radians(sweep_deg_s * self._run.shutter_s) * self._lens.focal_px
@@ -181,7 +180,7 @@ class Follower:
     """The program's tracker; it takes 60 ms near the last heading and 700 ms everywhere.
 
     Args:
-        fov_deg: Of the camera, deg; None when the tracker has to find out.
+        fov_deg: Field of view of the camera, deg; None to estimate it.
     """
 
     def __init__(self, index: HeadingIndex, fov_deg: float | None, seeing: Seeing = SEEING) -> None:
@@ -189,7 +188,7 @@ class Follower:
         self._state: Track = LOST
 
     def __call__(self, picture: NDArray[np.uint8], taken_s: float) -> Answer:
-        """Look at a picture."""
+        """Track a picture."""
         tracking = self._state.status == "tracking"
         self._state = track(
             picture, self._index, self._fov_deg, self._state, taken_s, seeing=self._seeing
@@ -199,7 +198,7 @@ class Follower:
 
 
 class Portrait:
-    """How the sitter's face is read, by what the program reads of portraits in the same light.
+    """Reads the sitter's face, with the program's errors on portraits in the same light.
 
     Args:
         nose_deg: Azimuth that the nose points to, deg.
@@ -210,7 +209,7 @@ class Portrait:
         self._off = _off_deg(light, nose_deg)
 
     def __call__(self, yaw_deg: float) -> float | None:
-        """The truth, off by as much as between the portraits next to it; None if one is unread."""
+        """Return the truth plus the error between the nearest portraits; None if one is unread."""
         off = float(np.interp(yaw_deg, list(self._off), list(self._off.values())))
         read = yaw_deg + off + _FACE_DEG * float(self._chance.standard_normal())
         return None if math.isnan(off) else read
@@ -218,7 +217,7 @@ class Portrait:
 
 @lru_cache(maxsize=64)
 def _off_deg(light: PortraitLight, nose_deg: float) -> dict[float, float]:
-    """How far what is read of each portrait is from its yaw, deg; nan where no face is found."""
+    """Return the error of each portrait's yaw, deg; nan if no face is found."""
     yaws = sorted([0.0, *YAWS, *(-yaw for yaw in YAWS)])
     read = {yaw: _read_yaw(yaw, light, nose_deg) for yaw in yaws}
     return {yaw: math.nan if found is None else found - yaw for yaw, found in read.items()}
@@ -237,7 +236,7 @@ def _read_yaw(yaw_deg: float, light: PortraitLight, nose_deg: float) -> float | 
 
 
 def _told_sitter(phone: Phone, run: Run) -> Seeing:
-    """Make a tracker that is told where the sitter is, give or take a little."""
+    """Return a tracker that gets the sitter's position with a small error."""
     chance = np.random.default_rng([_SEED, run.number, 3])
 
     def sitter(frame: NDArray[np.uint8], fov_deg: float, near: Sitter | None) -> Sitter:
@@ -256,9 +255,9 @@ def run_turn(
     """Let one photographer turn, and the sitter with him.
 
     Args:
-        read: Whether the program reads faces; without, it has nothing but words for the nose.
-        told: Whether the tracker is told where the sitter is, give or take 0.7 deg, instead of
-            looking: to test the rest by itself.
+        read: Whether the program reads faces; without that, there are only words for the nose.
+        told: Whether the tracker gets the sitter's position, with an error of 0.7 deg, instead of
+            detecting it: to test the rest alone.
     """
     chance = np.random.default_rng([_SEED, run.number, 2])
     poser = Poser(np.random.default_rng([_SEED, run.number, 4])) if run.goal.yaw_deg else None

@@ -45,14 +45,15 @@ _SECONDS_APART: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Shot(exposure_maker.ShotOptions):
-    """How a frame is taken, besides its exposure.
+    """Options of a frame besides its exposure.
 
     Attributes:
-        smooth: Whether texels are joined by straight lines.
-        tilt: What the camera states of its pose.
-        levels: Whether it corrects the zenith; None for what the model does.
-        shift: (3, 3) float64 or None. A further small rotation that no file mentions: direction d
-            of the frame shows what lies at shift @ d; `sphere.remap_frame` by it undoes it.
+        smooth: Whether texels are interpolated linearly.
+        curve: Tone curve, or one per channel.
+        tilt: Pose that the camera states.
+        levels: Whether it corrects the zenith; None for the model's own behaviour.
+        shift: (3, 3) float64. A further small rotation that no file states: direction d of the
+            frame shows the light at shift @ d; `sphere.remap_frame` with it undoes it.
     """
 
     smooth: bool = False
@@ -62,10 +63,10 @@ class Shot(exposure_maker.ShotOptions):
     shift: NDArray[np.float64] | None = None
 
     def rotation(self, camera: CameraModel) -> NDArray[np.float64] | None:
-        """From directions in the frame to directions in the environment; None for no rotation."""
+        """Return the rotation from the frame to the environment; None if there is none."""
         tilt = None
         if self.tilt is not None and not self.corrects(camera):
-            # Thetas state what their accelerometer says of either axis, others follow GPano.
+            # Thetas state their accelerometer's reading of each axis, others follow GPano.
             tilt = tilt_rotation(self.tilt, gravity="THETA" in camera.model.upper())
         if self.shift is None:
             return tilt
@@ -73,11 +74,11 @@ class Shot(exposure_maker.ShotOptions):
         return shift if tilt is None else tilt @ shift
 
     def corrects(self, camera: CameraModel) -> bool:
-        """Whether the zenith is corrected."""
+        """Return whether the zenith is corrected."""
         return camera.levels_itself if self.levels is None else self.levels
 
     def tags(self, camera: CameraModel, exposure: Exposure, shape: tuple[int, int]) -> Tags:
-        """Say truthfully what a camera would write for a frame of so many rows and columns."""
+        """Return the true tags of a camera for a frame of that size."""
         levels, pose = self.corrects(camera), self.tilt
         if levels or (pose is None and camera.maker_note):
             pose = XmpPose(0.0, 0.0, pose.heading_deg if pose else None)
@@ -89,7 +90,7 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:
     """Encode a picture as JPEG, without any metadata but JFIF.
 
     Raises:
-        ValueError: When quality or subsampling are invalid.
+        ValueError: If quality or subsampling are invalid.
     """
     if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
         raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")
@@ -101,34 +102,35 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:
 def enlarged(
     environment: FloatImage, shape: tuple[int, int], *, smooth: bool = False
 ) -> FloatImage:
-    """Bring an environment to another size, as frames of that size see it.
+    """Resize an environment as frames of another size see it.
 
     Args:
-        environment: NDArray[np.float32], (H, W, 3). Linear radiance, any scale.
-        shape: Rows and columns wanted.
-        smooth: Whether texels are joined by straight lines (bilinear between their middles), which
-            looks like a photograph. Otherwise every texel is constant over its area and each pixel
-            the mean over its own area by solid angle: reducing the result gives the environment
-            again. Smaller sizes are always reached by that mean.
+        environment: (H, W, 3) float32. Linear radiance, any scale.
+        shape: Rows and columns of the result.
+        smooth: Whether to interpolate linearly between texel centres, which looks like a photo.
+            Otherwise every texel is constant over its area and each pixel is the mean over its own
+            area by solid angle: reducing the result gives the environment again. Smaller sizes
+            always use that mean.
 
     Returns:
-        NDArray[np.float32], (rows, columns, 3). Linear radiance in the same scale.
+        (rows, columns, 3) float32. Linear radiance in the same scale.
     """
     return view_of(environment, shape, smooth=smooth).band(0, shape[0])
 
 
 def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImage:
-    """Spread a part of the light as a lens does, by a Gaussian of constant angular width.
+    """Spread a part of the light like a lens, by a Gaussian of constant angular width.
 
-    Along rows the width in columns grows as the texels narrow towards the poles; along columns
-    the spread passes over the poles. A uniform environment stays uniform, and the energy is kept.
+    Along rows, the width in columns grows as the texels narrow towards the poles; along columns,
+    the spread crosses the poles. A uniform environment stays uniform, and the energy is preserved.
 
     Args:
         environment: (H, 2 H, 3) float32. Linear radiance.
-        part: Share of the light that is spread, 0 to 1; `sigma_deg` is its standard deviation.
+        part: Share of the light that is spread, 0 to 1.
+        sigma_deg: Standard deviation of the spread, deg.
 
     Raises:
-        ValueError: When the share or the width is out of range.
+        ValueError: If the share or the width is out of range.
     """
     if not 0.0 <= part <= 1.0 or sigma_deg <= 0.0:
         raise ValueError("bloom is a share from 0 to 1, its width greater than 0")
@@ -148,7 +150,7 @@ def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImag
 
 
 def _gaussian(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Transform of a Gaussian, for frequency times standard deviation."""
+    """Return the Fourier transform of a Gaussian, for frequency times standard deviation."""
     return np.exp(-2.0 * (np.pi * np.minimum(waves, 4.0)) ** 2)
 
 
@@ -171,7 +173,7 @@ def develop(
         **options: The attributes of `ShotOptions`.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
+        (rows, columns, 3) uint8. Coded red, green and blue.
     """
     light = bloomed(environment, bloom, bloom_deg) if bloom else environment
     shot = Shot(**options)
@@ -195,14 +197,14 @@ def shoot(
     edit_tags: TagEdit | None = None,
     **options: Any,
 ) -> bytes:
-    """Take a frame and store it as the camera would.
+    """Take a frame and encode it like the camera.
 
     Args:
-        environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, `ShotOptions.scale`
-            cd/m2 per unit, finite and not negative.
+        environment: (H, 2 H, 3) float32. Linear Rec. 709 light, `ShotOptions.scale` cd/m2 per unit,
+            finite and not negative.
 
     Raises:
-        ValueError: When sizes do not fit (`optics.view_of`), or quality, subsampling or gains are
+        ValueError: If sizes do not fit (`optics.view_of`), or quality, subsampling or gains are
             invalid.
     """
     shot = Shot(**options)
@@ -229,14 +231,13 @@ def make_bracket(
     """Take a bracket.
 
     Args:
-        environment: (H, 2 H, 3) float32, or one of them for each frame. The light; several where
-            something moves between the frames.
-        shifts: sequence of (3, 3) float64 or None. `ShotOptions.shift` of each frame.
-        **options: Of `shoot`, the same for all frames. The time stamps
-            count on from `taken`, 3 seconds apart and the exposures' length besides.
+        environment: (H, 2 H, 3) float32, or one per frame if something moves between the frames.
+        shifts: (3, 3) float64 or None each. `ShotOptions.shift` of each frame.
+        **options: Options of `shoot`, the same for all frames. The time stamps start at `taken`, 3
+            seconds apart plus the exposure times.
 
     Raises:
-        ValueError: When a sequence is not as long as `exposures`, or as `shoot`.
+        ValueError: If a sequence has another length than `exposures`, or as in `shoot`.
     """
     count = len(exposures)
     places = [environment] * count if isinstance(environment, np.ndarray) else list(environment)
@@ -271,11 +272,11 @@ def write_bracket(
     edits: Sequence[TagEdit | None] | None = None,
     **options: Any,
 ) -> list[Path]:
-    """Take a bracket and write it as a camera names its files: R0010001.JPG and so on.
+    """Take a bracket and save it with a camera's file names: R0010001.JPG and so on.
 
     Raises:
-        CoreError: When a file cannot be written; every file is written whole or not at all.
-        ValueError: As `make_bracket`.
+        CoreError: If a file cannot be written; every file is written atomically.
+        ValueError: As in `make_bracket`.
     """
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What a simulated camera sees that is tilted or shifted, or of a scene without texels."""
+"""Views of a simulated camera that is tilted or shifted, or of a scene without texels."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from app.devices.simulated.optics import FrameView, Taps, area_taps, mix_columns
 
 @dataclass(frozen=True, slots=True)
 class RotatedView:
-    """An environment as a frame sees it that is rotated.
+    """An environment as seen by a rotated frame.
 
     Attributes:
         shape: Rows and columns of the frame.
         texels: (H + 2, W + 2, 3) float32. The environment with one more texel at each side.
         rotation: From directions in the frame to directions in the environment.
-        smooth: Whether texels are joined by straight lines.
+        smooth: Whether texels are interpolated linearly.
     """
 
     shape: tuple[int, int]
@@ -58,11 +58,11 @@ def view_of(
 
     Args:
         environment: (H, 2 H, 3) float32. Linear radiance, any scale.
-        smooth: Whether texels are joined by straight lines, which looks like a photograph.
+        smooth: Whether texels are interpolated linearly, which looks like a photo.
         rotation: (3, 3) float64. From directions in the frame to directions in the environment;
             None for no rotation.
 
-    Raises `ValueError` as there, and when what is rotated is not 2:1.
+    Raises `ValueError` as there, and if a rotated environment is not 2:1.
     """
     if rotation is not None and environment.shape[1] != 2 * environment.shape[0]:
         raise ValueError(f"only 2:1 panoramas can be rotated, not {environment.shape[:2]}")
@@ -78,7 +78,7 @@ def view_of(
 
 
 def _line_taps(given: int, wanted: int) -> Taps:
-    """Find the two texels between whose middles that of each pixel lies."""
+    """Return the two texels whose centres surround each pixel's centre."""
     edges = np.arange(wanted + 1) * (given / wanted)
     middle = 0.5 * (edges[:-1] + edges[1:]) - 0.5
     first = np.floor(middle + 1e-9)

@@ -1,1 +1,1 @@
-"""Timing the hot paths beside plain code, the machine's own limit and peers, in one run."""
+"""Timing the hot paths against plain code, the machine's own limit and peers, in one run."""

@@ -1,4 +1,4 @@
-"""``turnlight bench``: how fast the hot paths are here, beside plain code, limits and peers."""
+"""``turnlight bench``: speed of the hot paths here, against plain code, limits and peers."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _GROWTH: Final = "growth.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what ``bench`` does and takes."""
+    """Define the help and arguments of ``bench``."""
     parser.description = (
         "Time each hot path, a plain implementation of the same, what the machine "
         "needs for it at least, and other programs that do the same job where they are "
@@ -71,10 +71,10 @@ def run(args: argparse.Namespace) -> int:
     """Run the command.
 
     Returns:
-        0, also where bars are missed: that is told.
+        0, even if targets are missed, which is reported.
 
     Raises:
-        CoreError: When the head is unknown, its files are damaged, or the folder cannot be written
+        CoreError: If the head is unknown, its files are damaged, or the folder cannot be written
             to.
         Cancelled: After Ctrl-C.
     """
@@ -94,7 +94,7 @@ def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, toke
     views, only = _views(pack, args.head), args.only
     found = run_all(transport, pack, ProgressPrinter(), token, views=views, peers=peers, only=only)
     values = as_json(found, args.head)
-    # Said first: minutes of measuring are not lost to a full disk.
+    # Printed first, so that minutes of measuring are not lost to a full disk.
     print(json.dumps(values) if args.json else _table(found))
     if args.output is not None:
         atomic_write_text(args.output / _SPEED, json.dumps(values, indent=1) + "\n")
@@ -102,7 +102,7 @@ def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, toke
 
 
 def _views(pack: StylePack, head: str) -> HeadViews | None:
-    """Load the views of a head; one that an earlier version baked has none."""
+    """Load the views of a head; one from an earlier version has none."""
     try:
         return load_views_of(pack, head)
     except TransportError:
@@ -110,7 +110,7 @@ def _views(pack: StylePack, head: str) -> HeadViews | None:
 
 
 def _grow(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:
-    # Only this needs its drawing.
+    # Only this needs the drawing code.
     from benchmarks.speed.timing.growth import grow, growth_json, growth_svg
 
     found = grow(transport, pack, ProgressPrinter(), token)

@@ -1,4 +1,4 @@
-"""Timing what is done to panoramas: reducing them to the light that is searched, turning them."""
+"""Timing the work on panoramas: reducing them to the search's light, turning them."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _ANGLES_DEG: Final = (40.0, 12.0, -7.0)
 
 
 def environment_cases(skylibs: ModuleType | None = None) -> Iterator[Case]:
-    """Yield what is done to panoramas.
+    """Yield the work on panoramas.
 
     Yields:
         ``environment.reduce`` (2,048 x 1,024 to 64 x 32), ``environment.turn`` (the light at any
-        turn, from columns prepared), ``environment.rotate`` (1,024 x 512, any rotation).
+        turn, from prepared columns), ``environment.rotate`` (1,024 x 512, any rotation).
     """
     light = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
     whole = np.asarray(cv2.resize(light, _WHOLE[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
@@ -71,7 +71,7 @@ def _reduce(whole: Float32, skylibs: ModuleType | None) -> Case:
         )
     ]
     if skylibs is not None:
-        given = whole.astype(np.float64)  # what it works on; made before, not timed
+        given = whole.astype(np.float64)  # its input; made before, not timed
         place: Any = skylibs.EnvironmentMap
         peers.append(
             PeerCase(
@@ -126,7 +126,7 @@ def _rotate(light: Float32, skylibs: ModuleType | None) -> Case:
 
 
 def _averaged(radiance: Float32, shape: tuple[int, int], turn_deg: float) -> Float64:
-    """Every texel by itself; turns to the nearest column."""
+    """Reduce texel by texel; turns to the nearest column."""
     rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
     weights = solid_angles((radiance.shape[0], radiance.shape[1]))
     down, across = (given // wanted for given, wanted in zip(radiance.shape, shape, strict=False))
@@ -140,7 +140,7 @@ def _averaged(radiance: Float32, shape: tuple[int, int], turn_deg: float) -> Flo
 
 
 def _rotated(radiance: Float32, matrix: Float64) -> Float32:
-    """Bilinear, by the book and in one go."""
+    """Rotate by plain bilinear sampling, in one go."""
     height, width = radiance.shape[:2]
     before = sphere.directions((height, width)).astype(np.float64) @ matrix
     azimuth = np.arctan2(-before[..., 0], before[..., 2])
@@ -158,9 +158,9 @@ def _rotated(radiance: Float32, matrix: Float64) -> Float32:
 
 
 def _mirrored(matrix: Float64) -> Float64:
-    """Put a rotation into the axes of skylibs: x to the picture's right, z to the back.
+    """Convert a rotation to the axes of skylibs: x to the picture's right, z to the back.
 
-    It asks where the content comes from, so the rotation is undone.
+    It expects the source of the content, so the rotation is inverted.
     """
     flip = np.diag([-1.0, 1.0, -1.0])
     turned: Float64 = flip @ matrix.T @ flip

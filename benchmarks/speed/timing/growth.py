@@ -1,4 +1,4 @@
-"""How cost grows: with the number of styles, of turns, of texels and of frames."""
+"""Growth of the cost with the number of styles, of turns, of texels and of frames."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Sizes: TypeAlias = tuple[float, ...]
 
 _STYLES: Final = (1, 2, 4, 9, 18, 36, 72, 144)
 _TURNS: Final = (1, 2, 4, 8, 16, 32, 64)
-_ROWS: Final = (16, 32, 64, 128, 256)  # of the light that is searched
+_ROWS: Final = (16, 32, 64, 128, 256)  # of the search's light
 _WIDTHS: Final = (128, 256, 512, 1024, 2048, 4096, 8192)
 _FRAMES: Final = ((0.0, -2.0), (0.0, 2.0, -2.0), tuple(range(-3, 2)), tuple(range(-6, 3)))
 _MANY: Final = tuple(range(-9, 4))
@@ -44,7 +44,7 @@ _BUDGET_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Growth:
-    """How long one thing takes at several sizes."""
+    """Time of one operation at several sizes."""
 
     name: str
     sizes: Sizes
@@ -53,7 +53,7 @@ class Growth:
 
     @property
     def slope(self) -> float:
-        """Power of the size with which the program's own cost grows, between the larger half."""
+        """Exponent of the program's own cost by size, over the larger half."""
         half = max(min(len(self.sizes) // 2, len(self.sizes) - 2), 0)
         own = next(iter(self.series.values()))
         return float(np.polyfit(np.log(self.sizes[half:]), np.log(own[half:]), 1)[0])
@@ -67,14 +67,14 @@ def grow(
     *,
     shape: tuple[int, int] = _FRAME_SHAPE,
 ) -> tuple[Growth, ...]:
-    """Measure how cost grows.
+    """Measure the growth of the cost.
 
     Args:
         shape: Rows and columns of the bracket's frames.
 
     Returns:
-        ``styles``, ``turns``, ``light`` (size of the light that is searched), ``panorama`` (size of
-        what it is reduced from), ``frames``.
+        ``styles``, ``turns``, ``light`` (size of the search's light), ``panorama`` (size of its
+        source), ``frames``.
     """
     works: dict[str, Callable[[], Growth]] = {
         "styles": lambda: _by_styles(pack, token),
@@ -92,7 +92,7 @@ def grow(
 
 
 def growth_svg(growth: Growth) -> str:
-    """Draw one, both axes by powers of ten; a whole SVG file."""
+    """Draw one on logarithmic axes; a whole SVG file."""
     series = [
         Series(name, [1e3 * value for value in values]) for name, values in growth.series.items()
     ]
@@ -100,7 +100,7 @@ def growth_svg(growth: Growth) -> str:
 
 
 def growth_json(found: Sequence[Growth], head: str) -> dict[str, Any]:
-    """Put what was measured into plain values, as kept and printed."""
+    """Convert the measurements to plain values for saving and printing."""
     return {
         "head": head,
         "machine": describe_machine() | {"load_after": load_average()},
@@ -124,7 +124,7 @@ def _measured(
     cases: Iterator[dict[str, Work]],
     token: Token,
 ) -> Growth:
-    """Time every way at every size; `cases` makes them one size after another."""
+    """Time every way at every size; `cases` yields one size after another."""
     series: dict[str, list[float]] = {}
     for works in cases:
         for way, work in works.items():

@@ -1,4 +1,4 @@
-"""Timing the live heading: a picture of the demo location, found anywhere and near the last one."""
+"""Timing the live heading: a picture of the demo location, anywhere and near the last one."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _AGREE: Final = np.cos(np.radians(3.0))
 
 
 def heading_cases(token: Token) -> Iterator[Case]:
-    """Yield finding a picture of 640 x 480 in the panorama, and following it.
+    """Yield finding a picture of 640 x 480 in the panorama, and tracking it.
 
     Yields:
         ``heading.search`` (anywhere) and ``heading.track`` (near the last heading). Their limit is
-        describing the picture's points by OpenCV's SIFT alone, at the size that each looks at.
+        describing the picture's points by OpenCV's SIFT alone, at the size that each uses.
     """
     folder = resources() / "demo" / "location"
     panorama = display_panorama(read_environment(folder / "probe-1.exr").radiance)
@@ -72,7 +72,7 @@ def heading_cases(token: Token) -> Iterator[Case]:
 
 
 def plain_heading(frame: Bytes, index: HeadingIndex, fov_deg: float) -> float:
-    """Find a heading as a textbook does: the camera stands where the probe stood.
+    """Find a heading like a textbook: as if the camera were at the probe's position.
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.
@@ -99,7 +99,7 @@ def plain_heading(frame: Bytes, index: HeadingIndex, fov_deg: float) -> float:
 
 
 def _agreed(rays: Float64, there: Float64) -> Float64:
-    """Rotation that most pairs of directions agree with."""
+    """Return the rotation that fits most pairs of directions."""
     chance = np.random.default_rng(0)
     best, most = np.eye(3), -1
     for _ in range(_TRIES):
@@ -113,7 +113,7 @@ def _agreed(rays: Float64, there: Float64) -> Float64:
 
 
 def _rotation(rays: Float64, there: Float64) -> Float64:
-    """Rotation from directions to directions (Kabsch)."""
+    """Return the rotation from directions to directions (Kabsch)."""
     u, _, vt = np.linalg.svd(there.T @ rays)
     sign = np.diag([1.0, 1.0, np.linalg.det(u @ vt)])
     result: Float64 = u @ sign @ vt

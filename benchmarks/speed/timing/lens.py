@@ -1,4 +1,4 @@
-"""Timing the search for where the lens should be: curves of all yaws, and whole answers."""
+"""Timing the search for the lens position: curves of all yaws, and whole answers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def lens_cases(transport: Transport, pack: StylePack, views: HeadViews) -> Itera
     """Yield the search of all styles at all turns and yaws.
 
     Yields:
-        ``solve.match.yaw`` (curves of all yaws, the spectra of the light and the grades among it)
+        ``solve.match.yaw`` (curves of all yaws, including the spectra of the light and the grades)
         and ``answers.yaw`` (whole answers, the best of all yaws for each style).
     """
     radiance = lively(pack.header.environment)
@@ -63,7 +63,7 @@ def lens_cases(transport: Transport, pack: StylePack, views: HeadViews) -> Itera
 
 
 def plain_views(transport: Transport, pack: StylePack, views: HeadViews) -> list[Plain]:
-    """For each yaw the full matrix of the face, the targets there, and the root of the region."""
+    """Return, for each yaw, the face's full matrix, its targets, and the region's root."""
     weights = np.asarray(transport.header.luminance_weights, np.float32)
     flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels].astype(np.float32)
     front = transport, flat @ weights, pack.region_on(transport)
@@ -81,5 +81,5 @@ def plain_views(transport: Transport, pack: StylePack, views: HeadViews) -> list
 
 
 def plain_yaws(plain: list[Plain], light: Float32) -> Float64:
-    """(Y, S, 64) match of every style with the lens straight in front and aside."""
+    """Return the match of every style with the lens straight in front and aside, (Y, S, 64)."""
     return np.stack([plain_match(full, targets, root, light) for full, targets, root in plain])

@@ -1,4 +1,4 @@
-"""Timing the search of a second light beside the loop that eq. 7 asks for."""
+"""Timing the search of a second light against the plain loop of eq. 7."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 Float32: TypeAlias = NDArray[np.float32]
 
 _SHAPE: Final = (256, 512)
-_HALF_DEG: Final = (7.0, 14.0)  # of the lamp's face: a telephone 30 cm away
+_HALF_DEG: Final = (7.0, 14.0)  # of the lamp's face: a phone 30 cm away
 
 
 def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator[Case]:
-    """Yield the full search of a second light, 36,864 combinations a style.
+    """Yield the full search of a second light, 36,864 combinations per style.
 
-    The lamp is prepared before. The plain loop composites and multiplies as eq. 7 reads; one in
-    64 of its combinations is timed.
+    The lamp is prepared before. The plain loop composites and multiplies literally as in eq. 7; one
+    in 64 of its combinations is timed.
 
     Yields:
         ``light.one`` and ``light.all``, one style and all by quality, and ``light.match``, all by
@@ -75,7 +75,7 @@ def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator
 
 
 def _lamp() -> CapturedLamp:
-    """Make a white screen straight in front, in a room without any light."""
+    """Return a white screen straight in front, in a room without light."""
     height, width = _SHAPE
     azimuth = np.abs(360.0 * ((np.arange(width) + 0.5) / width - 0.5))
     elevation = np.abs(90.0 - 180.0 * (np.arange(height) + 0.5) / height)
@@ -84,7 +84,7 @@ def _lamp() -> CapturedLamp:
 
 
 def _target(pack: StylePack) -> Float32:
-    """(H, W, 3) what a style asks of light in colour."""
+    """Return a style's target for coloured light, (H, W, 3)."""
     first = pack.target_rows[0].astype(np.float64)
     height = pack.header.environment[0]
     target = pack.mixing[0][:, None, None] * first[:height]
@@ -94,7 +94,7 @@ def _target(pack: StylePack) -> Float32:
 
 
 def _plain(target: Float32, added: AddedLight, radiance: Float32) -> float:
-    """Every 64th combination of one style, as eq. 7 reads."""
+    """Evaluate every 64th combination of one style, literally as in eq. 7."""
     lamp, best = added.light, 0.0
     assert lamp is not None
     for number in range(COUNT):
@@ -105,7 +105,7 @@ def _plain(target: Float32, added: AddedLight, radiance: Float32) -> float:
 
 
 def _touched(tables: LampTables, lines: int, *, match: bool) -> int:
-    """Bytes read and written at least."""
+    """Return the minimum number of bytes read and written."""
     touched = 8 * TURNS * COUNT * lines
     hidden = tables.hidden_face if match else tables.hidden_whole
     touched += sum(int(table[0].nbytes) for table in hidden) * lines

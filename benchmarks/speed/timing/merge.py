@@ -1,4 +1,4 @@
-"""Timing the light probe: three frames of a 360 camera to the light and the panorama to look at."""
+"""Timing the light probe: three frames of a 360 camera to the light and the display panorama."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 
 _SCENE: Final = "interior"
 _EV100: Final = 8.0
-_ROUNDS: Final = 12  # threads find both cores free now and then only
+_ROUNDS: Final = 12  # threads find both cores free only now and then
 _SRGB: Final = srgb_decode(np.arange(256) / 255.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bracket:
-    """Files of a simulated camera, and the light they were made from.
+    """Files of a simulated camera, and the light that they show.
 
     Attributes:
-        seconds: NDArray[np.float32], (n,). Exposure times.
-        light: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709, cd/m2.
+        seconds: (n,) float32. Exposure times.
+        light: (H, 2 H, 3) float32. Linear Rec. 709, cd/m2.
     """
 
     files: tuple[Path, ...]
@@ -55,8 +55,7 @@ def make_bracket(folder: Path, stops: Sequence[float] | None, shape: tuple[int, 
     """Shoot a bracket of a bundled scene.
 
     Args:
-        stops: sequence of float, or None. Exposures beside the metered one; None for what the
-            program plans by the paper.
+        stops: Exposures relative to the metered one; None for the program's plan as in the paper.
         shape: Rows and columns of the frames.
     """
     radiance = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
@@ -76,13 +75,13 @@ def make_bracket(folder: Path, stops: Sequence[float] | None, shape: tuple[int, 
 def merge_case(
     bracket: Bracket, pack: StylePack, token: Token, colour_hdri: ModuleType | None = None
 ) -> Case:
-    """Merge the paper's bracket in memory, response check and audit included.
+    """Return the case of merging the paper's bracket in memory, with response check and audit.
 
     Args:
-        colour_hdri: To be timed beside; its weights and sRGB's curve.
+        colour_hdri: Module to time as well; its weights and sRGB's curve.
 
     Returns:
-        ``merge.three``: beside decoding the same files one after another and merging them by
+        ``merge.three``: against decoding the same files one after another and merging them by
         Debevec's weights, both by OpenCV. Its limit is that decoding alone.
     """
     shape = pack.header.environment
@@ -126,7 +125,7 @@ def decoded(bracket: Bracket) -> list[NDArray[np.uint8]]:
 
 
 def debevec(bracket: Bracket) -> NDArray[Any]:
-    """Decode and merge by OpenCV, as its manual does; RGB."""
+    """Decode and merge by OpenCV, as in its manual; RGB."""
     response = np.repeat(_SRGB.astype(np.float32)[:, None, None], 3, axis=2)
     merger = cv2.createMergeDebevec()
     merged = merger.process(decoded(bracket), bracket.seconds, response)
@@ -137,7 +136,7 @@ def _by_colour_hdri(peer: Any, bracket: Bracket) -> object:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         stack = peer.ImageStack()
-        # It takes the first frame for the darkest.
+        # It treats the first frame as the darkest.
         for k in np.argsort(bracket.seconds):
             picture = np.asarray(cv2.imread(str(bracket.files[k])), np.uint8)[..., ::-1] / 255.0
             about = peer.Metadata(1.0, float(bracket.seconds[k]), 100.0)
@@ -150,12 +149,12 @@ def _by_colour_hdri(peer: Any, bracket: Bracket) -> object:
 
 
 def _relative(light: FloatImage) -> NDArray[np.float64]:
-    """Luminance in units of its median: merged light is known up to one factor."""
+    """Return luminance in units of its median, since merged light is known up to one factor."""
     values = luminance(light).astype(np.float64)
     return values / np.median(values)
 
 
 def _error(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    """Median relative difference, percent, after the best common factor."""
+    """Return the median relative difference, percent, after the best common factor."""
     quotient = found / np.maximum(truth, 1e-12)
     return float(100.0 * np.median(np.abs(quotient / np.median(quotient) - 1.0)))

@@ -1,4 +1,4 @@
-"""Timing a painted stroke: target, weights, pre-integration, answer and picture at each segment."""
+"""Timing a painted stroke: target, weights, pre-integration, answer and picture per segment."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 Float32: TypeAlias = NDArray[np.float32]
 
-_SEGMENT: Final = 8.0  # canvas pixels that the brush moves from one event to the next
+_SEGMENT: Final = 8.0  # canvas pixels that the brush moves between two events
 
 
 class _Painter:
-    """Somebody who paints on and on: one call, one segment and its full answer."""
+    """Paints continuously: each call is one segment and its full answer."""
 
     def __init__(self, transport: Transport, radiance: Float32) -> None:
         luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)
@@ -53,7 +53,7 @@ class _Painter:
 
 
 def paint_case(transport: Transport) -> Case:
-    """One segment of a stroke and its full answer."""
+    """Return the case of one segment of a stroke and its full answer."""
     radiance = lively(transport.environment_shape)
     painter = _Painter(transport, radiance)
     luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)
@@ -71,7 +71,7 @@ def paint_case(transport: Transport) -> Case:
     brush = int(0.16 * painter.session.canvas.size) ** 2
     rows = brush // (painter.session.canvas.size // transport.size) ** 2
     touched = (
-        2 * brush * 6 * 4  # both sides of the face: layers before and after, cover
+        2 * brush * 6 * 4  # both sides of the face: layers before and after, coverage
         + 2 * rows * transport.luminance_basis.shape[1] * 4
         + transport.texel_basis.nbytes
         + transport.header.rank * TURNS * 8

@@ -71,10 +71,10 @@ def picture_cases(transport: Transport, peers: tuple[PeerCase, ...] = ()) -> Ite
 
 
 def gallery_case(transport: Transport, pack: StylePack) -> Case:
-    """Make the pictures on all cards: every style at its own turn, framed and exposed alike.
+    """Return the case of all card pictures: every style at its own turn, framed and exposed.
 
     Returns:
-        ``gallery.all``: what is shown once a place was solved.
+        ``gallery.all``: the pictures that appear once a place is solved.
     """
     light = prepare(from_radiance(lively(_PANORAMA), "lively"))
     turns = [one.turn_refined_deg for one in solve_all(pack, light.searched)]

@@ -1,4 +1,4 @@
-"""Timing the live preview: finding and decoding a camera's pictures as they come."""
+"""Timing the live preview: finding and decoding a camera's pictures in a stream."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ _FPS: Final = 30.0
 
 
 def preview_case() -> Case:
-    """One picture of 1,024 x 512 out of a stream cut into packets, decoded.
+    """Return the case of one picture of 1,024 x 512 from a stream of packets, decoded.
 
-    ``preview.decode``. Plain code gathers bytes and looks for a picture's first and last; its limit
-    is decoding alone.
+    ``preview.decode``. Plain code collects bytes and searches for a picture's start and end; its
+    limit is decoding alone.
     """
     scene = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
     pieces = preview_pieces(LivePicture(scene, _SHAPE), _FPS, SystemClock())
     parts = (piece for piece in pieces if isinstance(piece, bytes))
     part = next(parts) + next(parts)
     packets = [part[at : at + _PACKET] for at in range(0, len(part), _PACKET)]
-    # A picture is whole when the next part begins.
+    # A picture is complete when the next part begins.
     parser = MjpegParser(_BOUNDARY)
     jpeg = np.frombuffer(_picture_in(part), np.uint8)
     kept: list[NDArray[np.uint8]] = []
 
     def keep(picture: object) -> None:
-        # As a screen does: memory given back at once is asked of the system again each time.
+        # As on a screen: memory freed at once would be requested from the system again each time.
         kept[:] = [np.asarray(picture, np.uint8)]
 
     def fast() -> None:

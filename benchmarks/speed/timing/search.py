@@ -23,7 +23,7 @@ Float64: TypeAlias = NDArray[np.float64]
 
 
 def lively(shape: tuple[int, int]) -> Float32:
-    """Make a lively environment; how long anything takes does not depend on what is in it.
+    """Return a detailed environment; no timing depends on its content.
 
     Args:
         shape: Rows and columns.
@@ -40,8 +40,10 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
 
     Yields:
         ``solve.quality`` and ``solve.match`` (curves, the latter with grades),
-        ``solve.match.product`` (match alone, beside one large product), ``solve.paper`` and
-        ``answers.all`` (whole answers: turns, arcs, peaks, reasons).
+        ``solve.match.product``
+        (match alone, against one large product), ``solve.paper`` and ``answers.all`` (whole
+        answers:
+        turns, arcs, peaks, reasons).
     """
     radiance = lively(pack.header.environment)
     light = radiance.mean(axis=2)
@@ -103,13 +105,13 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
 
 
 def match_alone(pack: StylePack, tables: SearchTables, seen: Float64) -> Float64:
-    """Match of every style at all turns, without the areas that grades need."""
+    """Return the match of every style at all turns, without the areas for grades."""
     found = curves(tables, seen)
     return 100.0 * found.others / (pack.weight_norm[:, None] * found.contrast)
 
 
 def plain_quality(targets: Float32, light: Float32, step: int = 1) -> Float64:
-    """Eq. 5 written down plainly: every style and turn, roll (by `step` texels) and dot."""
+    """Evaluate eq. 5 literally: every style and turn, roll (by `step` texels) and dot."""
     quality = np.empty((len(targets), TURNS))
     for style, target in enumerate(targets):
         for turn in range(TURNS):
@@ -119,7 +121,7 @@ def plain_quality(targets: Float32, light: Float32, step: int = 1) -> Float64:
 
 
 def plain_match(full: Float32, pictures: Float32, root: Float32, light: Float32) -> Float64:
-    """Match of every style from 64 pictures, each rendered with the full matrix."""
+    """Return the match of every style from 64 pictures, each rendered with the full matrix."""
     match = np.empty((len(pictures), TURNS))
     for turn in range(TURNS):
         face = full @ np.roll(light, -turn, axis=1).ravel()
@@ -130,7 +132,7 @@ def plain_match(full: Float32, pictures: Float32, root: Float32, light: Float32)
 
 
 def product_match(full: Float32, pictures: Float32, root: Float32, light: Float32) -> Float32:
-    """Match of every style from one product of the full matrix with all turned environments."""
+    """Return the match of every style from one product of the full matrix with all turns."""
     turned = np.stack([np.roll(light, -turn, axis=1).ravel() for turn in range(TURNS)], axis=1)
     faces = full @ turned
     share = root**2 / np.sum(root**2)

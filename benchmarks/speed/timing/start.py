@@ -25,11 +25,11 @@ _ANSWER: Final = "import sys; from app.cli import main; sys.exit(main(sys.argv[1
 
 
 def start_case() -> Case:
-    """``turnlight solve`` of a bundled panorama, from the start of the process to its end.
+    """Return the case of ``turnlight solve`` of a bundled panorama, from process start to end.
 
     Returns:
-        ``start.solve``. A plain program imports all of its commands first, whichever is going to
-        run; the limit is Python that imports NumPy and OpenImageIO, and nothing else.
+        ``start.solve``. A plain program imports all of its commands first, whichever it runs; the
+        limit is Python with NumPy and OpenImageIO imported, and nothing else.
     """
     scene = str(resources() / "demo" / "scenes" / f"{_SCENE}.exr")
     modules = [f"app.commands.{module.name}" for module in pkgutil.iter_modules(commands.__path__)]

@@ -1,4 +1,4 @@
-"""Stock Mitsuba beside our picture: the same head and skin, the same light, its own integrator."""
+"""Stock Mitsuba against our picture: the same head, skin and light, with its own integrator."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _SCENE: Final = "interior"
 
 
 def mitsuba_case(transport: Transport) -> PeerCase | None:
-    """Render the face in a bundled scene with stock Mitsuba (``volpathmis``).
+    """Return the case of rendering the face in a bundled scene with ``volpathmis``.
 
-    Its picture is noisy and ours adds none: T's own noise was paid for once, when it was baked.
-    So the time is stated that Mitsuba needs for as little noise as T's, by the law of large
-    numbers from two pictures of few paths.
+    Its picture is noisy and ours adds no noise: T's own noise was paid for once, in the bake. So
+    the stated time is that of Mitsuba for the same noise as T's, extrapolated from two pictures
+    with few paths.
 
     Returns:
         None for another head, where T's noise is not known, or without a compiler for Mitsuba.
@@ -66,7 +66,7 @@ def mitsuba_case(transport: Transport) -> PeerCase | None:
 
 
 class _Renderer:
-    """The scene, made and compiled before anything is timed."""
+    """The scene, made and compiled before the timing."""
 
     def __init__(self, transport: Transport, mitsuba: Any) -> None:
         heads = resources() / "heads"
@@ -76,7 +76,7 @@ class _Renderer:
         light = {"light": {"type": "envmap", "bitmap": mitsuba.Bitmap(fine)}}
         self._scene = build_scene(head, find_skin(transport.header.skin), camera, light)
         self._mitsuba, self._pixels = mitsuba, transport.pixels
-        # What shows beside the head is the environment.
+        # The picture beside the head shows the environment.
         self.inside = transport.face & (transport.coverage > _WHOLE)
 
     def __call__(self, seed: int) -> Float32:
@@ -90,7 +90,7 @@ def _light(transport: Transport) -> Float32:
 
 
 def _noise(transport: Transport, first: Float32, second: Float32) -> float:
-    """RMS difference / sqrt 2 / RMS over the face."""
+    """Return RMS difference / sqrt 2 / RMS over the face."""
     face = transport.face & (transport.coverage > _WHOLE)
     one, two = (each[face].astype(np.float64) for each in (first, second))
     return float(np.sqrt(np.square(one - two).mean() / 2.0 / (one * two).mean()))

@@ -1,6 +1,6 @@
 """Pictures of every screen, made by walking through the program with real clicks and keys.
 
-Run by ``turnlight --demo --screenshots DIR``; tests walk with the same `Robot`.
+Run by ``turnlight --demo --screenshots DIR``; tests use the same `Robot`.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 
 
 W = TypeVar("W", bound=QWidget)
-_PATIENCE_S: Final = 600.0  # whatever it waits for comes much sooner
+_PATIENCE_S: Final = 600.0  # far longer than any expected wait
 _TICK_MS: Final = 10
 
 
 class Lost(Exception):
-    """Something that should be in the window is not there, or did not happen."""
+    """A widget is missing in the window, or an event did not happen."""
 
 
 class Robot:
@@ -56,16 +56,16 @@ class Robot:
     def find(self, name: str, kind: type[W]) -> W: ...
 
     def find(self, name: str, kind: type[QWidget] = QWidget) -> QWidget:
-        """Find the widget in sight whose accessible name begins so.
+        """Find the visible widget whose accessible name begins with a text.
 
         Raises:
-            Lost: When there is none; the message lists what is in sight.
+            Lost: If there is none; the message lists the visible ones.
         """
         seen = [one for one in self.window.findChildren(kind) if one.isVisibleTo(self.window)]
         names = {one.accessibleName(): one for one in reversed(seen) if one.accessibleName()}
         if name in names:
             return names[name]
-        # The language `test` closes what it says.
+        # The language `test` puts brackets around its texts.
         start = name.rstrip(" ~]")
         begins = [one for text, one in names.items() if text.startswith(start)]
         if not begins:
@@ -73,7 +73,7 @@ class Robot:
         return begins[0]
 
     def click(self, name: str, kind: type[QWidget] = QAbstractButton) -> None:
-        """Click the middle of a button with the left button of the mouse."""
+        """Click the middle of a button with the left mouse button."""
         self.click_at(self.find(name, kind))
 
     def click_at(self, widget: QWidget, at: QPoint | None = None) -> None:
@@ -83,7 +83,7 @@ class Robot:
         self.settle()
 
     def drag(self, widget: QWidget, points: list[QPoint]) -> None:
-        """Press at the first point, move over the others, let go at the last."""
+        """Press at the first point, move over the others, release at the last."""
         left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
         QTest.mousePress(widget, left, none, points[0])
         for point in points[1:]:
@@ -93,18 +93,18 @@ class Robot:
         self.settle()
 
     def press(self, key: Qt.Key, modifier: Qt.KeyboardModifier | None = None) -> None:
-        """Press a key where the focus is."""
+        """Press a key in the focused widget."""
         target = QApplication.focusWidget() or self.window
         QTest.keyClick(target, key, modifier or Qt.KeyboardModifier.NoModifier)
         self.settle()
 
     def write(self, text: str) -> None:
-        """Type text where the focus is."""
+        """Type text in the focused widget."""
         QTest.keyClicks(QApplication.focusWidget() or self.window, text)
         self.settle()
 
     def settle(self) -> None:
-        """Let everything that is waiting happen."""
+        """Process all pending events."""
         for _ in range(3):
             QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents)
 
@@ -112,7 +112,7 @@ class Robot:
         """Wait until something has happened.
 
         Raises:
-            Lost: When it did not happen in time.
+            Lost: If it did not happen in time.
         """
         begun = time.perf_counter()
         while not happened():
@@ -123,13 +123,13 @@ class Robot:
         return time.perf_counter() - begun
 
     def picture(self, path: Path) -> None:
-        """Save what the window looks like as PNG.
+        """Save the window as PNG.
 
         Raises:
-            OSError: When it cannot be written.
+            OSError: If it cannot be written.
         """
         self.settle()
-        # In memory first: Qt does not say whether the disk took all of it.
+        # In memory first: Qt does not report whether the disk stored all of it.
         encoded = QBuffer()
         encoded.open(QBuffer.OpenModeFlag.WriteOnly)
         if not self.window.grab().save(encoded, "PNG"):
@@ -138,7 +138,7 @@ class Robot:
 
 
 def _let_pass(milliseconds: int) -> None:
-    """Let events happen for a while; unlike `QTest.qWait` other threads run meanwhile."""
+    """Process events for a while; unlike with `QTest.qWait`, other threads run in the meantime."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
@@ -169,13 +169,13 @@ class Walk:
         self._code = 0
 
     def run(self) -> int:
-        """Walk.
+        """Run the walk.
 
         Returns:
-            Exit code: 0, or 1 when something was not where it should be.
+            Exit code: 0, or 1 if something was missing.
 
         Raises:
-            CoreError: When the folder cannot be written to.
+            CoreError: If the folder cannot be written to.
         """
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
@@ -248,14 +248,14 @@ class Walk:
         self._compared("styles-compare")
 
     def _explained(self, name: str) -> None:
-        """Ask what a number means."""
+        """Open the explanation of a number."""
         self._robot.click(tr("{name}: what does it mean?", name=tr("Contrast")))
         self._linger()
         self._shoot(name)
         self._robot.press(Qt.Key.Key_Escape)
 
     def _compared(self, name: str) -> None:
-        """Mark two styles and look at them side by side; the marks go again."""
+        """Mark two styles and compare them side by side; then remove the marks."""
         gallery = self._robot.find(tr("Styles"), Gallery)
         for one in self._app.model.results[:2]:
             gallery.marked.emit(one.name)
@@ -266,7 +266,7 @@ class Walk:
         gallery.marked.emit("")
 
     def _lamps(self, name: str) -> None:
-        """Look at what lamps can be chosen."""
+        """Show the choice of lamps."""
         self._robot.click(tr("Lamps: {lamps}", lamps=tr("standard")))
         self._linger()
         self._shoot(name)
@@ -284,7 +284,7 @@ class Walk:
 
     def _turn(self) -> None:
         robot, app = self._robot, self._app
-        # The first in the gallery, as who is new here would.
+        # The first in the gallery, like a new user.
         self._choose(proposal(app.model.results) or "")
         robot.click(tr("Turn to this"))
         robot.wait(lambda: app.model.step == Step.TURN, "the turn")
@@ -304,7 +304,7 @@ class Walk:
             robot.click_at(robot.find(tr("Who turns"), SegmentedChoice).part("walk"))
 
     def _await_heading(self) -> None:
-        """Wait for a number that stays; without a webcam there never is one."""
+        """Wait for a stable number; without a webcam there never is one."""
         robot, presenter = self._robot, self._robot.find(tr("Turn"), TurnScreen).presenter
         self._linger(2.0)
         with contextlib.suppress(Lost):
@@ -312,7 +312,7 @@ class Walk:
         self._linger(2.0)
 
     def _light(self) -> None:
-        """Hold a phone, and where that is too weak a panel, at the best place and elsewhere."""
+        """Hold a phone, or a panel where that is too weak, at the best position and elsewhere."""
         robot, app = self._robot, self._app
         app.model.update(step=Step.LIGHT)
         self._linger()
@@ -352,7 +352,7 @@ class Walk:
         self._own_lamp(presenter)
 
     def _own_lamp(self, presenter: LightPresenter) -> None:
-        """Make a lamp of the brightest light of the place, and look at where it is in there."""
+        """Make a lamp of the brightest light of the place, and show its position."""
         robot = self._robot
         robot.click(tr("Capture a lamp"))
         self._linger()
@@ -385,7 +385,7 @@ class Walk:
             return False
 
     def _held(self, presenter: LightPresenter) -> None:
-        """Wait until the lamp in hand is where it belongs, with its pictures."""
+        """Wait until the lamp is at its position, with its pictures."""
         wanted = presenter.lamps.own or presenter.lamps.key
 
         def there() -> bool:
@@ -438,6 +438,6 @@ class Walk:
     def _shoot(self, name: str) -> None:
         self._count += 1
         runner = self._app.runner
-        # Faces at full size replace small ones a little later.
+        # Full-size faces replace small ones a little later.
         self._robot.wait(lambda: not any(map(runner.running, _PICTURES)), "larger pictures")
         self._robot.picture(self._folder / f"{self._count:02d}-{name}.png")

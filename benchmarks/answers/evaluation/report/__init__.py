@@ -1,1 +1,1 @@
-"""The report of an evaluation: one page of HTML that needs nothing beside it."""
+"""The report of an evaluation: a single, self-contained HTML page."""

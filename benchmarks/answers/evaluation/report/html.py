@@ -10,31 +10,31 @@ if TYPE_CHECKING:
 
 
 def degrees(value: float) -> str:
-    """Write an angle: ``1.90°``."""
+    """Format an angle: ``1.90°``."""
     return f"{value:.2f}°".replace("-", "−")
 
 
 def percent(share: float, digits: int = 2) -> str:
-    """Write a share of 1 as per cent: ``0.25 %``."""
+    """Format a share as a percentage: ``0.25 %``."""
     return f"{100 * share:.{digits}f} %".replace("-", "−")
 
 
 def paragraph(words: str) -> str:
-    """Make a paragraph of plain words."""
+    """Make a paragraph of plain text."""
     return f"<p>{_kept(words)}</p>"
 
 
 def _kept(words: str) -> str:
-    """Escape words, and keep numbers, signs and units on one line."""
+    """Escape text, and keep numbers, signs and units on one line."""
     together = words.replace(" %", "\u00a0%").replace(" × ", "\u00a0×\u00a0")
     return escape(together, quote=False)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, first: int = 1) -> str:
-    """Make a table of plain words; the first columns are words, the others numbers.
+    """Make a table of plain text; the first columns are text, the others numbers.
 
     Args:
-        first: How many columns are words.
+        first: Number of text columns.
     """
 
     def cells(row: Sequence[str], tag: str) -> str:

@@ -1,4 +1,4 @@
-"""What the report and its JSON say in numbers: the paper's, ours, and what was aimed for."""
+"""Numbers of the report and its JSON: the paper's, ours, and the targets."""
 
 from __future__ import annotations
 
@@ -24,16 +24,18 @@ PAPER: Final[dict[str, tuple[float, ...]]] = {
     "width": (17.05, 9.73),
     "offset": (6.43,),
 }
-"""The paper's numbers (Algorithmic Evaluation), deg: by size, smallest first; mean and deviation
-of the peak's width; mean over places 1 and 2 ft off."""
+"""The paper's numbers (Algorithmic Evaluation), deg.
 
-_MIDDLE: Final = 1  # of three sizes: the one the app works with
+By size, smallest first; mean and deviation of the peak's width; mean over places 1 and 2 ft off.
+"""
+
+_MIDDLE: Final = 1  # of three sizes: that of the app
 _MOST_REGRET: Final = 0.003
 
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One number that was aimed for.
+    """One number with a target.
 
     Attributes:
         unit: "°" or "%".
@@ -47,12 +49,12 @@ class Bar:
 
     @property
     def met(self) -> bool:
-        """Whether it was reached."""
+        """Whether the target was reached."""
         return self.found <= self.most
 
 
 def bars_of(found: Evaluation) -> tuple[Bar, ...]:
-    """Return everything that has a bar."""
+    """Return all numbers with a target."""
     light, picture = found.lighting[_MIDDLE].change, found.pictures[_MIDDLE].change
     own = found.spreads["picture"]
     paper = found.spreads["paper"]
@@ -80,7 +82,7 @@ def bars_of(found: Evaluation) -> tuple[Bar, ...]:
 
 
 def verdict(bars: tuple[Bar, ...]) -> str:
-    """Say in a sentence how many were reached."""
+    """Return a sentence with the number of targets reached."""
     missed = [bar.name.lower() for bar in bars if not bar.met]
     if not missed:
         return f"All {len(bars)} bars are met."
@@ -88,7 +90,7 @@ def verdict(bars: tuple[Bar, ...]) -> str:
 
 
 def certainty_of(found: Evaluation) -> Certainty:
-    """Return what the app says of each style's dependence on the head, by its own objective."""
+    """Return the app's data on each style's dependence on the head, by its own objective."""
     spread = found.spreads["picture"]
     by_style = zip(found.styles, spread.by_style, strict=True)
     return Certainty(
@@ -99,7 +101,7 @@ def certainty_of(found: Evaluation) -> Certainty:
 
 
 def save_certainty(path: Path, certainty: Certainty) -> None:
-    """Write what the app reads, atomically."""
+    """Write the data for the app, atomically."""
     facts = {
         "format_version": CERTAINTY_VERSION,
         "tolerance_deg": TOLERANCE_DEG,

@@ -146,7 +146,7 @@ def _size_table(name: str, rows: Sequence[Row], paper: Sequence[float]) -> str:
 
 
 def _example(found: Evaluation) -> str:
-    """Draw the curves of one pair at all sizes, as figure 9 of the paper does."""
+    """Draw the curves of one pair at all sizes, like figure 9 of the paper."""
     names = [style.name for style in found.styles]
     column = names.index(_EXAMPLE) if _EXAMPLE in names else 0
     turns = np.arange(TURNS) * 360.0 / TURNS - 180.0

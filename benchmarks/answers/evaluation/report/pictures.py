@@ -51,7 +51,7 @@ def draw_sheets(
     """Render the head at every best turn.
 
     Raises:
-        Cancelled: If `token` says so.
+        Cancelled: If the token was cancelled.
     """
     frame = framing(transport.size, SIZE)
     coverage = pack.coverage.astype(np.float32)
@@ -78,9 +78,9 @@ def _picture(transport: Transport, scene: Scene, turn_deg: float) -> NDArray[np.
 
 
 def data_uri(picture: Bytes) -> str:
-    """Pack an sRGB picture (H, W, 3) into a JPEG that stands in the page itself."""
+    """Encode an sRGB picture (H, W, 3) as a JPEG inside the page."""
     options = [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
     done, packed = cv2.imencode(".jpg", np.ascontiguousarray(picture[..., ::-1]), options)
-    if not done:  # only ever for pictures of no size
+    if not done:  # only for pictures of no size
         raise ValueError("the picture cannot be encoded")
     return "data:image/jpeg;base64," + base64.b64encode(packed.tobytes()).decode("ascii")

@@ -1,4 +1,4 @@
-"""How the report looks: on a light and a dark screen, and on paper."""
+"""The report's style: on a light and a dark screen, and on paper."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Plots as inline SVG: lines, histograms and bars, in the colours of the page around them.
+"""Plots as inline SVG: lines, histograms and bars, in the colours of the surrounding page.
 
-Colours are CSS variables of the page, with a fallback for viewers that know none.
+Colours are CSS variables of the page, with a fallback for viewers without them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Where numbers are on the paper."""
+    """Positions of numbers in the plot."""
 
     x: tuple[float, float]
     y: tuple[float, float]
@@ -51,7 +51,7 @@ def lines(
 
     Args:
         x: (n,) float64. Ascending, deg.
-        height: Of the plot, px.
+        height: Height of the plot, px.
     """
     every = np.concatenate([np.asarray(one.values, np.float64) for one in series])
     low, high = float(every.min()), float(every.max())
@@ -76,11 +76,11 @@ def histogram(
     labels: tuple[str, str],
     height: int = 240,
 ) -> str:
-    """Draw how often values fall between edges; what lies beyond the last counts in the last bin.
+    """Draw a histogram of values; those beyond the last edge count in the last bin.
 
     Args:
         edges: (n + 1,) float64. Ascending.
-        height: Of the plot, px.
+        height: Height of the plot, px.
     """
     inside = [np.clip(np.asarray(s.values, np.float64), edges[0], edges[-1] - 1e-9) for s in series]
     counts = [np.histogram(values, edges)[0] for values in inside]
@@ -97,7 +97,7 @@ def histogram(
 
 
 def bars(names: Sequence[str], series: Sequence[Series], label: str, limit: float = 0.0) -> str:
-    """Draw horizontal bars: for each name one of each series, and a line at a limit."""
+    """Draw horizontal bars, one per series for each name, and a line at a limit."""
     thick, gap, left, right = 7, 9, 150, 20
     row = thick * len(series) + gap
     height = row * len(names) + _TOP + _BOTTOM
@@ -130,17 +130,17 @@ def bars(names: Sequence[str], series: Sequence[Series], label: str, limit: floa
 def growth_plot(
     sizes: Sequence[float], series: Sequence[Series], labels: tuple[str, str], height: int = 300
 ) -> str:
-    """Draw how something grows, both axes by powers of ten: a power of the size is a straight line.
+    """Draw growth on logarithmic axes: a power of the size is a straight line.
 
     Args:
-        height: Of the plot, px.
+        height: Height of the plot, px.
 
     Returns:
-        The plot; at home on light and on dark paper, inside of a page and by itself.
+        The plot, for light and dark backgrounds, inside a page and by itself.
     """
     x = np.log10(np.asarray(sizes, np.float64))
     every = np.log10(np.concatenate([np.asarray(one.values, np.float64) for one in series]))
-    low, high = np.floor(every.min()), np.ceil(every.max() + 0.1)  # the legend needs a little
+    low, high = np.floor(every.min()), np.ceil(every.max() + 0.1)  # the legend needs some room
     frame = _Frame((float(x[0]), float(x[-1])), (float(low), float(high)), height)
     up = [float(k) for k in range(int(low), int(high) + 1)]
     parts = [_axes(frame, [float(k) for k in x], up, labels, lambda k: _number(_short(10.0**k)))]
@@ -157,7 +157,7 @@ def growth_plot(
 
 
 def _short(value: float) -> float:
-    """Three digits are enough beside an axis."""
+    """Round to three digits, enough beside an axis."""
     return float(f"{value:.3g}")
 
 
@@ -219,7 +219,7 @@ def _legend(names: Sequence[str]) -> str:
 
 
 def _key(names: Sequence[str]) -> str:
-    """Return the legend as HTML, for plots where it is long."""
+    """Return the legend as HTML, for plots with a long one."""
     words = (
         f'<span><i style="background:{COLOURS[k % 6]}"></i>{escape(name)}</span>'
         for k, name in enumerate(names)
@@ -252,7 +252,7 @@ def _number(value: float) -> str:
 
 
 def _nice(span: tuple[float, float]) -> list[float]:
-    """Round numbers within a span, about six of them; multiples of 45 for a whole turn."""
+    """Return about six round numbers within a span; multiples of 45 for a full turn."""
     low, high = span
     if high - low >= 300:
         step = 45.0

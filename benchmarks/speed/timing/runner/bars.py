@@ -1,6 +1,6 @@
-"""What the hot paths must reach: one table, for the command, its tests and the documentation.
+"""Targets of the hot paths: one table, for the command, its tests and the documentation.
 
-A ratio to plain code and a multiple of the machine's limit hold on any machine. Seconds are of two
+A ratio to plain code and a multiple of the machine's limit hold on any machine. Seconds are for two
 current cores.
 """
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """What one hot path must reach.
+    """Target of one hot path.
 
     Attributes:
-        ratio: At least so many times faster than plain code.
+        ratio: Least speed relative to plain code.
     """
 
     ratio: float = 0.0
@@ -29,13 +29,13 @@ class Bar:
     limits: float = math.inf
 
     def missed(self, row: Row, slack: float = 1.0) -> tuple[str, ...]:
-        """Say what a row does not reach.
+        """Return the targets that a row misses.
 
         Args:
-            slack: By how much a slower machine may exceed the seconds.
+            slack: Factor by which a slower machine may exceed the seconds.
 
         Returns:
-            A phrase for each, empty when all is reached.
+            A phrase for each, empty if all are reached.
         """
         found = []
         if row.ratio < self.ratio:
@@ -48,7 +48,7 @@ class Bar:
 
     @property
     def words(self) -> str:
-        """The bar as a table shows it."""
+        """Return the target as shown in a table."""
         parts = []
         if self.ratio > 0:
             parts.append(f"≥ {self.ratio:g}x")
@@ -81,14 +81,14 @@ BARS: Final[dict[str, Bar]] = {
     "merge.three": Bar(ratio=4.5, limits=2.0),
     "start.solve": Bar(seconds=1.5),
 }
-"""By name of the row."""
+"""Targets by row name."""
 
 
 def missed(rows: Sequence[Row], slack: float = 1.0) -> dict[str, tuple[str, ...]]:
-    """Say which rows do not reach their bars.
+    """Return the rows that miss their targets.
 
     Returns:
-        Phrases by name of the row; empty when all is reached.
+        Phrases by row name; empty if all are reached.
     """
     found = {row.name: BARS[row.name].missed(row, slack) for row in rows if row.name in BARS}
     return {name: words for name, words in found.items() if words}

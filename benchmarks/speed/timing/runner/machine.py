@@ -1,4 +1,4 @@
-"""What a benchmark ran on, without anything that says whose machine it is."""
+"""Description of the benchmark's machine, without anything that identifies its owner."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def describe_machine() -> dict[str, Any]:
     """Describe processor, memory, system and versions.
 
     Returns:
-        ``date`` (UTC), ``processor``, ``cores``, ``memory_gib`` (None where unknown), ``system``,
+        ``date`` (UTC), ``processor``, ``cores``, ``memory_gib`` (None if unknown), ``system``,
         ``python``, ``versions`` by package. No names of machines or people, no paths.
     """
     versions = {}
@@ -44,7 +44,7 @@ def describe_machine() -> dict[str, Any]:
 
 
 def load_average() -> float | None:
-    """Return how many processes wanted a core during the last minute; None where unknown."""
+    """Return the load average of the last minute; None if unknown."""
     if not hasattr(os, "getloadavg"):
         return None
     with contextlib.suppress(OSError):

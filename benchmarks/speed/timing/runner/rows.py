@@ -1,9 +1,9 @@
-"""How a hot path is timed: beside plain code, a limit and peers, in turn and several times.
+"""Timing of a hot path: against plain code, a limit and peers, in turn and several times.
 
-Everything that is compared is timed within one run and in turn, the best of several: what else a
-machine does can make a measurement slower, never faster. A call took as long as the clock says, or
-as the processor says where that is less, so that waiting for a core hardly counts. Work that is
-divided among threads is timed by the clock alone; only peers get the better of both.
+All competitors are timed within one run and in turn, and the best of several counts: other load on
+a machine can make a measurement slower, never faster. The time of a call is the wall time, or the
+CPU time if that is less, so that waiting for a core hardly counts. Multi-threaded work is timed by
+the wall clock alone; only peers get the better of both.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ Doer: TypeAlias = Literal["thread", "threads", "process"]
 Work: TypeAlias = Callable[[], Any]
 
 MEMORY: Final = "memory traffic"
-"""The usual limit: bytes touched at least, over the bandwidth measured in the same run."""
+"""The usual limit: minimum bytes touched, over the bandwidth measured in the same run."""
 
-_BUFFER: Final = 1 << 26  # bytes; far beyond any cache
+_BUFFER: Final = 1 << 26  # bytes; far larger than any cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +45,8 @@ class Row:
     """One hot path.
 
     Attributes:
-        limit_seconds: What the machine needs at least, measured in the same run. What fits a cache
-            can be faster than a limit that counts memory traffic.
+        limit_seconds: The machine's minimum, measured in the same run. Data that fit in a cache can
+            be faster than a limit that counts memory traffic.
     """
 
     name: str
@@ -60,18 +60,18 @@ class Row:
 
     @property
     def ratio(self) -> float:
-        """How many times faster than the plain implementation."""
+        """Speed relative to the plain implementation."""
         return self.baseline_seconds / self.seconds
 
     @property
     def limits(self) -> float:
-        """How many times the machine's limit."""
+        """Time as a multiple of the machine's limit."""
         return self.seconds / self.limit_seconds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PeerCase:
-    """A peer to be timed."""
+    """A peer to time."""
 
     name: str
     work: Work
@@ -82,12 +82,12 @@ class PeerCase:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """A hot path to be timed.
+    """A hot path to time.
 
     Attributes:
-        rounds: How often all of them have their turn, so that a moment in which the machine was
-            busy spoils neither side of a ratio.
-        budget_s: After so many seconds of a round no further call of the same is begun.
+        rounds: Number of rounds in which all take their turn, so that a busy moment affects neither
+            side of a ratio alone.
+        budget_s: Time of a round after which no further call is started.
     """
 
     name: str
@@ -135,11 +135,11 @@ def clock(
 
 
 def _once(work: Work, by: Doer) -> tuple[float, object]:
-    """Seconds of a call, and what it returned."""
+    """Return the seconds of a call, and its result."""
     wall, processor = time.perf_counter(), _processor(by)
     result = work()
     processor, wall = _processor(by) - processor, time.perf_counter() - wall
-    # Not every system tells what other processes used.
+    # Not every system reports the CPU time of other processes.
     told = by != "threads" and processor > 0
     return (min(wall, processor) if told else wall), result
 
@@ -154,11 +154,11 @@ def _processor(by: Doer) -> float:
 def time_all(
     cases: Sequence[Case], speed: float, report: PhraseReport, token: Token
 ) -> tuple[Row, ...]:
-    """Time hot paths, each beside its plain implementation, its limit and its peers.
+    """Time hot paths, each against its plain implementation, its limit and its peers.
 
     Args:
         speed: Memory bandwidth, bytes per second.
-        report: Told which row is being timed.
+        report: Called with the row that is being timed.
     """
     rows = []
     for done, case in enumerate(cases):
@@ -193,7 +193,7 @@ def _row(case: Case, speed: float, token: Token) -> Row:
 
 
 def _peer(peer: PeerCase, token: Token) -> Peer:
-    """Time another program. Some take many seconds, so no call only wakes what sleeps."""
+    """Time another program. Some take many seconds, so there is no warm-up call."""
     result: object = None
     times = []
     for _ in range(peer.rounds):

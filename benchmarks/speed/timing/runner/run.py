@@ -37,15 +37,16 @@ if TYPE_CHECKING:
     from benchmarks.speed.timing.runner.rows import Case, PeerCase, Row
 
 PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
-"""Programs that are timed where they are installed, and their modules."""
+"""Programs that are timed if they are installed, and their modules."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bench:
-    """What one run found.
+    """Results of one run.
 
     Attributes:
-        bandwidth: Of the memory, bytes per second.
+        bandwidth: Memory bandwidth, bytes per second.
+        without: Peers that are not installed.
     """
 
     rows: tuple[Row, ...]
@@ -55,7 +56,7 @@ class Bench:
 
     @property
     def missed(self) -> dict[str, tuple[str, ...]]:
-        """Bars that were not reached, by row."""
+        """Targets that were missed, by row."""
         return missed(self.rows)
 
 
@@ -84,9 +85,9 @@ def run_all(
     """Time every hot path.
 
     Args:
-        report: Told which row is being timed.
-        views: Of the same head from aside; without them their rows are left out.
-        only: Name of the one row wanted.
+        report: Called with the row that is being timed.
+        views: Views of the same head from aside; without them their rows are left out.
+        only: Name of the only row to time.
         shape: Rows and columns of the bracket's frames.
     """
     before = load_average()
@@ -122,10 +123,10 @@ def run_all(
 def _merge_apart(
     pack: StylePack, shape: tuple[int, int], speed: float, peer: bool
 ) -> tuple[Row, ...]:
-    """Shoot a bracket in a process of its own, and time the merge in another.
+    """Shoot a bracket in a separate process, and time the merge in another.
 
-    As the program meets files of a camera. What a process has done before changes what its pages
-    cost: after the simulator OpenCV decodes in two thirds of the time.
+    That is how the program gets the files of a camera. The history of a process changes the cost of
+    its memory pages: after the simulator, OpenCV decodes in two thirds of the time.
     """
     with tempfile.TemporaryDirectory() as folder:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as apart:
@@ -142,7 +143,7 @@ def _time_merge(bracket: Bracket, pack: StylePack, speed: float, peer: bool) -> 
 
 
 def as_json(found: Bench, head: str) -> dict[str, Any]:
-    """Put a run into plain values, as kept and printed."""
+    """Convert a run to plain values for saving and printing."""
     return {
         "head": head,
         "machine": found.machine,
@@ -173,7 +174,7 @@ def _row_json(row: Row) -> dict[str, Any]:
 
 
 def _stock(transport: Transport) -> tuple[PeerCase, ...]:
-    # Mitsuba is slow to import, and what makes its scenes belongs to baking.
+    # Mitsuba is slow to import, and its scenes belong to baking.
     from benchmarks.speed.timing.stock import mitsuba_case
 
     case = mitsuba_case(transport)
