@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.places.library import list_places
-from app.core.places.place import to_json
 from app.core.places.remarks import PartLost
+from app.core.places.saved.place_json import to_json
 from app.core.places.store import create_place, read_place, write_place
 from app.words.remarks import sentences
 from tests.helpers.quick import sample_first

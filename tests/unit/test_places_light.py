@@ -27,8 +27,9 @@ from app.core.environment.environment_file import read_panorama
 from app.core.places.files import light as light_module
 from app.core.places.files.light import fingerprint_of, read_light, storable, store_environment
 from app.core.places.library import list_places
-from app.core.places.place import Place, PlaceError, results_to_json
+from app.core.places.place import Place, PlaceError
 from app.core.places.remarks import LightChanged
+from app.core.places.saved.result_json import results_to_json
 from app.core.places.store import create_place, drop_merged, read_place, write_place
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.solve import solve_all

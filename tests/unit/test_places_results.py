@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.places.place import PlaceError, result_of, results_to_json
+from app.core.places.place import PlaceError
+from app.core.places.saved.result_json import result_of, results_to_json
 from app.core.solver.face import AREAS
 from app.core.solver.shortfall import (
     AreaShortfall,

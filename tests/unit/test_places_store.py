@@ -20,17 +20,9 @@ from hypothesis import strategies as st
 from app.core.base.remarks import PlainRemark
 from app.core.measure.bracket.remarks import MuchMotion
 from app.core.places.library import list_places
-from app.core.places.place import (
-    AnswerBasis,
-    CaptureFacts,
-    FrameFacts,
-    Location,
-    Place,
-    PlaceError,
-    answers_of,
-    to_json,
-)
+from app.core.places.place import AnswerBasis, CaptureFacts, FrameFacts, Location, Place, PlaceError
 from app.core.places.remarks import FolderUnreadable, JudgedAnew, LightMissing, Unfinished
+from app.core.places.saved.place_json import answers_of, to_json
 from app.core.places.store import (
     capture_folders,
     change_place,

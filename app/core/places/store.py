@@ -44,20 +44,12 @@ from app.core.places.files.originals import (
 )
 from app.core.places.journal import JOURNAL
 from app.core.places.place import (
-    ENVIRONMENT_NAME,
-    VERSION,
     Place,
     PlaceError,
-    answers_of,
     by_the_rule_before,
     clean_name,
     clean_notes,
     clean_tags,
-    place_of,
-    summary_of,
-    to_json,
-    unreadable,
-    version_of,
 )
 from app.core.places.remarks import (
     CopyFailed,
@@ -70,6 +62,16 @@ from app.core.places.remarks import (
     PartLost,
     PlaceUnreadable,
     Unfinished,
+)
+from app.core.places.saved.place_json import (
+    ENVIRONMENT_NAME,
+    VERSION,
+    answers_of,
+    place_of,
+    summary_of,
+    to_json,
+    unreadable,
+    version_of,
 )
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.data_lock import writing

@@ -29,8 +29,9 @@ from app.core.environment.environment import Environment, from_radiance
 from app.core.environment.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.measure.finish.display import display_panorama
 from app.core.places.files.originals import ORIGINALS
-from app.core.places.place import ENVIRONMENT_NAME, Place, PlaceError
+from app.core.places.place import Place, PlaceError
 from app.core.places.remarks import LightChanged
+from app.core.places.saved.place_json import ENVIRONMENT_NAME
 from app.core.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 

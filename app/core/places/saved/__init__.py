@@ -1,1 +1,1 @@
-"""Format of saved remarks and reasons, now and in earlier versions."""
+"""Places, results, reasons and remarks as saved, also by earlier versions."""
