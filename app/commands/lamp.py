@@ -12,10 +12,11 @@ from app.commands.shared.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions
-from app.core.second_light.captured import CapturedLamp, centroid, edit_mask
-from app.core.second_light.library import (
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, centroid
+from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
+from app.core.second_light.captured_lamps.lamp_mask import edit_mask
+from app.core.second_light.captured_lamps.library import (
     add_lamp,
-    capture_lamp,
     check_distance,
     delete_lamp,
     lamps_folder,

@@ -40,7 +40,9 @@ from app.core.environment.environment import read_environment, reduce
 from app.core.measure.fisheye.circles import check_stitched
 from app.core.portrait.head_views import load_views_of
 from app.core.second_light.added_light import AddedLight, from_captured, from_numbers
-from app.core.second_light.captured import CapturedLamp, grey_lamp, place_lamp
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, grey_lamp, place_lamp
+from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
+from app.core.second_light.captured_lamps.library import lamps_folder, list_lamps, read_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.lamp_presets import (
     FULL,
@@ -49,7 +51,6 @@ from app.core.second_light.lamp_presets import (
     parse,
     powers_of,
 )
-from app.core.second_light.library import lamps_folder, list_lamps, read_lamp, read_lamp_file
 from app.core.second_light.place_brightness import (
     ASSUMED_LUX,
     Comparison,

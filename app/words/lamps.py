@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from app.core.second_light.captured import LampMask
+from app.core.second_light.captured_lamps.lamp_file import LampDamage, LampPart
+from app.core.second_light.captured_lamps.lamp_mask import LampMask
 from app.core.second_light.lamp_presets import part_of, share_of
-from app.core.second_light.library import LampDamage, LampPart
 from app.core.second_light.place_brightness import Comparison, Unknown
 from app.core.styles.lamps import RATIO_KEYS, SIZE_KEYS, Studio, parse_softness
 from app.core.text import tr, tr_plural

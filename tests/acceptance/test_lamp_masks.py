@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from app.core.base.paths import resources
 from app.core.environment.environment import energy, read_environment, reduce_radiance
-from app.core.second_light.captured import find_mask
-from app.core.second_light.library import capture_lamp
+from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
+from app.core.second_light.captured_lamps.lamp_mask import find_mask
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
 from tests.helpers.quick import sample_first

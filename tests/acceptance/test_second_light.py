@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.environment.environment import read_environment, reduce
 from app.core.second_light.added_light import AddedLight, from_captured, from_numbers, prepare_near
-from app.core.second_light.captured import make_lamp, place_lamp
+from app.core.second_light.captured_lamps.captured_lamp import make_lamp, place_lamp
 from app.core.second_light.contrast import FaceBasis, less_mean, prepare_face
 from app.core.second_light.lamp_presets import parse, powers_of
 from app.core.second_light.place_brightness import illuminance

@@ -14,8 +14,9 @@ from app.cli import main
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance
 from app.core.base.imaging.images import write_exr
-from app.core.second_light.captured import make_lamp
-from app.core.second_light.library import add_lamp, lamps_folder, read_lamp_file
+from app.core.second_light.captured_lamps.captured_lamp import make_lamp
+from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
+from app.core.second_light.captured_lamps.library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack import pack_path, save_pack

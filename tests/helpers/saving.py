@@ -23,8 +23,13 @@ from app.core.painting.session import Draft, load_draft, save_draft
 from app.core.places.files.light import read_light, store_environment
 from app.core.places.library import list_places
 from app.core.places.store import create_place, read_place, write_place
-from app.core.second_light.captured import CapturedLamp, make_lamp
-from app.core.second_light.library import add_lamp, list_lamps, read_lamp, update_lamp
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, make_lamp
+from app.core.second_light.captured_lamps.library import (
+    add_lamp,
+    list_lamps,
+    read_lamp,
+    update_lamp,
+)
 from app.core.storage.settings import Settings
 from app.core.storage.settings_file import read_settings, write_settings
 from app.export.set_page import write_pdf, write_png

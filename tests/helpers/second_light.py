@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.second_light.added_light import AddedLight, from_captured, from_numbers
-from app.core.second_light.captured import PlacedLamp
+from app.core.second_light.captured_lamps.captured_lamp import PlacedLamp
 from app.core.second_light.contrast import FaceBasis, prepare_face
 from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import placement

@@ -16,8 +16,8 @@ from pytestqt.qtbot import QtBot
 
 from app.core.painting.canvas import from_style
 from app.core.painting.library import save_user_style
-from app.core.second_light.captured import make_lamp
-from app.core.second_light.library import add_lamp
+from app.core.second_light.captured_lamps.captured_lamp import make_lamp
+from app.core.second_light.captured_lamps.library import add_lamp
 from app.ui.presenters.model import Step
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.surfaces import Menu

@@ -18,7 +18,7 @@ from app.core.painting.session import load_draft
 from app.core.painting.user_style import checksum
 from app.core.places.library import list_places
 from app.core.places.store import create_place, read_place
-from app.core.second_light.library import add_lamp, list_lamps, read_lamp
+from app.core.second_light.captured_lamps.library import add_lamp, list_lamps, read_lamp
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light import lamp_list

@@ -10,7 +10,7 @@ from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.sphere import directions, rotate_light
 from app.core.environment.environment import energy, reduce_radiance
-from app.core.second_light.captured import (
+from app.core.second_light.captured_lamps.captured_lamp import (
     LARGEST,
     CapturedLamp,
     PlacedLamp,

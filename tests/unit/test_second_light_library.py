@@ -12,14 +12,14 @@ import OpenImageIO as oiio
 import pytest
 
 from app.core.base.errors import CoreError
-from app.core.second_light.captured import CapturedLamp, make_lamp
-from app.core.second_light.library import (
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, make_lamp
+from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
+from app.core.second_light.captured_lamps.library import (
     add_lamp,
     delete_lamp,
     lamps_folder,
     list_lamps,
     read_lamp,
-    read_lamp_file,
     rename_lamp,
     restore_lamp,
     update_lamp,

@@ -12,8 +12,9 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
 from app.core.environment.environment import energy, read_environment, reduce_radiance
-from app.core.second_light.captured import edit_mask, find_mask, make_lamp
-from app.core.second_light.library import capture_lamp
+from app.core.second_light.captured_lamps.captured_lamp import make_lamp
+from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
+from app.core.second_light.captured_lamps.lamp_mask import edit_mask, find_mask
 from app.devices.simulated.cameras import SENSORS
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
 from tests.helpers.quick import sample_first

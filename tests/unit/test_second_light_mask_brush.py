@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.environment.environment import energy
-from app.core.second_light.captured import stroke
+from app.core.second_light.captured_lamps.mask_brush import stroke
 
 SHAPE = (256, 512)
 

@@ -14,7 +14,7 @@ from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.progress import Token
 from app.core.second_light.added_light import AddedLight, from_captured, from_numbers
-from app.core.second_light.captured import PlacedLamp
+from app.core.second_light.captured_lamps.captured_lamp import PlacedLamp
 from app.core.second_light.contrast import (
     correlate,
     correlate_at,

@@ -25,7 +25,7 @@ from app.core.base.arrays import Float32, Float64, Floats, Int64
 from app.core.base.errors import CoreError
 from app.core.base.progress import Progress, Report, Task, Token, silent, span
 from app.core.environment.environment import SHAPE, solid_angles
-from app.core.second_light.captured import PlacedLamp
+from app.core.second_light.captured_lamps.captured_lamp import PlacedLamp
 from app.core.second_light.contrast import (
     Contrast,
     FaceBasis,

@@ -28,7 +28,7 @@ from app.core.solver.search import luminance_of
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from app.core.second_light.captured import CapturedLamp
+    from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
 
 
 _MOST_LAMP_LUX: Final = 1e7
@@ -73,7 +73,7 @@ def compare(
 
     Examples:
         >>> import numpy as np
-        >>> from app.core.second_light.captured import make_lamp
+        >>> from app.core.second_light.captured_lamps.captured_lamp import make_lamp
         >>> light = np.ones((2, 4, 3), np.float32)
         >>> lamp = make_lamp("phone", light, light[..., 0], white_cd_m2=600.0)
         >>> compare(None, lamp).possible

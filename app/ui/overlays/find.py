@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QListWidgetItem, QWidget
 
 from app.core.places.library import list_places
 from app.core.places.store import PlaceSummary
+from app.core.second_light.captured_lamps.library import LampEntry, list_lamps
 from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.library import LampEntry, list_lamps
 from app.core.storage.settings import TABLE
 from app.core.text import tr
 from app.ui.presenters.actions import Findable, best, nothing_words

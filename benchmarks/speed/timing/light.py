@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.second_light.added_light import AddedLight, from_captured
-from app.core.second_light.captured import CapturedLamp, make_lamp, place_lamp
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, make_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.placements import COUNT
 from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek

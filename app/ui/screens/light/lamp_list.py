@@ -9,13 +9,12 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token
-from app.core.second_light.captured import CapturedLamp
-from app.core.second_light.lamp_presets import KINDS, Kind
-from app.core.second_light.library import (
-    MAX_TITLE,
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
+from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
+from app.core.second_light.captured_lamps.lamp_file import MAX_TITLE
+from app.core.second_light.captured_lamps.library import (
     LampEntry,
     add_lamp,
-    capture_lamp,
     check_distance,
     list_lamps,
     read_lamp,
