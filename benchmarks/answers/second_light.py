@@ -40,8 +40,8 @@ from app.core.second_light.lamp_presets import (  # noqa: E402
     FULL,
     powers_of,
 )
+from app.core.second_light.lamp_tables import lamp_tables  # noqa: E402
 from app.core.second_light.search import LampPlacement  # noqa: E402
-from app.core.second_light.search_kernel import lamp_tables  # noqa: E402
 from app.core.solver.turn_choice import Objective  # noqa: E402
 
 # Vertical illuminance at the face, lux: night, cellar, interiors, studio, overcast, sun.

@@ -14,16 +14,16 @@ from app.core.second_light.added_light import AddedLight, from_captured, from_nu
 from app.core.second_light.captured_lamps.captured_lamp import make_lamp, place_lamp
 from app.core.second_light.contrast import FaceBasis, less_mean, prepare_face
 from app.core.second_light.lamp_presets import parse, powers_of
-from app.core.second_light.place_brightness import illuminance
-from app.core.second_light.placements import placement
-from app.core.second_light.search import LampPlacement, place_all
-from app.core.second_light.search_kernel import (
+from app.core.second_light.lamp_tables import (
     LampTables,
     lamp_alone,
     lamp_tables,
     left_everywhere,
     see_place,
 )
+from app.core.second_light.place_brightness import illuminance
+from app.core.second_light.placements import placement
+from app.core.second_light.search import LampPlacement, place_all
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.transport import Transport, render

@@ -25,15 +25,10 @@ from app.core.second_light.contrast import (
     prepare_face,
 )
 from app.core.second_light.lamp_presets import parse
+from app.core.second_light.lamp_tables import lamp_alone, lamp_tables, left_everywhere, see_place
 from app.core.second_light.placements import MIRRORED
 from app.core.second_light.search import ALL, place_all
-from app.core.second_light.search_kernel import (
-    lamp_alone,
-    lamp_tables,
-    left_everywhere,
-    see_place,
-    seek,
-)
+from app.core.second_light.search_kernel import seek
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.shortfall import Cause, LightShortfall

@@ -13,9 +13,9 @@ from app.core.base.imaging.images import write_exr, write_hdr
 from app.core.environment.environment import solid_angles
 from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS, powers_of
+from app.core.second_light.lamp_spot import LampSpot, best_spot, refine
 from app.core.second_light.place_brightness import illuminance, stated_white
 from app.core.second_light.placements import COUNT, above_floor, placement, within_arm
-from app.core.second_light.search_kernel import LampSpot, best_spot, refine
 from app.words.lamps import power_words
 from tests.helpers.synthetic import lamp_environment
 

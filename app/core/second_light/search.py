@@ -17,16 +17,15 @@ from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.arrays import Bools, Float32, Floats
 from app.core.second_light.added_light import AddedLight
 from app.core.second_light.contrast import norm_at
-from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
-from app.core.second_light.search_kernel import (
-    BestSpot,
+from app.core.second_light.lamp_tables import (
     LampTables,
     SearchPlace,
     lamp_tables,
     see_place,
-    seek,
     values_at,
 )
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
+from app.core.second_light.search_kernel import BestSpot, seek
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.shortfall import Cause, LightShortfall, Shortfall

@@ -11,8 +11,9 @@ from app.core.base.angles import TURNS
 from app.core.second_light.added_light import AddedLight, from_captured
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, make_lamp, place_lamp
 from app.core.second_light.contrast import prepare_face
+from app.core.second_light.lamp_tables import LampTables, lamp_tables, see_place
 from app.core.second_light.placements import COUNT
-from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek
+from app.core.second_light.search_kernel import seek
 from app.core.solver.relighting_cache import normalised
 from benchmarks.speed.timing.runner.rows import Case
 from benchmarks.speed.timing.search import lively
