@@ -24,9 +24,10 @@ from app.core.base.remarks import Remark
 from app.core.base.sphere import bounded, row_edges
 from app.core.base.sphere import solid_angles as solid_angles
 from app.core.environment.clipping import plateau
-from app.core.environment.environment_file import Repairs, read_panorama, repair
+from app.core.environment.environment_file import read_panorama
 from app.core.environment.holes import canvas, filled
 from app.core.environment.remarks import ClippedFile, FromOnePhoto, LayerChosen, PartUnseen
+from app.core.environment.repair import Repairs, repair
 from app.core.text import tr
 
 _Mark = TypeVar("_Mark", bound=np.generic)

@@ -1,7 +1,7 @@
-"""Read linear panoramas with OpenImageIO and repair them.
+"""Read linear panoramas with OpenImageIO.
 
-Files come from anywhere. Every way in which one can be bad ends in an `EnvironmentFileError` with
-one sentence and a next step, and nothing large is allocated before the header has been judged.
+Files come from anywhere. Every bad file raises an `EnvironmentFileError` with one sentence and a
+hint, and the header is checked before anything large is allocated.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.base.arrays import Bools, Float32, Float64
+from app.core.base.arrays import Bools, Float32
 from app.core.base.colour import FloatImage, to_rec709
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.imaging.image_input import (
@@ -37,7 +37,7 @@ from app.core.base.imaging.image_input import (
 )
 from app.core.base.phrases import percent
 from app.core.environment.layers import Layer, choose_layer, layers_of
-from app.core.environment.remarks import Repaired
+from app.core.environment.repair import BAND_ROWS, HALF_MOST, row_areas
 from app.core.text import tr
 
 if TYPE_CHECKING:
@@ -46,21 +46,12 @@ if TYPE_CHECKING:
 _Kind = TypeVar("_Kind", bound=np.generic)
 
 MAX_WIDTH: Final = 16384
-"""Widest panorama read, in texels: 1.6 GB as float. Wider ones say nothing more about light."""
+"""Widest panorama read, in texels: 1.6 GB as float. More texels add nothing about the light."""
 
 MIN_WIDTH: Final = 16
 """Narrowest panorama read, in texels: 22.5 degrees each."""
-
-HALF_MOST: Final = 65504.0
-"""Largest half float; what was brighter became infinite, or this."""
-
-INFINITE: Final = 3e5
-"""What is infinite most likely is: suns beyond a half float are at 1e5 to 1e6 where sky is at 1."""
-
-_MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
 _LEAST_SEEN: Final = 0.1  # of the sphere
 _HALF: Final = 0.5  # of a texel: less was not seen
-_BAND_ROWS: Final = 64
 _READ_ROWS: Final = 512
 _EXR: Final = b"\x76\x2f\x31\x01"
 _TIFF: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
@@ -78,109 +69,17 @@ _SAVE_AS: Final = tr("Save it as OpenEXR (.exr) or Radiance (.hdr).")
 
 
 @dataclass(frozen=True, slots=True)
-class Repairs:
-    """How many texels of a panorama were repaired; `level` is what infinite ones became."""
-
-    nan: int = 0
-    infinite: int = 0
-    negative: int = 0
-    level: float = 0.0
-
-    @property
-    def total(self) -> int:
-        """All counts together; a texel with two kinds of damage counts twice."""
-        return self.nan + self.infinite + self.negative
-
-    def remarks(self, name: str) -> tuple[Repaired, ...]:
-        """Report what was repaired, if anything was."""
-        if not self.total:
-            return ()
-        return (Repaired(name, self.nan, self.infinite, self.negative, self.level),)
-
-
-def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
-    """Make every value finite and not negative, in place.
-
-    Infinite values become the largest of the rest, and at least `INFINITE`: a half float is
-    infinite beyond `HALF_MOST`, and floats mostly are where they were halves before.
-
-    Args:
-        radiance: Float32, (H, W, 3). Linear radiance; changed in place, band by band,
-            so that a large panorama needs no copy.
-
-    Returns:
-        Counts, and (H, W) bool where a texel was infinite; None where none was.
-
-    Raises:
-        EnvironmentFileError: When nothing but black is left, or more than 3 % of the sphere or of
-            the light would have to be made up.
-    """
-    bands = [radiance[row : row + _BAND_ROWS] for row in range(0, len(radiance), _BAND_ROWS)]
-    areas = np.split(_areas(*radiance.shape[:2]), range(_BAND_ROWS, len(radiance), _BAND_ROWS))
-    nan = infinite = negative = 0
-    largest = unknown = below_zero = 0.0
-    for band, area in zip(bands, areas, strict=True):
-        finite = np.isfinite(band)
-        top = float(np.max(band, where=finite, initial=0.0))
-        largest = max(largest, top)
-        if finite.all() and float(band.min()) >= 0.0:
-            continue
-        holes, below = np.isnan(band), band < 0.0
-        nan += _texels(holes)
-        negative += _texels(below)
-        infinite += _texels(np.isposinf(band))
-        unknown += float(area @ (~finite).any(axis=-1).sum(axis=1))
-        below_zero -= float(area @ np.sum(band, axis=(1, 2), where=below & finite, dtype=float))
-        band[holes | below] = 0.0
-    if largest <= 0.0:
-        raise EnvironmentFileError(
-            tr("{name} is black: no texel has any light.", name=name),
-            tr("Choose another panorama."),
-        )
-    if unknown > _MOST_REPAIRED:
-        raise EnvironmentFileError(
-            tr(
-                "{name} is damaged: {unknown:.0f} % of the sphere is NaN or infinite.",
-                name=name,
-                unknown=100.0 * unknown,
-            ),
-            COPY_AGAIN,
-        )
-    clipped: Bools | None = None
-    level = max(largest, INFINITE) if infinite else 0.0
-    if infinite:
-        clipped = np.asarray(np.isposinf(radiance).any(axis=-1))
-        for band in bands:
-            band[np.isposinf(band)] = level
-    if below_zero:
-        light = sum(
-            float(a @ b.sum(axis=(1, 2), dtype=float)) for a, b in zip(areas, bands, strict=True)
-        )
-        if below_zero > _MOST_REPAIRED * light:
-            raise EnvironmentFileError(
-                tr("{name} is damaged: much of its light is negative.", name=name), COPY_AGAIN
-            )
-    return Repairs(nan, infinite, negative, level), clipped
-
-
-def _areas(height: int, width: int) -> Float64:
-    """Share of the sphere of one texel in each row, (H,)."""
-    edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
-    return (edges[:-1] - edges[1:]) / (2.0 * width)
-
-
-@dataclass(frozen=True, slots=True)
 class Panorama:
-    """A panorama as stored, before repairs.
+    """A panorama as stored, before repairs (`app.core.environment.repair`).
 
     Attributes:
-        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance; grey is spread over three
-            channels, 0 where nothing was seen.
-        unseen: (H, 2 H) bool, transparent or outside the data window; None where all was seen.
-        clipped: Float32, (H, 2 H). Share of each texel whose light its file states as a guess;
-            None where it states none.
-        layer, layers: The layer read and all that could be, where there are several.
-        rough: Whether much of the light is a guess, by its file.
+        radiance: Float32, (H, 2 H, 3). Linear Rec. 709 radiance; grey is repeated in all three
+            channels, gaps are 0.
+        unseen: (H, 2 H) bool, transparent or outside the data window; None if there are no gaps.
+        clipped: Float32, (H, 2 H). Share of each texel whose light is a guess according to the
+            file; None if there is none.
+        layer, layers: The layer that was read and all layers, if there are several.
+        rough: Whether much of the light is a guess according to the file.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -196,12 +95,12 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
     """Read the colours of a linear panorama: OpenEXR, Radiance, or TIFF of floating point.
 
     Args:
-        layer: Of several layers the one to read; by default the beauty pass.
-        coverage: Whether alpha says what was seen; otherwise colours stay as they are stored.
+        layer: The layer to read if there are several; by default the beauty pass.
+        coverage: Whether alpha marks gaps; otherwise colours stay as they are stored.
 
     Raises:
-        LayerError: When that layer is not there, or one has to be chosen.
-        EnvironmentFileError: When it cannot be read or is not a panorama.
+        LayerError: If there is no such layer, or one has to be chosen.
+        EnvironmentFileError: If the file cannot be read or is not a panorama.
     """
     file = Path(path)
     _check_signature(file)
@@ -216,7 +115,7 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
             tr("Scale it down to 4096 x 2048 texels."),
         ) from None
     except UnicodeError:
-        # Names of channels in a damaged header.
+        # The header has damaged names of channels.
         raise _damaged(file) from None
     finally:
         source.close()
@@ -236,16 +135,12 @@ def is_linear(path: Path) -> bool:
         return str(source.spec().format) in ("half", "float", "double")
 
 
-def _texels(bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> int:
-    return int(np.count_nonzero(bad.any(axis=-1)))
-
-
 def _damaged(file: Path) -> EnvironmentFileError:
     return EnvironmentFileError(tr("{name} is damaged or incomplete.", name=file.name), COPY_AGAIN)
 
 
 def _check_signature(file: Path) -> None:
-    """Judge the file by its first bytes, before any decoder sees it."""
+    """Check the first bytes of a file before any decoder reads it."""
     head = first_bytes(
         file,
         EnvironmentFileError,
@@ -272,7 +167,7 @@ def _check_signature(file: Path) -> None:
 
 
 def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool) -> Panorama:
-    """Find the layer, judge its size, and read it."""
+    """Find the layer, check its size, and read it."""
     layers = layers_of(source)
     if not layers:
         raise EnvironmentFileError(
@@ -307,13 +202,13 @@ def _read_layer(source: ImageInput, file: Path, layer_name: str, coverage: bool)
 
 
 def _as_panorama(marks: Bools, spec: ImageSpec, orientation: int) -> Float32:
-    """Marks of the data window as a share of each texel of the panorama."""
+    """Convert marks in the data window to a share of each texel of the panorama."""
     plane, _ = _on_display_window(marks[..., None].astype(np.float32), None, spec)
     return _upright(plane, orientation)[..., 0]
 
 
 def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
-    """What is not in the file, and what its maker filled."""
+    """Join the gaps of the file with those that its maker filled."""
     if filled is None:
         return unseen
     marks = filled > _HALF
@@ -321,7 +216,7 @@ def _or(unseen: Bools | None, filled: Float32 | None) -> Bools | None:
 
 
 def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 | None:
-    """A channel that this program writes beside the colours, (H, 2 H); None where it is absent."""
+    """Read a channel that this program adds to the colours, (H, 2 H); None if it is absent."""
     spec = source.spec()
     names = [str(name) for name in spec.channelnames]
     if channel not in names or (spec.width, spec.height) != _display_size(spec):
@@ -334,15 +229,15 @@ def _extra(source: ImageInput, channel: str, part: int, file: Path) -> Float32 |
 def _transparent(
     source: ImageInput, layer: Layer, file: Path, radiance: FloatImage
 ) -> Bools | None:
-    """Mark what alpha says was not seen, (H, W); colours that alpha dims are brought back.
+    """Mark the gaps in alpha, (H, W), and undo premultiplication of `radiance` in place.
 
-    OpenEXR's colours are premultiplied; those of other files as they state.
+    Colours of OpenEXR are premultiplied; other files state it.
     """
     if layer.alpha is None:
         return None
     alpha = _read_channels(source, layer.part, (layer.alpha,), file, 1)[..., 0]
     if not alpha.max() > 0.0:
-        return None  # A channel that nobody filled.
+        return None  # An alpha channel that was never filled in.
     unseen = ~(alpha >= _HALF)
     partial = ~unseen & (alpha < 1.0)
     if not source.spec().get_int_attribute("oiio:UnassociatedAlpha", 0) and partial.any():
@@ -352,10 +247,10 @@ def _transparent(
 
 
 def _check_seen(unseen: Bools | None, file: Path) -> None:
-    """Refuse what shows too little to fill the rest from."""
+    """Refuse a panorama with too little visible to fill the gaps from."""
     if unseen is None:
         return
-    visible_share = 1.0 - float(_areas(*unseen.shape) @ unseen.sum(axis=1))
+    visible_share = 1.0 - float(row_areas(*unseen.shape) @ unseen.sum(axis=1))
     if visible_share < _LEAST_SEEN:
         raise EnvironmentFileError(
             tr(
@@ -368,7 +263,7 @@ def _check_seen(unseen: Bools | None, file: Path) -> None:
 
 
 def _to_rec709(radiance: FloatImage, spec: ImageSpec, file: Path) -> None:
-    """Bring colours of other primaries, such as ACES', to those that everything here has."""
+    """Convert colours of other primaries, such as those of ACES, to Rec. 709."""
     try:
         primaries = stated_primaries(spec)
     except ValueError:
@@ -376,7 +271,7 @@ def _to_rec709(radiance: FloatImage, spec: ImageSpec, file: Path) -> None:
     if primaries:
         infinite = np.isposinf(radiance).any(axis=-1)
         to_rec709(radiance, primaries)
-        radiance[infinite] = np.inf  # Where it would be infinite minus infinite.
+        radiance[infinite] = np.inf  # Instead of infinite minus infinite.
 
 
 def _check_size(spec: ImageSpec, file: Path) -> None:
@@ -391,7 +286,7 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
             ),
             tr("Export it as a 360 x 180 degree equirectangular (lat-long) image."),
         )
-    # A cropped picture is held beside the panorama that it is laid on.
+    # A cropped picture needs memory beside that of the whole panorama.
     pixels = spec.width * spec.height
     pixel_count = (
         pixels if (spec.width, spec.height) == (width, height) else pixels + width * height
@@ -423,12 +318,12 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
 
 
 def _lies_on_its_side(spec: ImageSpec) -> bool:
-    """Whether the rows of the file are the columns of the picture (EXIF orientations 5 to 8)."""
+    """Return whether the rows of the file are columns of the picture (EXIF orientations 5 to 8)."""
     return 5 <= spec.get_int_attribute("Orientation", 1) <= 8
 
 
 def _display_size(spec: ImageSpec) -> tuple[int, int]:
-    """Size of the whole picture; a cropped panorama counts as the panorama it was cropped from."""
+    """Return the size of the whole picture; for a cropped panorama, before cropping."""
     if _lies_on_its_side(spec):
         return int(spec.height), int(spec.width)
     if spec.full_width == 2 * spec.full_height:
@@ -439,12 +334,12 @@ def _display_size(spec: ImageSpec) -> tuple[int, int]:
 def _read_channels(
     source: ImageInput, part: int, channels: tuple[int, ...], file: Path, planes: int = 3
 ) -> FloatImage:
-    """Read colours, or one channel so many times; in bands of rows, to hold nothing twice."""
+    """Read three channels, or repeat one in all `planes`; in bands of rows, to save memory."""
     spec = source.spec()
     height = int(spec.height)
     values = np.empty((height, int(spec.width), planes), np.float32)
     first = channels[0]
-    # Neighbours, as nearly always, in one pass.
+    # Adjacent channels, as nearly always, are read in one pass.
     together = channels == (first, first + 1, first + 2)
     groups = [(first, first + 3)] if together else [(channel, channel + 1) for channel in channels]
     step = rows_at_once(spec, _READ_ROWS)
@@ -463,7 +358,7 @@ def _read_channels(
 def _on_display_window(
     radiance: FloatImage, unseen: Bools | None, spec: ImageSpec
 ) -> tuple[FloatImage, Bools | None]:
-    """Place a cropped data window on the panorama; what was cropped away was not seen."""
+    """Place a cropped data window on the panorama; the cropped parts are gaps."""
     width, height = _display_size(spec)
     if _lies_on_its_side(spec):
         return radiance, unseen
@@ -486,13 +381,13 @@ def _on_display_window(
 
 
 def _upright(radiance: NDArray[_Kind], orientation: int) -> NDArray[_Kind]:
-    """Undo the mirrorings and turns that a header can state (EXIF 2.32); mirrorings in place."""
+    """Undo the orientation that a header states (EXIF 2.32); mirrors in place."""
     if orientation > 4:
         return upright(radiance, orientation)
     height = len(radiance)
     if orientation in (2, 3):
-        for row in range(0, height, _BAND_ROWS):
-            radiance[row : row + _BAND_ROWS] = radiance[row : row + _BAND_ROWS, ::-1].copy()
+        for row in range(0, height, BAND_ROWS):
+            radiance[row : row + BAND_ROWS] = radiance[row : row + BAND_ROWS, ::-1].copy()
     if orientation in (3, 4):
         for row in range(height // 2):
             radiance[[row, -1 - row]] = radiance[[-1 - row, row]]

@@ -25,7 +25,7 @@ from app.core.base.errors import CoreError
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
 from app.core.environment.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
-from app.core.environment.environment_file import repair
+from app.core.environment.repair import repair
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.text import tr
 

@@ -1,0 +1,122 @@
+"""Repair the radiance of a panorama: infinite values, NaN and negative light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Bools, Float64
+from app.core.base.colour import FloatImage
+from app.core.base.errors import EnvironmentFileError
+from app.core.base.imaging.image_input import COPY_AGAIN
+from app.core.environment.remarks import Repaired
+from app.core.text import tr
+
+HALF_MOST: Final = 65504.0
+"""Largest half float. Anything brighter became infinite, or this."""
+
+INFINITE: Final = 3e5
+"""Likely radiance of infinite texels: suns beyond a half float have 1e5 to 1e6 if the sky has 1."""
+
+_MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
+BAND_ROWS: Final = 64
+"""Rows that are changed at once, to save memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Repairs:
+    """Numbers of repaired texels; `level` is the radiance that replaced infinite values."""
+
+    nan: int = 0
+    infinite: int = 0
+    negative: int = 0
+    level: float = 0.0
+
+    @property
+    def total(self) -> int:
+        """Sum of all counts; a texel with two kinds of damage counts twice."""
+        return self.nan + self.infinite + self.negative
+
+    def remarks(self, name: str) -> tuple[Repaired, ...]:
+        """Return a remark on the repairs, if there were any."""
+        if not self.total:
+            return ()
+        return (Repaired(name, self.nan, self.infinite, self.negative, self.level),)
+
+
+def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
+    """Make every value finite and not negative, in place.
+
+    NaN and negative values become 0. Infinite values become the largest finite value, or
+    `INFINITE` if that is larger: a half float is infinite beyond `HALF_MOST`, and infinite floats
+    mostly come from halves.
+
+    Args:
+        radiance: Float32, (H, W, 3). Linear radiance; changed in place, band by band, so that a
+            large panorama needs no copy.
+
+    Returns:
+        Counts, and a mask (H, W) bool of infinite texels, None if there are none.
+
+    Raises:
+        EnvironmentFileError: If the panorama is black, or more than 3 % of the sphere or of the
+            light is damaged.
+    """
+    bands = [radiance[row : row + BAND_ROWS] for row in range(0, len(radiance), BAND_ROWS)]
+    areas = np.split(row_areas(*radiance.shape[:2]), range(BAND_ROWS, len(radiance), BAND_ROWS))
+    nan = infinite = negative = 0
+    largest = unknown = below_zero = 0.0
+    for band, area in zip(bands, areas, strict=True):
+        finite = np.isfinite(band)
+        top = float(np.max(band, where=finite, initial=0.0))
+        largest = max(largest, top)
+        if finite.all() and float(band.min()) >= 0.0:
+            continue
+        holes, below = np.isnan(band), band < 0.0
+        nan += _texels(holes)
+        negative += _texels(below)
+        infinite += _texels(np.isposinf(band))
+        unknown += float(area @ (~finite).any(axis=-1).sum(axis=1))
+        below_zero -= float(area @ np.sum(band, axis=(1, 2), where=below & finite, dtype=float))
+        band[holes | below] = 0.0
+    if largest <= 0.0:
+        raise EnvironmentFileError(
+            tr("{name} is black: no texel has any light.", name=name),
+            tr("Choose another panorama."),
+        )
+    if unknown > _MOST_REPAIRED:
+        raise EnvironmentFileError(
+            tr(
+                "{name} is damaged: {unknown:.0f} % of the sphere is NaN or infinite.",
+                name=name,
+                unknown=100.0 * unknown,
+            ),
+            COPY_AGAIN,
+        )
+    clipped: Bools | None = None
+    level = max(largest, INFINITE) if infinite else 0.0
+    if infinite:
+        clipped = np.asarray(np.isposinf(radiance).any(axis=-1))
+        for band in bands:
+            band[np.isposinf(band)] = level
+    if below_zero:
+        light = sum(
+            float(a @ b.sum(axis=(1, 2), dtype=float)) for a, b in zip(areas, bands, strict=True)
+        )
+        if below_zero > _MOST_REPAIRED * light:
+            raise EnvironmentFileError(
+                tr("{name} is damaged: much of its light is negative.", name=name), COPY_AGAIN
+            )
+    return Repairs(nan, infinite, negative, level), clipped
+
+
+def row_areas(height: int, width: int) -> Float64:
+    """Return the share of the sphere of one texel in each row, (H,) float64."""
+    edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
+    return (edges[:-1] - edges[1:]) / (2.0 * width)
+
+
+def _texels(bad: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> int:
+    return int(np.count_nonzero(bad.any(axis=-1)))
