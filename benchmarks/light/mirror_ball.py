@@ -47,7 +47,7 @@ from app.core.localization.views import Lens, look  # noqa: E402
 from app.core.measure.ball.ball_finder import Ball, find_ball  # noqa: E402
 from app.core.measure.ball.measure import BallFacts, measure  # noqa: E402
 from app.core.measure.ball.mirror_ball import BallOptions  # noqa: E402
-from app.core.measure.finish.sun import direct_normal_lux  # noqa: E402
+from app.core.measure.finish.sunlight import direct_normal_lux  # noqa: E402
 from app.core.measure.measurement import Measurement  # noqa: E402
 from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402

@@ -37,7 +37,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 from app.core.measure.finish.clip_audit import given_up  # noqa: E402
-from app.core.measure.finish.sun import SkyWord, direct_normal_lux  # noqa: E402
+from app.core.measure.finish.sunlight import SkyWord, direct_normal_lux  # noqa: E402
 from app.core.measure.plan.camera_models import camera_facts  # noqa: E402
 from benchmarks.speed.plain_search import choose  # noqa: E402
 

@@ -24,7 +24,7 @@ from app.core.measure.finish.findings import (
 )
 from app.core.measure.finish.lights import Source, find_lights
 from app.core.measure.finish.remarks import BlindMatters, MaybeSun, MoreLampsClipped
-from app.core.measure.finish.sun import restore
+from app.core.measure.finish.restoration import restore
 from app.core.measure.read.frame import MergedLight
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective

@@ -16,15 +16,9 @@ from app.core.base.errors import ProbeError
 from app.core.environment.environment import energy, read_environment, reduce_radiance
 from app.core.measure.finish.clip_audit import given_up
 from app.core.measure.finish.lights import find_lights
-from app.core.measure.finish.sun import (
-    SkyWord,
-    direct_normal_lux,
-    find_sun,
-    is_sun,
-    restore,
-    set_illuminance,
-    sun_core,
-)
+from app.core.measure.finish.restoration import restore, set_illuminance
+from app.core.measure.finish.sun import find_sun, is_sun, sun_core
+from app.core.measure.finish.sunlight import SkyWord, direct_normal_lux
 from app.core.measure.read.frame import MergedLight
 from app.core.styles.style_pack import StylePack, load_named_pack
 from app.words.remarks import remark_words

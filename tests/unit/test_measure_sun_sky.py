@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
-from app.core.measure.finish.sun import (
+from app.core.measure.finish.sunlight import (
     SUN_DIAMETER_DEG,
     SUN_SOLID_ANGLE_SR,
     SkyWord,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, Literal, TypeVar
 
 from app.core.measure.finish.masks import MaskSpec
-from app.core.measure.finish.sun import SkyWord
+from app.core.measure.finish.sunlight import SkyWord
 from app.core.styles.style_pack import StylePack, load_named_pack
 
 HEAD: Final = "generic"

@@ -36,15 +36,9 @@ from app.core.measure.finish.remarks import (
     ClippingSafe,
     RestoredRange,
 )
-from app.core.measure.finish.sun import (
-    SPREAD,
-    Restoration,
-    added_light,
-    direct_normal_lux,
-    find_sun,
-    may_be_sun,
-    sun_core,
-)
+from app.core.measure.finish.restoration import Restoration, added_light
+from app.core.measure.finish.sun import find_sun, may_be_sun, sun_core
+from app.core.measure.finish.sunlight import SPREAD, direct_normal_lux
 from app.core.measure.read.frame import MergedLight
 from app.core.solver import turn_choice
 from app.core.solver.relighting_cache import normalised

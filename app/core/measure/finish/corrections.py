@@ -19,7 +19,7 @@ from app.core.measure.finish.clipped_light import brightened, rough_audit, told_
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.finish.lights import Light, LightGrid, find_lights, light_grid, upsampled
 from app.core.measure.finish.remarks import LampGained, NoClutter
-from app.core.measure.finish.sun import Restoration, restore, set_illuminance
+from app.core.measure.finish.restoration import Restoration, restore, set_illuminance
 from app.core.measure.finish.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.measure.finish.turn_changes import Change, changes, masking_changes
 from app.core.measure.options import MeasureOptions
