@@ -11,13 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
-from app.core.measure.bracket.curve.brightness_transfer import (
-    MeasuredStep,
-    StepCheck,
-    check_matches,
-    match_codes,
-    reach,
-)
+from app.core.measure.bracket.curve.brightness_transfer import match_codes, reach
+from app.core.measure.bracket.curve.exposure_steps import MeasuredStep, StepCheck, check_matches
 from app.core.measure.bracket.curve.response import (
     ResponseChoice,
     choose_response,

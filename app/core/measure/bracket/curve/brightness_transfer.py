@@ -1,17 +1,12 @@
-"""Match the codes of frames, and measure their exposure steps.
+"""Match the codes of the frames of a bracket.
 
-A response curve can be learned, or checked, from nothing but this relation: where the brighter
-frame of a pair says `a`, the darker one says `b` (the brightness transfer function of Grossberg and
+A response can be recovered or checked from this relation alone: pixels of code `a` in the brighter
+frame of a pair have code `b` in the darker one (the brightness transfer function of Grossberg and
 Nayar, "Determining the camera response from images: what is knowable?", PAMI 2003). It is estimated
-from the joint histogram of the two frames, robustly, so that things that moved do not count. Where
-the frames do not lie on each other pixel by pixel, the joint histogram is smeared and the ranks are
-matched instead: the n-th brightest pixel of one frame goes with the n-th brightest of the other,
-wherever it lies (same paper, section 4).
-
-The ratio of the linear values of matching codes is the step between two frames. A wrong response
-curve shows as a step that depends on the level, or as all steps off by one factor (a curve raised
-to a power cannot be told from longer steps); a wrong tag in a file shows as a constant difference
-in the pairs of one frame.
+robustly from the joint histogram of the two frames, so that moving objects do not count. If the
+frames are not aligned pixel by pixel, the joint histogram is smeared, and ranks are matched
+instead: the n-th brightest pixel of one frame corresponds to the n-th brightest of the other,
+wherever it is (same paper, section 4).
 """
 
 from __future__ import annotations
@@ -72,15 +67,19 @@ _POWERS: Final = np.stack([_CODES**0, _CODES, _CODES**2], axis=-1).astype(np.flo
 
 @dataclass(frozen=True, slots=True)
 class CodeMatches:
-    """Matching codes of pairs of frames, one of R rows per pair, channel and code.
+    """Matching codes of pairs of frames, in R rows, one per pair, channel and code.
 
-    `bright` and `dark` are frame numbers, 0 the brightest; `channel` is 0, 1, 2 for red, green,
-    blue; `code` is in the brighter frame, `dark_code` the mean of the same places in the darker
-    one, both 0 to 255; `places` stand behind the row; `scatter` is the darker code's standard
-    deviation. `turned` are pairs (brighter, darker) that were matched by rank. `raised_black`
-    says that no light at all has a code well above 0, as in scans of film. `whites` has for
-    each frame the first code that stands for any amount of light, where a local tone curve has
-    darkened what was clipped; else 256.
+    Attributes:
+        bright, dark: Frame numbers, 0 for the brightest.
+        channel: 0, 1, 2 for red, green, blue.
+        code: Code in the brighter frame, 0 to 255.
+        dark_code: Mean code of the same pixels in the darker frame.
+        places: Number of pixels of the row.
+        scatter: Standard deviation of the darker code.
+        turned: Pairs (brighter, darker) that were matched by rank.
+        raised_black: Whether black has a code well above 0, as in scans of film.
+        whites: For each frame the first code that may be clipped, since a local tone curve has
+            darkened clipped areas; 256 if there is none.
     """
 
     bright: Int64
@@ -99,18 +98,18 @@ class CodeMatches:
         return len(self.code)
 
     def steps(self, stops: Sequence[float]) -> Float64:
-        """Exposure step of each row in stops, (R,), brighter minus darker."""
+        """Return the exposure step of each row, (R,), brighter minus darker, stops."""
         exposure = np.asarray(stops, dtype=np.float64)
         return np.asarray(exposure[self.bright] - exposure[self.dark])
 
     def where(self, keep: Bools) -> CodeMatches:
-        """Only the rows to keep, (R,)."""
+        """Return only the rows to keep, (R,)."""
         columns = ("bright", "dark", "channel", "code", "dark_code", "places", "scatter")
         return replace(self, **{name: getattr(self, name)[keep] for name in columns})
 
 
 def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]:
-    """Pairs of frames (brighter, darker) 0.15 to 6.1 stops apart; `stops` fall."""
+    """List pairs of frames (brighter, darker) 0.15 to 6.1 stops apart; `stops` decrease."""
     return [
         (bright, dark)
         for bright in range(len(stops))
@@ -122,8 +121,12 @@ def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]
 def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeMatches:
     """Return the code of the darker frame for each code of the brighter one.
 
-    `samples`, (K, N, 3) uint8, are the same N places in all K frames, brightest first. `stops`,
-    falling, only choose the pairs. ValueError when they do not fit each other.
+    Args:
+        samples: (K, N, 3) uint8. The same N places in all K frames, brightest first.
+        stops: Exposures, decreasing; they only choose the pairs.
+
+    Raises:
+        ValueError: If `samples` and `stops` do not match.
     """
     if samples.ndim != 3 or samples.shape[2] != 3 or samples.dtype != np.uint8:
         raise ValueError(f"samples must be (K, N, 3) uint8, not {samples.shape} {samples.dtype}")
@@ -166,7 +169,7 @@ def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeM
 
 
 def _white(histogram: Int64) -> int:
-    """First code from which on the darker frame shows anything, 256 where there is none."""
+    """Return the first code that the darker frame spreads widely; 256 if there is none."""
     places = histogram.sum(axis=1)
     low, high = _quantiles(histogram, (0.16, 0.84))
     usable = (places >= _OPEN_PLACES) & (_CODES >= _LOWEST) & (_CODES <= _HIGHEST)
@@ -183,10 +186,10 @@ def _white(histogram: Int64) -> int:
 
 
 def _filled(frame: Bytes) -> Bools:
-    """Places of one frame, (N,), that hold no picture.
+    """Mark places of a frame without a picture, (N,).
 
-    Pure primary colours, which mark borders (a lamp that is so colourful is no loss), and any
-    exact colour that fills a tenth of the frame.
+    Pure primary colours, which mark borders (a lamp of such a colour is no loss), and any exact
+    colour that fills a tenth of the frame.
     """
     red, green, blue = frame.T
     least = np.minimum(np.minimum(red, green), blue)
@@ -196,7 +199,7 @@ def _filled(frame: Bytes) -> Bools:
 
 
 def _one_colour(frame: Bytes) -> Bools:
-    """Places that a decoder filled with one exact colour; (N,) bool."""
+    """Mark places that a decoder filled with one exact colour, (N,)."""
     green = frame[:, 1]
     counts = np.bincount(green, minlength=256)
     counts[:_LOWEST] = 0
@@ -216,10 +219,10 @@ def _one_colour(frame: Bytes) -> Bools:
 
 
 def _black_codes(samples: Bytes, stops: Sequence[float]) -> list[int]:
-    """Code of no light at all in each channel, where that is not 0: flare, scans, raised blacks.
+    """Return the code of black in each channel, above 0 with flare, in scans or with raised blacks.
 
-    The darkest places of the two darkest frames then have the same code, however far apart the
-    frames are; without a raised black it falls at least by a quarter for a stop.
+    Then the darkest places of the two darkest frames have the same code, however far apart the
+    frames are; without a raised black it decreases by at least a quarter per stop.
     """
     if len(stops) < 2 or stops[-2] - stops[-1] < _TELLING_STEP:
         return [0, 0, 0]
@@ -240,10 +243,10 @@ def _joint_histograms(bright: Bytes, dark: Bytes) -> list[Int64]:
 
 
 def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
-    """Mean darker code, places and scatter for each brighter code, without the stray places.
+    """Return mean darker code, places and scatter for each brighter code, without outliers.
 
-    The mean of those within twice the interquartile range of the median: a median alone would
-    jump in whole codes, a plain mean would follow what moved.
+    The mean is taken within twice the interquartile range around the median: a median alone would
+    jump in whole codes, and a plain mean would follow moving objects.
     """
     rows = histogram[_LOWEST : _HIGHEST + 1]
     median, low, high = _quantiles(rows, (0.5, 0.25, 0.75))
@@ -253,12 +256,12 @@ def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
     some = np.maximum(places, 1.0)
     mean = total / some
     variance = np.maximum(squares / some - mean**2, 0.0)
-    # Even a code that never varies is only known to its rounding.
+    # A code that never varies still has its rounding error.
     return mean, places, np.sqrt(variance + 1.0 / 12.0)
 
 
 def _quantiles(rows: Int64, shares: tuple[float, ...]) -> list[Float64]:
-    """Quantiles of each histogram row, interpolated within the code they fall in; (R,) each."""
+    """Return quantiles of each histogram row, interpolated within a code, (R,) each."""
     running = np.concatenate([[0], np.cumsum(rows)])  # over all rows, end to end
     first = np.arange(len(rows)) * 256
     before, count = running[first], running[first + 256] - running[first]
@@ -273,7 +276,7 @@ def _quantiles(rows: Int64, shares: tuple[float, ...]) -> list[Float64]:
 
 
 def _smeared(means: list[tuple[Float64, Float64, Float64]]) -> bool:
-    """Whether the two frames of a pair do not lie on each other pixel by pixel."""
+    """Return whether the two frames of a pair are not aligned pixel by pixel."""
     scatter = np.concatenate([_usable(*mean)[:, 3] for mean in means])
     return scatter.size > 0 and float(np.median(scatter)) > _SMEARED
 
@@ -292,14 +295,14 @@ def _by_rank(histogram: Int64) -> tuple[Float64, Float64, Float64]:
 def _usable(
     mean: Float64, places: Float64, scatter: Float64, least: float = _LOWEST_DARK
 ) -> Float64:
-    """Rows (code, darker code, places, scatter) that can be trusted; (R, 4)."""
+    """Return reliable rows (code, darker code, places, scatter), (R, 4)."""
     keep = (places >= _FEWEST) & (mean >= least)
     codes = _CODES[_LOWEST : _HIGHEST + 1]
     return np.column_stack([codes, mean, places, scatter])[keep]
 
 
 def _continuous(rows: Float64) -> Float64:
-    """Leave out rows out of line: codes that hardly anything has but something that moved."""
+    """Leave out rows off the curve: codes that hardly occur except in a moving object."""
     if len(rows) <= 2 * _BESIDE:
         return rows
     rows = rows[rows[:, 3] <= _WIDE * np.median(rows[:, 3]) + _WIDE_CODES]
@@ -309,137 +312,6 @@ def _continuous(rows: Float64) -> Float64:
     return rows[off <= _JUMP + 3.0 * rows[:, 3] / np.sqrt(rows[:, 2])]
 
 
-# Brackets of 20 scenes with an sRGB curve, noise and JPEG 95: three quarters of the levels of
-# 2-stop steps lie within 0.015 stops, of turned frames within 0.03. A curve that is off by so
-# little that radiance is wrong by 1 % (median) and 4 % (95th percentile) shows as 0.05.
-_TOLERANCE: Final = 0.01
-_TOLERANCE_PER_STOP: Final = 0.01
-# Steps between frames that are turned or very noisy are less certain: up to 0.1 of 2 stops.
-_TURNED: Final = 3.5
-_LEVELS: Final = 6
-_DARKEST_CODE: Final = 24
-_DARKEST_DARK_CODE: Final = 12.0
-_FEWEST_PLACES: Final = 30.0
-_ROW_STOPS: Final = 0.02
-_SHARE: Final = 0.75
-# Three quarters of a normal distribution lie within 1.15 standard deviations.
-_NORMAL: Final = 1.1503
-
-
-@dataclass(frozen=True, slots=True)
-class MeasuredStep:
-    """The step between two frames, in stops: as the files state it, and the median over levels.
-
-    `levels` are measured minus nominal steps at rising levels of the brighter frame, of red,
-    then green, then blue; levels that too few places reach are left out.
-    """
-
-    bright: int
-    dark: int
-    nominal: float
-    measured: float
-    levels: tuple[float, ...]
-
-    @property
-    def off(self) -> float:
-        """Measured minus nominal, in stops."""
-        return self.measured - self.nominal
-
-
-@dataclass(frozen=True, slots=True)
-class StepCheck:
-    """Comparison of all measured steps with the nominal ones.
-
-    `residual_stops` is the spread of measured minus nominal over pairs and levels: a root mean
-    square, estimated from the upper quartile so that few strange levels do not count; NaN where
-    no frames overlap. `disagreement` is the same as a share of what noise explains (see
-    `tolerance`), exceeded by a quarter of the levels; 0 where no frames overlap.
-    """
-
-    steps: tuple[MeasuredStep, ...]
-    residual_stops: float
-    disagreement: float
-
-    @property
-    def possible(self) -> bool:
-        """Whether any frames overlap."""
-        return bool(self.steps)
-
-    @property
-    def agrees(self) -> bool:
-        """Whether noise explains the differences; also where nothing could be compared."""
-        return self.disagreement <= 1.0
-
-
-def tolerance(step: float) -> float:
-    """Difference from a nominal step, in stops, that noise, rounding and compression explain."""
-    return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
-
-
-def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) -> StepCheck:
-    """Compare matching codes with the stated steps.
-
-    `table`, (256,), (3, 256) or (K, 3, 256) float64, is the linear light of each code, strictly
-    rising; the last is of each frame.
-    """
-    measured, slope = _measured(matches, table)
-    rows = (matches.code >= _DARKEST_CODE) & (matches.dark_code >= _DARKEST_DARK_CODE)
-    noise = (slope * matches.scatter) ** 2 / matches.places + _ROW_STOPS**2
-    level = (matches.code - _DARKEST_CODE) * _LEVELS // (249 - _DARKEST_CODE)
-    level += matches.channel * _LEVELS  # opposite errors of two channels must not cancel
-    steps: list[MeasuredStep] = []
-    off: list[float] = []
-    share: list[float] = []
-    frames = len(stops)
-    for pair_number in np.unique(matches.bright * frames + matches.dark):
-        bright, dark = divmod(int(pair_number), frames)
-        pair = rows & (matches.bright == bright) & (matches.dark == dark)
-        nominal = float(stops[bright] - stops[dark])
-        off_here = measured[pair] - nominal
-        levels = _by_level(level[pair], off_here, 1.0 / noise[pair], matches.places[pair])
-        if levels:
-            middle = nominal + float(np.median(levels))
-            steps.append(MeasuredStep(bright, dark, nominal, middle, tuple(levels)))
-            off += levels
-            margin = tolerance(nominal) * (_TURNED if (bright, dark) in matches.turned else 1.0)
-            share += [abs(value) / margin for value in levels]
-    if not steps:
-        return StepCheck((), float("nan"), 0.0)
-    residual = float(np.quantile(np.abs(off), _SHARE)) / _NORMAL
-    return StepCheck(tuple(steps), residual, float(np.quantile(share, _SHARE)))
-
-
 def reach(stops: Sequence[float]) -> int:
-    """How far apart in order two frames of a check may be; in long brackets, neighbours only."""
+    """Return how far apart in order two frames of a pair may be: in long brackets, neighbours."""
     return 2 if len(stops) <= 5 else 1
-
-
-def _measured(matches: CodeMatches, table: Float64) -> tuple[Float64, Float64]:
-    """Step that each row measures, and stops per code at its darker code; (R,) each."""
-    measured = np.zeros(len(matches))
-    slope = np.zeros(len(matches))
-    curves = np.asarray(table)
-    if curves.ndim < 3:
-        curves = np.broadcast_to(np.atleast_2d(curves), (1, 3, 256))
-    logs = np.log2(np.maximum(curves[..., 1:], 1e-300))
-    own = len(curves) > 1
-    for channel in range(3):
-        for frame, log in enumerate(logs[:, channel]):
-            rows = matches.channel == channel
-            here = rows & (matches.bright == frame) if own else rows
-            measured[here] += log[matches.code[here] - 1]
-            here = rows & (matches.dark == frame) if own else rows
-            dark = matches.dark_code[here]
-            # Between codes the curve is a power law, as in the recovery.
-            measured[here] -= np.interp(np.log2(dark), np.log2(np.arange(1, 256)), log)
-            slope[here] = np.gradient(log)[np.clip(dark.astype(np.int64) - 1, 0, 254)]
-    return measured, slope
-
-
-def _by_level(level: Int64, values: Float64, weights: Float64, places: Float64) -> list[float]:
-    """Weighted means of the values for each level that enough places reach."""
-    count = np.bincount(level, places, minlength=3 * _LEVELS)
-    total = np.maximum(np.bincount(level, weights, minlength=3 * _LEVELS), 1e-300)
-    means = np.bincount(level, weights * values, minlength=3 * _LEVELS) / total
-    levels: list[float] = means[count >= _FEWEST_PLACES].tolist()
-    return levels

@@ -22,13 +22,8 @@ import numpy as np
 
 from app.core.base.arrays import Bytes, Float64
 from app.core.base.remarks import Remark
-from app.core.measure.bracket.curve.brightness_transfer import (
-    CodeMatches,
-    StepCheck,
-    check_matches,
-    match_codes,
-    reach,
-)
+from app.core.measure.bracket.curve.brightness_transfer import CodeMatches, match_codes, reach
+from app.core.measure.bracket.curve.exposure_steps import StepCheck, check_matches
 from app.core.measure.bracket.curve.response_recovery import (
     RecoveredCurve,
     recover_curve,
