@@ -182,7 +182,7 @@ def solve(
     from app.core.portrait.head_views import has_views
     from app.core.solver.lens_search import STRAIGHT, LensWish, views_of
     from app.core.solver.search import luminance_of
-    from app.core.styles.style_pack import load_named_pack
+    from app.core.styles.style_pack_file import load_named_pack
     from app.core.styles.styles import select
 
     pack = load_named_pack(head)

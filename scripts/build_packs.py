@@ -33,14 +33,11 @@ from app.core.solver.transport import (  # noqa: E402
     transport_path,
 )
 from app.core.styles.lamps import far_lamp  # noqa: E402
-from app.core.styles.style_pack import (  # noqa: E402
-    PACK_VERSION,
-    pack_path,
-    restore,
-    save_pack,
-)
+from app.core.styles.style import Style, StyleLamp  # noqa: E402
+from app.core.styles.style_pack import PACK_VERSION  # noqa: E402
 from app.core.styles.style_pack_build import build_pack  # noqa: E402
-from app.core.styles.styles import Style, StyleLamp, load_styles  # noqa: E402
+from app.core.styles.style_pack_file import pack_path, restore, save_pack  # noqa: E402
+from app.core.styles.styles import load_styles  # noqa: E402
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Float64

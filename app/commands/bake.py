@@ -17,7 +17,7 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.portrait.head_views import YAWS, save_views, views_path
 from app.core.solver.head_shape import save_shape, shape_path
-from app.core.styles.style_pack import pack_path, save_pack
+from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.text import tr
 
 if TYPE_CHECKING:

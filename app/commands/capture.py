@@ -23,7 +23,8 @@ from app.core.measure.bracket.incoming_frames import ArrivingFrames
 from app.core.measure.read.metadata import ENDINGS
 from app.core.measure.single.preview import answers_of
 from app.core.places.journal import JOURNAL
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 from app.devices.capture.debts import FILE as OWED
 from app.devices.capture.debts import Debts

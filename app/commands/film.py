@@ -26,7 +26,8 @@ from app.core.measure.ways import measure
 from app.core.places.saved.saved_remarks import facts_of
 from app.core.places.store import light_at
 from app.core.solver.solve import StyleResult
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 from app.words.measure.ways import beside_words, mirror_words
 from app.words.phrases.directions import SHORT_SIDES

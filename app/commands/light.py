@@ -67,7 +67,8 @@ from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lens_search import STRAIGHT
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
-from app.core.styles.style_pack import StylePack, load_transport_of
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words

@@ -29,8 +29,9 @@ from app.core.localization.photo_location import (
 )
 from app.core.places.store import light_at
 from app.core.solver.solve import proposal, solve_all
-from app.core.styles.style_pack import load_named_pack
-from app.core.styles.styles import Style, select
+from app.core.styles.style import Style
+from app.core.styles.style_pack_file import load_named_pack
+from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.phrases.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.words.phrases.quantities import stops_words

@@ -53,7 +53,8 @@ from app.core.solver.lens_search import STRAIGHT, views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import StyleResult
-from app.core.styles.style_pack import StylePack, load_transport_of
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.measure.doubts import doubt_words

@@ -17,8 +17,9 @@ from app.core.localization.photo_location import read_photo
 from app.core.painting.library import add
 from app.core.painting.photo_style import photo_lamps, photo_style
 from app.core.storage.library import one_line
-from app.core.styles.style_pack import load_named_pack, load_transport_of
-from app.core.styles.styles import Style, StyleLamp, load_styles
+from app.core.styles.style import Style, StyleLamp
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
+from app.core.styles.styles import load_styles
 from app.core.text import tr
 from app.words.styles import photo_note, photo_title, side_words
 

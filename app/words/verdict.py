@@ -10,7 +10,7 @@ from app.core.base.angles import whole
 from app.core.solver.solve import Gain, StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import Studio
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 from app.core.text import tr, tr_plural
 from app.words.lamps import studio_words
 from app.words.phrases.directions import LENS_CHOICES, aside_words

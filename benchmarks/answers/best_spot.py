@@ -36,7 +36,8 @@ from app.core.solver.best_spot import rank_spots
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.transport import Transport, load_named
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.brute_force import FINE, curves, head_alone, weights_of
 from benchmarks.truth.stock import ROOT, generic_head, read_light, rotate, stock_picture
 from benchmarks.truth.truth_in_place import SEEDS, areas_of, grey_of, kept, light_at

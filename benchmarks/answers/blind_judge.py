@@ -29,7 +29,7 @@ from app.core.environment.environment import read_environment
 from app.core.solver.place_light import pictures_at, prepare
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import Transport, load_named, render, to_image
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 Floats: TypeAlias = NDArray[np.floating]
 

@@ -18,7 +18,7 @@ from app.core.environment.environment import Environment, read_environment, redu
 from app.core.portrait.display_pictures import greyed, panorama
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.transport import load_named, render, to_image
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.export.canvas import Page
 from app.export.theme import Dark
 from benchmarks.speed.plain_portrait import portrait

@@ -38,8 +38,8 @@ from app.core.solver.solve import PlaceSearch, StyleResult
 from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import LIMITS, LightMap
 from app.core.styles.lamps import far_lamp
+from app.core.styles.style import StyleLamp
 from app.core.styles.style_pack import StylePack
-from app.core.styles.styles import StyleLamp
 from benchmarks.truth.lens_against_stock import (
     HEAD,
     compare_pictures,

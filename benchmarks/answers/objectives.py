@@ -27,7 +27,8 @@ from app.core.base.colour import srgb_encode
 from app.core.environment.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import Transport, load_named, render
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.stock import ROOT, rotate
 from benchmarks.truth.truth_in_place import (
     OBJECTIVES,

@@ -31,7 +31,8 @@ from app.core.solver.search import curves, luminance_of
 from app.core.solver.solve import PlaceSearch, StyleResult, solve_all
 from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import LIMITS, LightMap
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 
 _SLACK: Final = 0.5  # points: between the grid turns, the match is interpolated linearly
 ROOT: Final = Path(__file__).resolve().parents[2]

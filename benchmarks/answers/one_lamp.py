@@ -20,8 +20,9 @@ from app.core.base.angles import TURNS, difference, wrap
 from app.core.base.atomic_files import atomic_write_text
 from app.core.solver.solve import solve_all
 from app.core.styles.lamps import far_lamp
-from app.core.styles.style_pack import StylePack, load_named_pack
-from app.core.styles.styles import Style, StyleLamp
+from app.core.styles.style import Style, StyleLamp
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 
 if TYPE_CHECKING:
     from app.core.solver.turn_choice import Objective

@@ -28,7 +28,7 @@ from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import place_all
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.turn_choice import OBJECTIVES
-from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 
 if TYPE_CHECKING:
     from app.core.second_light.search import LampPlacement

@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 from app.core.base.progress import Token  # noqa: E402
 from app.core.measure.bracket import measure, merging  # noqa: E402
 from app.core.measure.bracket.incoming_frames import ArrivingFrames  # noqa: E402
-from app.core.styles.style_pack import load_named_pack  # noqa: E402
+from app.core.styles.style_pack_file import load_named_pack  # noqa: E402
 from app.devices.capture import fetching, file_integrity, machine  # noqa: E402
 from app.devices.capture.exposures import bracket  # noqa: E402
 from app.devices.capture.machine import Capture  # noqa: E402

@@ -25,7 +25,7 @@ from app.core.environment.environment import read_environment, reduce
 from app.core.measure.film.film import read_film
 from app.core.solver.style_signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.transport import load_named
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.brute_force import band_limited, curves, weights_of
 from benchmarks.truth.stock import ROOT
 from benchmarks.truth.truth_in_place import (

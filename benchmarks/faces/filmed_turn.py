@@ -31,7 +31,7 @@ from app.core.environment.environment import read_environment, reduce, solid_ang
 from app.core.localization.views import Lens, look
 from app.core.measure.film.film import MOST_FRAMES, WIDTH, read_film
 from app.core.measure.film.frames import film_frames
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.faces.people import (
     BEHIND_DEG,
     directions,

@@ -26,9 +26,10 @@ from app.core.solver.head_shape import load_shape_of
 from app.core.solver.search import curves
 from app.core.solver.solve import StyleResult, measure, solve_all
 from app.core.solver.style_signature import Signature, Signatures, stops_of
-from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
+from app.core.styles.style import Style
+from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_build import build_pack
-from app.core.styles.styles import Style
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
 
 Floats: TypeAlias = NDArray[np.float64]
 

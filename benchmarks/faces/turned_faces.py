@@ -30,7 +30,7 @@ from app.core.faces.on_head import on_head
 from app.core.faces.pose import head_pose
 from app.core.localization.views import Lens, look
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.faces.turned_heads import (
     HEADS,
     LARGE_PX,

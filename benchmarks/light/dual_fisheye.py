@@ -45,7 +45,8 @@ from app.core.measure.fisheye.stitch import Stitching
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.speed.plain_search import choose
 from tests.helpers.fisheye import Rig, bracket
 

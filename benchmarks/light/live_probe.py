@@ -43,7 +43,8 @@ from app.core.measure.finish.clip_audit import given_up  # noqa: E402
 from app.core.measure.plan.camera_models import camera_facts  # noqa: E402
 from app.core.measure.single.preview import preview_light, rough_answers  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.styles.style_pack import StylePack  # noqa: E402
+from app.core.styles.style_pack_file import load_named_pack  # noqa: E402
 from app.devices.mjpeg import decode  # noqa: E402
 from app.devices.simulated import preview as sender  # noqa: E402
 from app.devices.simulated.cameras import personality_named  # noqa: E402

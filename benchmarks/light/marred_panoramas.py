@@ -42,7 +42,8 @@ from app.core.environment.environment import (
 from app.core.measure.finish.clip_audit import choices
 from app.core.measure.finish.doubt import doubt_of
 from app.core.solver.turn_choice import grade_at
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.light.plain_panorama import FOLDERS, ROOT, light_of, places, same_places
 
 _WIDTHS: Final = {"clip": 1024, "gap": 256}

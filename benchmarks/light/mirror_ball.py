@@ -51,7 +51,8 @@ from app.core.measure.finish.sunlight import direct_normal_lux  # noqa: E402
 from app.core.measure.measurement import Measurement  # noqa: E402
 from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.styles.style_pack import StylePack  # noqa: E402
+from app.core.styles.style_pack_file import load_named_pack  # noqa: E402
 from benchmarks.light.sun_restored import METERED, SUNS, load  # noqa: E402
 from tests.helpers.mirror_ball import write_bracket  # noqa: E402
 

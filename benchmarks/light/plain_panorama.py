@@ -44,7 +44,8 @@ from app.core.measure.finish.clip_audit import choices, given_up  # noqa: E402
 from app.core.measure.finish.clipped_light import STOPS, brightened, doubts, guesses  # noqa: E402
 from app.core.measure.options import MeasureOptions  # noqa: E402
 from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.styles.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.styles.style_pack import StylePack  # noqa: E402
+from app.core.styles.style_pack_file import load_named_pack  # noqa: E402
 
 FOLDERS: Final = (
     SHARED / "data" / "hdri",

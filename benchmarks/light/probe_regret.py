@@ -27,7 +27,8 @@ from app.core.measure.finish.lights import light_grid
 from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import plan
 from app.core.solver.turn_choice import OBJECTIVES
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from benchmarks.light.shots.brackets import write_bracket

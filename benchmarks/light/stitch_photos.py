@@ -35,7 +35,8 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.photos.measure import Photograph, PhotosFacts, measure
 from app.core.measure.photos.remarks import GapsFilled
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 
 AXES: Final = np.diag([-1.0, -1.0, 1.0])
 RINGS_DEG: Final = (-20.0, 25.0)

@@ -38,7 +38,8 @@ from app.core.measure.plan import camera_models as camera_table
 from app.core.measure.plan.planner import CameraLimits, plan
 from app.core.measure.read.frame import Exposure, MergedLight
 from app.core.solver.turn_choice import OBJECTIVES
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.optics import meter as meter_with
 from benchmarks.light.shots.brackets import write_bracket

@@ -24,7 +24,7 @@ from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.portrait.gallery_portraits import framing, portraits
 from app.core.solver.place_light import pictures_at, prepare
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -25,7 +25,8 @@ from app.core.solver.solve import solve_all
 from app.core.solver.transport import Transport, load_named, load_transport, render
 from app.core.solver.turn_choice import Limits
 from app.core.solver.weights import region_weights, target_weights
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.stock import (
     INDOORS,
     ROOT,

@@ -29,7 +29,8 @@ from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.turn_choice import LIMITS, StyleMeasures, choose
 from app.core.solver.weights import region_weights
 from app.core.styles.lamps import mirror_index
-from app.core.styles.style_pack import StylePack, judged_region, load_named_pack
+from app.core.styles.style_pack import StylePack, judged_region
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth import brute_force
 from benchmarks.truth.product_form import kept
 from benchmarks.truth.stock import as_placed, generic_head, read_light, rotate, stock_picture

@@ -39,7 +39,7 @@ from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import direction
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.transport import Transport, load_named
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.stock import ROOT, generic_head
 
 if TYPE_CHECKING:

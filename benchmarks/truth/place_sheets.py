@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.transport import load_named, render, to_image
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.export.canvas import SCALE, Page, shorten, wrap_text
 from app.export.theme import Dark
 from benchmarks.speed.plain_portrait import portrait

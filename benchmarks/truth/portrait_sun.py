@@ -28,7 +28,7 @@ from app.core.base.colour import luminance
 from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import lamps_light
 from app.core.portrait.portrait_file import PLAIN, load_portrait
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 from benchmarks.truth.stock import ROOT
 
 Float32: TypeAlias = NDArray[np.float32]

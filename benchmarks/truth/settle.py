@@ -33,7 +33,8 @@ from app.core.solver.turn_choice import (
     Limits,
     Objective,
 )
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.brute_force import FINE, TURNS, curves, head_alone, weights_of
 from benchmarks.truth.stock import ROOT, generic_head, read_light, rotate, stock_picture
 

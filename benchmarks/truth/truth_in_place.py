@@ -29,7 +29,8 @@ from app.core.solver.face import AREAS, AROUND
 from app.core.solver.solve import solve_all
 from app.core.solver.style_signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.transport import Transport, load_named, render
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.truth.brute_force import band_limited, curves, weights_of
 from benchmarks.truth.stock import ROOT, rotate
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.answers.best_spot import READINGS, SHIPPED, SIZES, cases, is_right, told
 from benchmarks.truth.truth_in_place import light_at
 

@@ -12,7 +12,8 @@ import pytest
 from app.core.base.paths import resources
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.lamps import far_lamp
-from app.core.styles.styles import NAMES, StyleLamp, load_styles
+from app.core.styles.style import StyleLamp
+from app.core.styles.styles import NAMES, load_styles
 from benchmarks.answers.blind_judge import Floats, compare, knows, opinion, panoramas, summary
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,7 +14,7 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce
 from app.core.measure.film.film import Film, read_film
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 ROOT = Path(__file__).resolve().parents[2]
 FOUND = json.loads((ROOT / "benchmarks" / "results" / "filmed-turn.json").read_text("utf-8"))

@@ -15,7 +15,8 @@ from app.core.solver.solve import StyleResult, measure, measure_picture, solve_a
 from app.core.solver.style_signature import YES
 from app.core.solver.transport import load_named
 from app.core.styles.lamps import far_lamp
-from app.core.styles.style_pack import StylePack, load_named_pack, pack_names
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack, pack_names
 from app.core.styles.styles import mirror_name
 
 Float32 = NDArray[np.float32]

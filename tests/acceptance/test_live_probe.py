@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.light.live_probe import BAD, FOLDERS, ROOT, measured, places
 
 RESULTS = ROOT / "benchmarks" / "results" / "live-probe.json"

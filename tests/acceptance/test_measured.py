@@ -16,7 +16,7 @@ from app.core.environment.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import load_named
 from app.core.solver.turn_choice import Limits, Objective
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from tests.helpers.shared import SHARED, needs_shared
 
 PEERS = (

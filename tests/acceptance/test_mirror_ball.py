@@ -16,7 +16,7 @@ from app.core.measure.ball.measure import measure
 from app.core.measure.ball.mirror_ball import BallOptions
 from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from tests.helpers.mirror_ball import traced, write_bracket
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"

@@ -19,7 +19,7 @@ from app.core.second_light.added_light import NearField, near_picture, prepare_n
 from app.core.second_light.lamp_presets import parse
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.transport import load_named
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 ROOT = Path(__file__).resolve().parents[2]
 BAR = 10.0  # per cent

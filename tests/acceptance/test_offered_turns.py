@@ -18,7 +18,7 @@ from app.core.environment.environment import read_environment, reduce_light
 from app.core.solver.peaks import MARGIN
 from app.core.solver.solve import solve_all
 from app.core.solver.style_signature import GRADES
-from app.core.styles.style_pack import load_named_pack, pack_names
+from app.core.styles.style_pack_file import load_named_pack, pack_names
 from benchmarks.answers.offered_turns import judged, summary
 from tests.helpers.shared import SHARED
 

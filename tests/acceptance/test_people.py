@@ -15,7 +15,7 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce, reduce_light
 from app.core.solver.search import curves
 from app.core.solver.solve import measure, solve_all
-from app.core.styles.style_pack import load_named_pack, pack_names
+from app.core.styles.style_pack_file import load_named_pack, pack_names
 from benchmarks.faces import check_shot, photos
 from benchmarks.faces.people import load_people, run
 from tests.helpers.shared import SHARED

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.light.plain_panorama import FOLDERS, ROOT, judged, light_of, places, shares
 
 RESULTS = ROOT / "benchmarks" / "results" / "plain-panorama.json"

@@ -27,7 +27,8 @@ from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.plan.planner import plan
 from app.core.measure.read.frame import Exposure, XmpPose
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.simulated.cameras import THETA_S, THETA_V
 from app.devices.simulated.optics import meter, saturation_cd_m2
 from app.words.remarks import sentences

@@ -28,7 +28,8 @@ from app.core.solver.head_shape import load_shape_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights
-from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.core.styles.styles import NAMES
 from tests.helpers.quick import sample_first
 from tests.helpers.second_light import answers_per_steradian, composite, full_targets, plain_near

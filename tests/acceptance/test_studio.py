@@ -13,8 +13,8 @@ from app.core.solver.solve import measure_picture, solve_all
 from app.core.solver.style_signature import YES
 from app.core.solver.transport import render
 from app.core.styles.lamps import AS_PUBLISHED, RATIOS, SOFTNESS_DEG, Studio, studio_light
-from app.core.styles.style_pack import load_named_pack, load_transport_of, pack_names
 from app.core.styles.style_pack_build import StudioPacks
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
 from app.core.styles.styles import mirror_name
 from tests.helpers.quick import quick_first
 

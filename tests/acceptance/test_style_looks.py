@@ -26,8 +26,10 @@ from app.core.base.colour import luminance
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.solver.transport import to_image
-from app.core.styles.style_pack import StylePack, load_named_pack
-from app.core.styles.styles import NAMES, Style, StyleLamp, mirror_name
+from app.core.styles.style import Style, StyleLamp
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
+from app.core.styles.styles import NAMES, mirror_name
 from tests.helpers.looks import (
     Look,
     extreme,

@@ -19,7 +19,7 @@ from app.core.environment.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import load_named
 from app.core.solver.turn_choice import Objective
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 DEFAULT = "picture"

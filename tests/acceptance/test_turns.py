@@ -19,8 +19,10 @@ from app.core.solver.transport import render
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import target_weights
 from app.core.styles.lamps import far_lamp
-from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
-from app.core.styles.styles import Style, StyleLamp, mirror_name
+from app.core.styles.style import Style, StyleLamp
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
+from app.core.styles.styles import mirror_name
 from app.words.shortfall import reason_sentence
 from benchmarks.speed.plain_search import preintegrate
 

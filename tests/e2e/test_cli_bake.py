@@ -12,7 +12,7 @@ from app.cli import main
 from app.core.portrait.head_views import load_views, views_path
 from app.core.solver.head_shape import load_shape, shape_path
 from app.core.solver.transport import load_transport, render, to_image
-from app.core.styles.style_pack import load_pack, pack_path
+from app.core.styles.style_pack_file import load_pack, pack_path
 from app.core.styles.styles import NAMES
 from tests.helpers.meshes import sphere, write_obj, write_ply
 

@@ -15,7 +15,7 @@ import pytest
 from app.cli import main
 from app.core.base.errors import Cancelled
 from app.core.solver.transport import save_transport
-from app.core.styles.style_pack import pack_path, save_pack
+from app.core.styles.style_pack_file import pack_path, save_pack
 from benchmarks.speed.timing import command, growth, merge
 from benchmarks.speed.timing.runner.bars import BARS
 from benchmarks.speed.timing.runner.rows import Case, Peer, Row

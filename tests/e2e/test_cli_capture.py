@@ -24,7 +24,7 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.environment.environment import from_radiance, read_environment
 from app.core.measure.read.frame import Exposure
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock

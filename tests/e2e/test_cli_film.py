@@ -22,7 +22,7 @@ from app.core.places.load import load_place
 from app.core.places.open import OpenOptions, make_place
 from app.core.solver.solve import solve_all
 from app.core.storage.settings import Settings
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from tests.helpers.films import LENS, STEP_DEG, frame, retimed, turn_frames, write_film
 from tests.helpers.quick import sample_first
 from tests.unit.test_facing import place

@@ -19,7 +19,7 @@ from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
 from app.core.second_light.captured_lamps.library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.transport import save_transport
-from app.core.styles.style_pack import pack_path, save_pack
+from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
 from tests.helpers.synthetic import (
     lambert_sphere_transport,

@@ -17,7 +17,7 @@ from app.core.base.colour import luminance, srgb_encode
 from app.core.base.imaging.images import write_exr
 from app.core.environment.environment import read_environment
 from app.core.solver.transport import save_transport
-from app.core.styles.style_pack import pack_path, save_pack
+from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.styles.styles import NAMES
 from tests.helpers.probes import place as lamps
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack

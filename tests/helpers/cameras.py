@@ -11,7 +11,8 @@ import numpy as np
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.measure.options import MeasureOptions
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock

@@ -23,7 +23,8 @@ from app.core.measure.read.metadata import read_header
 from app.core.painting.library import import_style, list_user_styles
 from app.core.painting.user_style import read_layers
 from app.core.solver.transport import load_transport
-from app.core.styles.style_file import is_painted, read_painted, read_style
+from app.core.styles.painted_style_file import is_painted, read_painted
+from app.core.styles.style_file import read_style
 from app.devices.clock import VirtualClock
 from app.devices.errors import DeviceError
 from app.devices.webcam.files import VideoFile

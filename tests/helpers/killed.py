@@ -8,7 +8,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from app.core.base.progress import Token
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
 from app.devices.theta.client import OscClient

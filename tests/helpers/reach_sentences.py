@@ -25,7 +25,8 @@ from app.core.solver.lens_search import LensWish, solve_lens, views_of
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_signature import UNSIGNED
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.export import result_card
 from app.ui.presenters import spots
 from app.ui.screens.light import style_list

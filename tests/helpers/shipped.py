@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.core.portrait.head_views import load_views_of
 from app.core.solver.transport import load_named
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 if TYPE_CHECKING:
     from app.core.portrait.head_views import HeadViews

@@ -19,8 +19,8 @@ from app.core.environment.environment import from_radiance, read_environment
 from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.lamps import far_lamp
-from app.core.styles.style_pack import load_named_pack, load_transport_of
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services

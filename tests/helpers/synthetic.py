@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from app.core.solver.head_shape import HeadShape, save_shape, shape_path
 from app.core.solver.style_signature import UNSIGNED
 from app.core.solver.transport import Transport, TransportHeader, render, save_transport
-from app.core.styles.style_pack import StylePack, pack_path, save_pack
+from app.core.styles.style import Style
+from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_build import build_pack
-from app.core.styles.styles import Style, load_styles
+from app.core.styles.style_pack_file import pack_path, save_pack
+from app.core.styles.styles import load_styles
 
 Float = NDArray[np.float64]
 

@@ -28,7 +28,7 @@ from app.core.painting.session import load_draft
 from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
 from app.core.solver.transport import load_named
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.screens.paint import face_view as face_module

@@ -11,7 +11,7 @@ from app.core.base.archive import read_arrays, read_sealed, write_sealed
 from app.core.base.errors import TransportError
 from app.core.solver.head_shape import load_shape
 from app.core.solver.transport import load_transport
-from app.core.styles.style_pack import load_pack
+from app.core.styles.style_pack_file import load_pack
 from tests.helpers.hostile_data import Hostile, hostile_archives
 
 

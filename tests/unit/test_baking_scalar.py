@@ -258,7 +258,7 @@ def test_scalar_that_was_asked_for_is_not_remarked_on(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_command_bakes_in_scalar_from_mesh_to_files_that_solve(tmp_path: Path) -> None:
     from app.core.solver.transport import load_transport
-    from app.core.styles.style_pack import load_pack, pack_path
+    from app.core.styles.style_pack_file import load_pack, pack_path
 
     head = write_obj(tmp_path / "sphere.obj", *sphere(1))
     target = tmp_path / "ball.npz"

@@ -14,7 +14,7 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import load_named
-from app.core.styles.style_pack import load_pack, pack_names, save_pack
+from app.core.styles.style_pack_file import load_pack, pack_names, save_pack
 from app.core.styles.styles import load_styles
 
 HEAD = "generic"

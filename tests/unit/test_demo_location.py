@@ -15,7 +15,7 @@ from app.core.base.paths import resources
 from app.core.environment.environment import Environment, read_environment
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import proposal, solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 Floats = NDArray[np.float64]
 FOLDER: Final = resources() / "demo" / "location"

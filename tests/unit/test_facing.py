@@ -24,7 +24,8 @@ from app.core.faces.shot_check import (
 )
 from app.core.solver.place_light import PlaceLight, prepare, turned
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from tests.helpers.quick import quick_first
 from tests.unit.test_faces import Bytes, lamp, portrait, shown_in
 

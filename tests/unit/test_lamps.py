@@ -9,7 +9,8 @@ from app.core.base.arrays import Float64
 from app.core.base.errors import StyleError
 from app.core.environment.environment import SHAPE
 from app.core.styles.lamps import Studio, far_lamp, parse_ratio, parse_softness, studio_light
-from app.core.styles.styles import NAMES, StyleLamp, load_styles
+from app.core.styles.style import StyleLamp
+from app.core.styles.styles import NAMES, load_styles
 from tests.helpers.synthetic import lamp_environment, solid_angles
 
 

@@ -24,7 +24,7 @@ from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.remarks import sentences
 from tests.helpers.probes import place
 from tests.helpers.shared import SHARED, needs_shared

@@ -21,7 +21,8 @@ from app.core.measure.read import opening as frame_preprocessing
 from app.core.measure.read.decoding import MemoryRows
 from app.core.measure.read.frame import Exposure, Frame
 from app.core.measure.read.metadata import read_header
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from app.words.remarks import sentences

@@ -28,7 +28,8 @@ from app.core.measure.finish.restoration import restore
 from app.core.measure.read.frame import MergedLight
 from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import LIMITS, OBJECTIVES, Limits, Objective
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.phrases.directions import direction_words
 from app.words.remarks import remark_words, sentences
 from benchmarks.speed.plain_search import choose

@@ -24,7 +24,7 @@ from app.core.measure.read.frame import Exposure
 from app.core.measure.read.opening import proxy_shape
 from app.core.measure.read.pixels import open_frames
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.simulated.cameras import SENSORS
 from app.devices.simulated.exposure_maker import jpeg
 from app.devices.simulated.optics import meter

@@ -13,7 +13,7 @@ from app.core.localization.views import Lens, look
 from app.core.measure.film.film import Film, FilmReader, Glimpse, read_turn
 from app.core.measure.film.headings import background, step
 from app.core.solver.transport import render
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.remarks import sentences
 from tests.unit.test_facing import place
 from tests.unit.test_measure_film_light import lamp

@@ -18,7 +18,7 @@ from app.core.measure.film.comparison import Beside, beside, looks_mirrored
 from app.core.measure.film.film import Film, flipped, read_film
 from app.core.places.files.shots import is_frame, keep_film_frames, read_shots
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.measure.ways import beside_words, mirror_words
 from tests.helpers.films import turn_frames
 from tests.helpers.quick import quick_first

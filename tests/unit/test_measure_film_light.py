@@ -13,7 +13,7 @@ from app.core.measure.film.light_from_faces import FaceTurns, FilmedLight, find_
 from app.core.solver.search import luminance_of
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import render
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from tests.unit.test_facing import place
 
 SHAPE = (32, 64)

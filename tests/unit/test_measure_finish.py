@@ -12,7 +12,8 @@ from app.core.measure.finish.corrections import finish, still_clipped
 from app.core.measure.finish.lights import find_lights, light_grid
 from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.remarks import sentences
 from tests.helpers.probes import clip, place, sunny_place
 

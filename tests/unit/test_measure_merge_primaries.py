@@ -15,7 +15,8 @@ from app.core.measure.bracket.measure import measure
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.metadata import read_header
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 
 ACES = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
 STOPS = (2.0, 0.0, -2.0)

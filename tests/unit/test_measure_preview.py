@@ -11,7 +11,8 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import luminance, srgb_encode, to_bytes
 from app.core.environment.environment import SHAPE, energy
 from app.core.measure.single.preview import answers_of, preview_light, rough_answers
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.measure.preview import rough_words
 from tests.helpers.probes import place
 

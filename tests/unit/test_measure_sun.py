@@ -20,7 +20,8 @@ from app.core.measure.finish.restoration import restore, set_illuminance
 from app.core.measure.finish.sun import find_sun, is_sun, sun_core
 from app.core.measure.finish.sunlight import SkyWord, direct_normal_lux
 from app.core.measure.read.frame import MergedLight
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.remarks import remark_words
 from benchmarks.speed.plain_search import choose
 from tests.helpers.probes import away_deg, clip, place, sunny_place

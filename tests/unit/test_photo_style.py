@@ -15,8 +15,9 @@ from app.core.painting.photo_style import photo_lamps, photo_style
 from app.core.painting.user_style import UserStyle, prepare_user_style, solve_user_styles
 from app.core.solver.transport import Transport
 from app.core.styles.lamps import AS_PUBLISHED, studio_light
-from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of
-from app.core.styles.styles import Style, StyleLamp
+from app.core.styles.style import Style, StyleLamp
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.words.styles import photo_note, photo_title
 from tests.helpers.quick import quick_first
 from tests.unit.test_faces import Floats, lamp, portrait, read, shown_in

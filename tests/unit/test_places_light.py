@@ -33,7 +33,7 @@ from app.core.places.saved.result_json import results_to_json
 from app.core.places.store import create_place, drop_merged, read_place, write_place
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.solve import solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 SHARED = limits(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30

@@ -28,7 +28,7 @@ from app.core.solver.shortfall import (
 )
 from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.storage.json_file import Unfit
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import NAMES
 from app.words.shortfall import reason_card, reason_sentence
 

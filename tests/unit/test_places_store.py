@@ -34,7 +34,7 @@ from app.core.places.store import (
 from app.core.solver.lens_search import LensWish
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.lamps import Studio
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from tests.unit.test_places_results import RESULTS
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions, pipes and links as on POSIX")

@@ -34,8 +34,8 @@ from app.core.portrait.portrait_head import PortraitHead, PortraitSkin
 from app.core.portrait.turned_portrait import mirrored
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.transport import render, to_image
-from app.core.styles.style_pack import load_named_pack
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
+from app.core.styles.style_pack_file import load_named_pack
 from tests.helpers.quick import quick_first
 from tests.unit.test_portrait_picture import HEADS, as_transport, soft_sky
 

@@ -17,7 +17,7 @@ from app.core.portrait.light import (
     portrait_light,
     soft_light,
 )
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 
 ROWS, COLUMNS = 256, 512
 

@@ -27,8 +27,8 @@ from app.core.portrait.portrait_head import (
 )
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.lamps import far_lamp
-from app.core.styles.style_pack import load_named_pack
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.portrait.face_light import catchlight_words
 from scenes.portraits.files import save_head
 from tests.helpers.quick import quick_first

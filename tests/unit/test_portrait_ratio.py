@@ -21,7 +21,8 @@ from app.core.portrait.face_light import (
 )
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import Transport, load_named, render, to_image
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.words.portrait.face_light import key_fill, ratio_sentence
 from tests.helpers.looks import landmarks
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, lamp_target

@@ -25,7 +25,7 @@ from app.core.portrait.portrait_head import CLOSE_COLUMNS, CLOSE_ROWS, ROOM
 from app.core.solver.place_light import Facing, pictures_at
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.lamps import far_lamp
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 from tests.helpers.styles_screen import head, scene_light
 
 TURNS = [0.0, 75.0, -140.0]

@@ -25,7 +25,7 @@ from app.core.places.store import PlaceSummary, create_place, read_place
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.head_shape import shape_path
 from app.core.solver.transport import save_transport
-from app.core.styles.style_pack import pack_path, save_pack
+from app.core.styles.style_pack_file import pack_path, save_pack
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.probe.capture.camera import CameraBlock

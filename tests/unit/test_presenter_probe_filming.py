@@ -17,7 +17,7 @@ from app.core.base.angles import difference
 from app.core.base.progress import Token, silent
 from app.core.measure.film.film import read_film
 from app.core.places.files.shots import photo_of, read_shots
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.devices.webcam import WebcamFrame
 from app.ui.screens.probe.filming import Filming
 from tests.helpers.films import turn_frames

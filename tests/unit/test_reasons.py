@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.turn_choice import LightMap, Limits, light_shortfall
-from app.core.styles.styles import Style, load_styles
+from app.core.styles.style import Style
+from app.core.styles.styles import load_styles
 from app.words.shortfall import reason_sentence
 from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
 

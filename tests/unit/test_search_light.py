@@ -17,7 +17,7 @@ from app.core.solver.search import curves, find_colours, luminance_of, seen_ligh
 from app.core.solver.solve import measure, solve_all
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import painted, target_weights
-from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from benchmarks.truth.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 

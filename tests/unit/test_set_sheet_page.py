@@ -20,7 +20,7 @@ from app.core.measure.finish.findings import find
 from app.core.portrait.face_light import Glare, LightingRatio
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.transport import Transport
-from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.core.text import set_language
 from app.export import set_page as strip
 from app.export import set_plan as plan

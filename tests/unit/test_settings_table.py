@@ -18,7 +18,7 @@ from app.core.storage.settings import (
     SettingValueError,
     setting,
 )
-from app.core.styles.style_pack import pack_names
+from app.core.styles.style_pack_file import pack_names
 from app.words import settings as words
 from tests.helpers.settings_page import PAGE, document
 

@@ -20,7 +20,7 @@ from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Limits, Objective
 from app.core.solver.weights import painted, target_weights
 from app.core.styles.lamps import far_lamp
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import mirror_name
 from app.words.shortfall import reason_sentence
 from benchmarks.speed.plain_search import matrix, preintegrate

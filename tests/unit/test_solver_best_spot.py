@@ -10,7 +10,7 @@ import pytest
 
 from app.core.solver.best_spot import rank_spots
 from app.core.solver.solve import StyleResult, solve_all
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,8 @@ from app.cli import main
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
 from app.core.painting.library import list_user_styles
-from app.core.styles.style_file import is_painted, read_painted, read_style
+from app.core.styles.painted_style_file import is_painted, read_painted
+from app.core.styles.style_file import read_style
 
 SOUND = (resources() / "styles" / "left-loop.toml").read_text(encoding="utf-8")
 LAMP = "azimuth_deg = {}\nelevation_deg = 0\ndiameter_deg = 9\npower = 1\ndistance_m = 3\n"

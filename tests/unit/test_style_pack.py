@@ -15,8 +15,10 @@ from app.core.base.archive import read_arrays
 from app.core.base.errors import CoreError, StyleError, TransportError
 from app.core.solver.solve import solve_all
 from app.core.solver.transport import save_transport
-from app.core.styles.style_pack import (
-    StylePack,
+from app.core.styles.style import Style, StyleLamp
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_build import build_pack
+from app.core.styles.style_pack_file import (
     load_named_pack,
     load_pack,
     load_transport_of,
@@ -24,8 +26,7 @@ from app.core.styles.style_pack import (
     pack_path,
     save_pack,
 )
-from app.core.styles.style_pack_build import build_pack
-from app.core.styles.styles import NAMES, Style, StyleLamp, load_styles, mirror_name
+from app.core.styles.styles import NAMES, load_styles, mirror_name
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

@@ -11,6 +11,7 @@ import pytest
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
 from app.core.styles import styles
+from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_file import read_style
 from app.words.styles import full_title, side_words
 
@@ -41,7 +42,7 @@ KEY_LAMPS = {
 
 
 @pytest.fixture(scope="module")
-def built_in() -> dict[str, styles.Style]:
+def built_in() -> dict[str, Style]:
     """Every built-in style by name."""
     return {style.name: style for style in styles.load_styles()}
 
@@ -53,7 +54,7 @@ def write(folder: Path, text: str, name: str = "mine") -> Path:
     return path
 
 
-def test_all_styles_are_there_in_order(built_in: dict[str, styles.Style]) -> None:
+def test_all_styles_are_there_in_order(built_in: dict[str, Style]) -> None:
     assert tuple(built_in) == styles.NAMES
     assert {name for name, style in built_in.items() if style.paper} == set(styles.PAPER_NAMES)
     assert len(styles.PAPER_NAMES) == 16
@@ -63,7 +64,7 @@ def test_all_styles_are_there_in_order(built_in: dict[str, styles.Style]) -> Non
 
 
 @pytest.mark.parametrize("name", styles.NAMES)
-def test_left_and_right_are_exact_mirrors(name: str, built_in: dict[str, styles.Style]) -> None:
+def test_left_and_right_are_exact_mirrors(name: str, built_in: dict[str, Style]) -> None:
     style = built_in[name]
     twin = built_in[styles.mirror_name(name)]
     mirrored = styles.mirror(style)
@@ -79,7 +80,7 @@ def test_left_and_right_are_exact_mirrors(name: str, built_in: dict[str, styles.
 
 @pytest.mark.parametrize("name", KEY_LAMPS)
 def test_single_lamps_stand_near_the_studio_definitions(
-    name: str, built_in: dict[str, styles.Style]
+    name: str, built_in: dict[str, Style]
 ) -> None:
     (lamp,) = built_in[name].lamps
     azimuth, elevation = KEY_LAMPS[name]
@@ -87,7 +88,7 @@ def test_single_lamps_stand_near_the_studio_definitions(
     assert lamp.elevation_deg == pytest.approx(elevation, abs=10.0)
 
 
-def test_lamps_of_two_lamp_styles(built_in: dict[str, styles.Style]) -> None:
+def test_lamps_of_two_lamp_styles(built_in: dict[str, Style]) -> None:
     left, right = built_in["badger"].lamps
     assert (left.power, left.elevation_deg) == (right.power, right.elevation_deg)
     assert left.azimuth_deg == -right.azimuth_deg
@@ -100,7 +101,7 @@ def test_lamps_of_two_lamp_styles(built_in: dict[str, styles.Style]) -> None:
 
 
 def test_every_lamp_is_far_enough_and_every_style_can_be_named(
-    built_in: dict[str, styles.Style],
+    built_in: dict[str, Style],
 ) -> None:
     for style in built_in.values():
         assert style.note.endswith(".")
@@ -109,7 +110,7 @@ def test_every_lamp_is_far_enough_and_every_style_can_be_named(
     assert len({full_title(style) for style in built_in.values()}) == len(styles.NAMES)
 
 
-def test_side_is_named_twice(built_in: dict[str, styles.Style]) -> None:
+def test_side_is_named_twice(built_in: dict[str, Style]) -> None:
     assert side_words(built_in["left-loop"]) == "sitter’s left (camera right)"
     assert full_title(built_in["right-loop"]) == "Loop, sitter’s right (camera left)"
     assert side_words(built_in["top"]) == "from overhead"
@@ -117,15 +118,15 @@ def test_side_is_named_twice(built_in: dict[str, styles.Style]) -> None:
 
 
 def test_direction_is_in_the_head_frame() -> None:
-    lamp = styles.StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0)
+    lamp = StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0)
     np.testing.assert_allclose(lamp.direction, (1.0, 0.0, 0.0), atol=1e-12)
-    lamp = styles.StyleLamp(0.0, 45.0, 10.0, 1.0, 2.0)
+    lamp = StyleLamp(0.0, 45.0, 10.0, 1.0, 2.0)
     np.testing.assert_allclose(lamp.direction, (0.0, math.sqrt(0.5), math.sqrt(0.5)))
 
 
 def test_mirroring_keeps_zero_and_the_back() -> None:
-    lamps = (styles.StyleLamp(0.0, 5.0, 9.0, 1.0, 2.0), styles.StyleLamp(180.0, 5.0, 9.0, 1.0, 2.0))
-    style = styles.Style("x", "X", "none", "around", "", lamps)
+    lamps = (StyleLamp(0.0, 5.0, 9.0, 1.0, 2.0), StyleLamp(180.0, 5.0, 9.0, 1.0, 2.0))
+    style = Style("x", "X", "none", "around", "", lamps)
     assert styles.mirror(style).lamps == lamps
     assert math.copysign(1.0, styles.mirror(style).lamps[0].azimuth_deg) == 1.0
 
@@ -134,7 +135,7 @@ def test_a_users_style_follows_the_built_in_ones(tmp_path: Path) -> None:
     write(tmp_path, GOOD, "broad")
     loaded = styles.load_styles(tmp_path)
     assert [style.name for style in loaded] == [*styles.NAMES, "broad"]
-    assert loaded[-1].lamps == (styles.StyleLamp(40.0, 30.5, 12.0, 1.0, 2.0),)
+    assert loaded[-1].lamps == (StyleLamp(40.0, 30.5, 12.0, 1.0, 2.0),)
     assert not loaded[-1].paper
     assert styles.load_styles(tmp_path / "missing") == styles.load_styles()
 
@@ -213,7 +214,7 @@ def test_bad_lamps_missing_files_and_names(tmp_path: Path) -> None:
         read_style(tmp_path / "folder.toml")
 
 
-def test_selecting(built_in: dict[str, styles.Style]) -> None:
+def test_selecting(built_in: dict[str, Style]) -> None:
     every = tuple(built_in.values())
     assert styles.select(every, None) == every
     assert styles.select(every, []) == every

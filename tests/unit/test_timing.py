@@ -20,7 +20,7 @@ from app.core.base.progress import Token, silent
 from app.core.portrait.head_views import load_views_of
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.solve import measure
-from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from benchmarks.speed.plain_search import matrix
 from benchmarks.speed.timing import growth, merge, start
 from benchmarks.speed.timing.environments import environment_cases

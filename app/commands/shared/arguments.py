@@ -24,8 +24,9 @@ from app.core.solver.head_shape import load_shape_of, shape_path
 from app.core.solver.lens_search import LensWish, YawAsked, YawWord
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
-from app.core.styles.style_pack import StylePack, load_named_pack, load_transport_of, pack_path
+from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_build import StudioPacks
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_path
 from app.core.text import tr
 from app.devices.display import DesktopError, check_display
 from app.words.styles import full_title

@@ -56,7 +56,7 @@ from app.core.base.progress import Progress, Report, Task, Token
 from app.core.portrait.head_views import pack_view
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.transport import Transport, TransportHeader
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 
 _BATCH_PATHS = 1 << 22
 _BATCH_PIXELS = 96

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from app.core.baking.kernel_lanes import Table
 from app.core.baking.scene import MILLIMETRES_PER_UNIT
 from app.core.base.arrays import Float32, Float64, Int64
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 
 
 class Columns(Protocol):

@@ -23,7 +23,7 @@ from app.core.faces.finder import Face, face_mesh
 from app.core.faces.lamp_likeness import FILLS, SIZES_DEG, likeness_of, single_lamps
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import HeadPose, head_pose
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 Key: TypeAlias = Literal["front", "behind", "flat"]
 

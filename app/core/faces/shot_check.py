@@ -22,7 +22,8 @@ from app.core.solver.solve import judge, measure_picture
 from app.core.solver.style_signature import Grade
 from app.core.solver.transport import Transport, render
 from app.core.solver.turn_choice import LIMITS
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 
 
 @dataclass(frozen=True, eq=False)

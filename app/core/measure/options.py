@@ -9,7 +9,8 @@ from typing import Final, Literal, TypeVar
 
 from app.core.measure.finish.masks import MaskSpec
 from app.core.measure.finish.sunlight import SkyWord
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 
 HEAD: Final = "generic"
 """The head whose styles decide which of a measured light's answers are in doubt."""

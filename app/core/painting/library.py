@@ -42,8 +42,10 @@ from app.core.painting.user_style import (
 )
 from app.core.storage.data_lock import writing
 from app.core.storage.library import DamagedItem, Library, TrashedItem, files_in, unreadable_folder
-from app.core.styles.style_file import is_painted, read_painted, read_style
-from app.core.styles.styles import NAMES, Side
+from app.core.styles.painted_style_file import is_painted, read_painted
+from app.core.styles.style import Side
+from app.core.styles.style_file import read_style
+from app.core.styles.styles import NAMES
 from app.core.text import tr
 
 EXPORT_ENDING: Final = ".turnstyle"

@@ -18,8 +18,8 @@ from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.weights import region_weights
 from app.core.storage.library import one_line
 from app.core.styles.lamps import SIZES_DEG, Studio, studio_lamps, studio_light
+from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_pack import StylePack
-from app.core.styles.styles import Style, StyleLamp
 from app.core.text import tr
 
 _DISTANCE_M: Final = 8.0  # as the built-in styles' lamps

@@ -27,7 +27,7 @@ from app.core.solver.solve import StyleResult, judge_painted, measure_painted
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective, StyleMeasures
 from app.core.solver.weights import PaintedWeights, painted
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 
 _SMOOTH: Final = 1.5  # pixels
 _SAME_SKIN_M: Final = 0.008  # distance between pixels of the front view where it is steep

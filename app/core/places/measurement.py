@@ -28,7 +28,7 @@ from app.core.places.store import read_place
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.settings import Settings
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 NamePlace: TypeAlias = Callable[[datetime, str, Collection[str]], str]
 """Names a place from its time, its light (`Findings.light`), and the names that are taken."""

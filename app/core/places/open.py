@@ -17,7 +17,7 @@ from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
 from app.core.storage.settings import Settings
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from app.core.portrait import display_pictures as pictures
 from app.core.portrait.display_pictures import WELL
 from app.core.solver.transport import Transport, load_named
 from app.core.styles.lamps import far_lamp
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 
 _FACE_COVERAGE: Final = 0.5
 _MEDIUM_HEAD: Final = "generic"

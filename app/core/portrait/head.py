@@ -42,15 +42,16 @@ from app.core.solver.lens_search import ViewTables, tables_of, targets_in, views
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.transport import Transport, render, to_image
 from app.core.styles.lamps import AS_PUBLISHED, Studio, studio_lamps
-from app.core.styles.style_pack import (
-    StylePack,
+from app.core.styles.style import Style
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_build import StudioPacks
+from app.core.styles.style_pack_file import (
     load_named_pack,
     load_transport_of,
     own_heads,
     pack_names,
 )
-from app.core.styles.style_pack_build import StudioPacks
-from app.core.styles.styles import Style, mirror_name
+from app.core.styles.styles import mirror_name
 from app.core.text import tr
 
 Size: TypeAlias = tuple[int, int]

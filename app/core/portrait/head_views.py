@@ -31,8 +31,8 @@ from app.core.solver.transport import (
     parse_transport_header,
 )
 from app.core.styles.lamps import mirror_rows
+from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack
-from app.core.styles.styles import Style
 from app.core.text import tr
 
 YAWS: Final = (15.0, 30.0, 45.0)

@@ -19,7 +19,7 @@ from app.core.base.arrays import Bools, Float32, Float64, Floats, Indices
 from app.core.base.colour import luminance
 from app.core.base.sphere import wrapped
 from app.core.measure.finish.lights import components
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 
 ROWS: Final = 24
 """Rows of the soft light's grid; its columns become fewer toward the poles."""

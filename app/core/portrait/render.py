@@ -21,7 +21,7 @@ from app.core.portrait.light import portrait_light
 from app.core.portrait.portrait_file import HAIRS, PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM
 from app.core.solver.transport import Transport, load_named, render, to_image
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 
 HEIGHTS: Final = (64, 2048)

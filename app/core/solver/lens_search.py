@@ -56,8 +56,8 @@ from app.core.solver.turn_choice import (
 )
 from app.core.solver.weights import region_weights
 from app.core.styles.lamps import AS_PUBLISHED, mirror_rows, studio_light
+from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack
-from app.core.styles.styles import Style
 
 YawWord: TypeAlias = Literal["auto", "short", "broad"]
 YawAsked: TypeAlias = float | YawWord

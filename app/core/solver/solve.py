@@ -59,8 +59,9 @@ from app.core.solver.turn_choice import (
     light_shortfall,
 )
 from app.core.solver.weights import PaintedWeights
+from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack
-from app.core.styles.styles import RARE, Style
+from app.core.styles.styles import RARE
 
 _EVEN = 0.7  # of the target's contrast
 _SAME_DEG = 2.0  # turns nearer than this give the same picture

@@ -40,7 +40,7 @@ from app.core.base.paths import resources
 from app.core.solver.peaks import ARC_SHARE, Gate, Peak, best_index, find_peak, find_peaks
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
 from app.core.solver.style_signature import NEARLY, NO, YES, grades
-from app.core.styles.styles import Style, StyleLamp
+from app.core.styles.style import Style, StyleLamp
 from app.core.text import tr
 
 _LOBE_POWER: Final = 20.0

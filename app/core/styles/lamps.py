@@ -17,7 +17,7 @@ import numpy as np
 
 from app.core.base.arrays import Float64
 from app.core.base.errors import StyleError
-from app.core.styles.styles import Style, StyleLamp
+from app.core.styles.style import Style, StyleLamp
 from app.core.text import tr
 
 _FINE: Final = 8  # samples per texel and direction

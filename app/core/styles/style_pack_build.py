@@ -19,8 +19,8 @@ from app.core.solver.style_signature import NO, YES, Signatures, better, grades,
 from app.core.solver.transport import Transport, parity_of, to_image
 from app.core.solver.weights import region_weights, target_weights
 from app.core.styles.lamps import AS_PUBLISHED, Studio, mirror_index, studio_lamps, studio_light
+from app.core.styles.style import Style
 from app.core.styles.style_pack import Float16, PackHeader, StylePack, judged_region, rounded
-from app.core.styles.styles import Style
 from app.core.text import tr
 
 _MAX_RANK: Final = 256

@@ -17,10 +17,9 @@ from typing import Final
 
 from app.core.base.errors import StyleError
 from app.core.base.paths import resources
-from app.core.styles.style_file import Side as Side
-from app.core.styles.style_file import Style as Style
-from app.core.styles.style_file import StyleLamp as StyleLamp
-from app.core.styles.style_file import is_painted, read_style
+from app.core.styles.painted_style_file import is_painted
+from app.core.styles.style import Side, Style
+from app.core.styles.style_file import read_style
 from app.core.text import tr
 
 

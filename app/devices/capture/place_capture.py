@@ -29,7 +29,8 @@ from app.core.places.place import Place
 from app.core.places.resume import drop_empty_place
 from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
-from app.core.styles.style_pack import StylePack, load_named_pack
+from app.core.styles.style_pack import StylePack
+from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 from app.devices.capture.debts import FILE as OWED
 from app.devices.capture.debts import Debts

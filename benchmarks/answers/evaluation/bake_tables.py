@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.progress import PhraseReport, Token
-    from app.core.styles.styles import Style
+    from app.core.styles.style import Style
 
 _OWN_ENVIRONMENT: Final = (32, 64)
 _OWN_PICTURE: Final = 100

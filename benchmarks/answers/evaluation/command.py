@@ -10,16 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.commands.shared.arguments import check_ending, check_outputs
-from app.commands.shared.printing import (
-    ProgressPrinter,
-)
+from app.commands.shared.printing import ProgressPrinter
 from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import CoreError, HeadError
 from app.core.base.paths import resources
 from app.core.base.progress import Token, span
 from app.core.solver.lens_search import views_of
 from app.core.solver.turn_choice import OBJECTIVES
-from app.core.styles.style_pack import load_named_pack, load_transport_of, pack_names
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
 from benchmarks.answers.evaluation.evaluate import GENERIC, evaluate
 from benchmarks.answers.evaluation.offsets import load_offsets
 from benchmarks.answers.evaluation.report.numbers import (

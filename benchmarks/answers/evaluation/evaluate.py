@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from app.core.solver.lens_search import ViewTables
     from app.core.solver.solve import StyleResult
     from app.core.solver.turn_choice import Objective
+    from app.core.styles.style import Style
     from app.core.styles.style_pack import StylePack
-    from app.core.styles.styles import Style
     from benchmarks.answers.evaluation.offsets import Offsets
     from benchmarks.answers.evaluation.scenes import Scene
     from benchmarks.answers.evaluation.tables import Tables

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from app.core.baking.random_walk import SceneTables
     from app.core.baking.skin import Skin
     from app.core.base.progress import PhraseReport, Token
-    from app.core.styles.styles import Style
+    from app.core.styles.style import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -21,7 +21,7 @@ from app.core.base.errors import TransportError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.core.styles.styles import Style
+    from app.core.styles.style import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 

@@ -37,7 +37,7 @@ from app.core.solver.lens_search import LensWish, solve_lens, views_of
 from app.core.solver.place_light import prepare
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.turn_choice import LIMITS, Objective
-from app.core.styles.style_pack import load_named_pack
+from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.heading.scripted_turn.phone import Disturbance, disturbed, random_disturbance, swept
 from benchmarks.heading.scripted_turn.photographer import Habits, Photographer, Poser, random_habits
 from benchmarks.heading.scripted_turn.scene_files import probe_environment

@@ -7,17 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.shared.arguments import check_outputs, head_files
-from app.commands.shared.console import (
-    stopping,
-)
-from app.commands.shared.printing import (
-    ProgressPrinter,
-)
+from app.commands.shared.console import stopping
+from app.commands.shared.printing import ProgressPrinter
 from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import CoreError, TransportError
 from app.core.base.progress import Token
 from app.core.portrait.head_views import load_views_of
-from app.core.styles.style_pack import load_named_pack, load_transport_of
+from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from benchmarks.speed.timing.runner.bars import BARS
 from benchmarks.speed.timing.runner.rows import MEMORY
 from benchmarks.speed.timing.runner.run import as_json, run_all

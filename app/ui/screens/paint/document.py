@@ -19,7 +19,7 @@ from app.core.portrait.head import Head
 from app.core.solver.relighting_cache import LightTable
 from app.core.solver.solve import StyleResult
 from app.core.storage.settings import Settings
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 from app.core.text import tr
 from app.ui.presenters.model import Model
 from app.ui.screens.paint.head_pixels import HeadLook, head_look

@@ -9,7 +9,8 @@ from app.core.base.angles import direction_of, whole
 from app.core.solver.solve import StyleResult, proposal
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import DamagedItem
-from app.core.styles.styles import RARE, Style
+from app.core.styles.style import Style
+from app.core.styles.styles import RARE
 from app.core.text import tr
 from app.ui.screens.styles.gallery import Snapshot
 from app.ui.screens.styles.state import CardState, Filter, Sort

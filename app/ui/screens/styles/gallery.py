@@ -22,7 +22,7 @@ from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.solve import StyleResult, proposal, quality_scale
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import DamagedItem
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Model, Selection
 from app.ui.screens.styles.state import Size

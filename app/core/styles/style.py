@@ -1,0 +1,67 @@
+"""A studio style: its name, lamps and signature."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from app.core.solver.style_signature import UNSIGNED, Signature
+
+Side: TypeAlias = Literal["left", "right", "none"]
+"""The sitter's own side on which the key lamp stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class StyleLamp:
+    """One studio lamp, relative to the face.
+
+    Attributes:
+        distance_m: From the point midway between the eyes, at least 2 m, since nearer lamps do not
+            light the whole face from one direction.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    diameter_deg: float
+    power: float
+    distance_m: float
+
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """Unit vector to the lamp in the head frame (+X sitter's left, +Y up, +Z out of the face).
+
+        Examples:
+            >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
+            1.0
+        """
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        return (
+            math.sin(azimuth) * math.cos(elevation),
+            math.sin(elevation),
+            math.cos(azimuth) * math.cos(elevation),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """A named target look.
+
+    Attributes:
+        key_elevation_deg, key_azimuth_deg: Range (from, to) of directions from which one lamp alone
+            gives the style, relative to the face; None for a style that needs several lamps. A
+            range from a larger to a smaller azimuth goes around the back.
+        key_diameter_deg: Range of the diameter of that lamp; None for any.
+    """
+
+    name: str
+    title: str
+    side: Side
+    place: str
+    note: str
+    lamps: tuple[StyleLamp, ...]
+    paper: bool = False
+    signature: Signature = UNSIGNED
+    key_elevation_deg: tuple[float, float] | None = None
+    key_azimuth_deg: tuple[float, float] | None = None
+    key_diameter_deg: tuple[float, float] | None = None
