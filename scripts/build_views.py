@@ -20,8 +20,10 @@ _KINDS: Final = {"pixels": np.int32}
 _ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(_ROOT))
 
-from app.core.baking.bake import QUALITIES, BakedView, bake_views, packed_views  # noqa: E402
+from app.core.baking.bake import bake_views  # noqa: E402
+from app.core.baking.baked_view import BakedView, packed_views  # noqa: E402
 from app.core.baking.kernel_lanes import select_variant  # noqa: E402
+from app.core.baking.quality import QUALITIES  # noqa: E402
 from app.core.baking.scene import load_head  # noqa: E402
 from app.core.baking.skin import find_skin  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402

@@ -21,7 +21,7 @@ from app.core.styles.style_pack_file import pack_path, save_pack
 from app.core.text import tr
 
 if TYPE_CHECKING:
-    from app.core.baking.bake import Quality
+    from app.core.baking.quality import Quality
 
 _LARGEST_PICTURE = 400
 _LARGEST_ENVIRONMENT = 256
@@ -78,8 +78,8 @@ def run(args: argparse.Namespace) -> int:
         raise BakeError(tr("--seed must be a whole number from 0 to 2,147,483,647."))
     _check_targets(args)
 
-    from app.core.baking.bake import QUALITIES
     from app.core.baking.kernel_lanes import select_variant
+    from app.core.baking.quality import QUALITIES
     from app.core.baking.scene import export_scene, frame_head
     from app.core.baking.skin import find_skin
 
@@ -140,7 +140,8 @@ def _head(args: argparse.Namespace) -> HeadMesh:
 def _bake(
     args: argparse.Namespace, head: HeadMesh, environment: tuple[int, int], quality: Quality
 ) -> dict[str, object]:
-    from app.core.baking.bake import bake, packed_views
+    from app.core.baking.bake import bake
+    from app.core.baking.baked_view import packed_views
     from app.core.baking.skin import find_skin
     from app.core.solver.transport import load_transport, save_transport
     from app.core.styles.style_pack_build import build_pack

@@ -32,8 +32,9 @@ from numpy.typing import NDArray
 from app.core.baking.kernel_lanes import select_variant
 from app.core.base.atomic_files import atomic_write_text
 from app.core.environment.environment import reduce_radiance
-from app.core.solver.best_spot import rank_spots
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.places.best_spot import rank_spots
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import GRADES, grades, match_of_areas, stops_of
 from app.core.solver.transport import Transport, load_named
 from app.core.styles.style_pack import StylePack

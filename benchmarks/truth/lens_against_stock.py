@@ -22,7 +22,9 @@ from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.base.colour import luminance
 from app.core.portrait.head_views import HeadViews, load_views_of
 from app.core.solver.face import region_in_view
-from app.core.solver.lens_search import LensWish, ViewTables, match_curves, solve_lens, view_tables
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.lens.view_tables import ViewTables, match_curves, view_tables
 from app.core.solver.search import curves
 from app.core.solver.solve import measure
 from app.core.solver.transport import Transport, load_named, render

@@ -81,6 +81,7 @@ def product_form(
     from app.core.baking.random_walk import lean_scale, scene_tables
     from app.core.baking.scene import build_scene
     from app.core.baking.skin import find_skin
+    from app.core.baking.skin_light import measure_profile
     from benchmarks.truth.stock import generic_head
 
     head, _ = generic_head()

@@ -18,8 +18,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.baking.bake import Quality, bake
+from app.core.baking.bake import bake
 from app.core.baking.kernel_lanes import select_variant
+from app.core.baking.quality import Quality
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.colour import luminance

@@ -139,8 +139,9 @@ class TestWithMitsuba:
         assert total == pytest.approx(np.ones((2, 3)), abs=0.03)
 
     def test_product_equals_plain_path_tracing(self, tmp_path: Path) -> None:
-        from app.core.baking.bake import Quality, bake
+        from app.core.baking.bake import bake
         from app.core.baking.exposure import vertex_points
+        from app.core.baking.quality import Quality
         from app.core.baking.random_walk import scene_tables
         from app.core.baking.scene import build_scene, frame_head, load_head
         from benchmarks.truth.plain_walk import trace_plainly
@@ -199,7 +200,8 @@ class TestWithMitsuba:
         assert hit.mean() < 0.9
 
     def test_a_stopped_bake_goes_on_and_ends_the_same(self, tmp_path: Path) -> None:
-        from app.core.baking.bake import Quality, bake
+        from app.core.baking.bake import bake
+        from app.core.baking.quality import Quality
         from app.core.baking.scene import load_head
 
         head = load_head("generic", HEADS / "generic.ply", HEADS / "generic-eyes.ply")

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.baking.bake import Quality, bake
+from app.core.baking.bake import bake
 from app.core.baking.kernel_lanes import select_variant
+from app.core.baking.quality import Quality
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError, Cancelled

@@ -1,10 +1,9 @@
-"""Baking the transport of a head: all columns at once, batch by batch of pixels.
+"""Bake the transport of a head, all columns at once, in batches of pixels.
 
-T is the sum of two parts. The first surface's own reflection is integrated for each pixel
-(`exposure.shine`). What comes out of the skin is a product: the share of its light that each pixel
-takes from each point of the skin (`walk`), times the light that the point gets from each column
-(`exposure.expose`). The studio pictures of the styles come out of the same product, with lamps as
-further columns.
+T is the sum of two parts. The reflection of the surface is integrated for each pixel
+(`exposure.shine`). The light from inside the skin is a product: the share of each pixel's light
+that comes from each point of the skin (`random_walk`), times the light that enters there from each
+column (`skin_light`). Lamps are further columns, which give the studio pictures of the styles.
 """
 
 from __future__ import annotations
@@ -18,60 +17,52 @@ from pathlib import Path
 from typing import Any, NotRequired, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.baking.bake_cache import BakeCache, Keep, no_keep
+from app.core.baking.bake_cache import BakeCache, Keep
+from app.core.baking.baked_view import BakedView
 from app.core.baking.columns import (
-    Columns,
     LampColumns,
     TexelColumns,
     compress,
     mirror_pixels,
     symmetrise,
-    texel_functions,
 )
 from app.core.baking.exposure import (
-    Points,
-    expose,
     head_coverage,
     look_at_shape,
     look_from,
     place_points,
     shine,
 )
-from app.core.baking.kernel_lanes import Watch, at_once, is_wavefront, part_of, unwatched
+from app.core.baking.kernel_lanes import Watch, at_once, part_of
+from app.core.baking.quality import Quality
 from app.core.baking.random_walk import (
-    PROFILE_BINS,
-    SceneTables,
-    fit_profile,
-    lean_scale,
     scene_tables,
     trace_pixels,
-    trace_profile,
 )
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
 from app.core.baking.skin import Skin
-from app.core.base.arrays import Float32, Float64
-from app.core.base.progress import Progress, Report, Task, Token
-from app.core.portrait.head_views import pack_view
+from app.core.baking.skin_light import (
+    BATCH_PIXELS,
+    BakeJob,
+    PartProgress,
+    SkinLight,
+    light_cache,
+    light_share,
+    skin_light,
+)
+from app.core.base.arrays import Float32
+from app.core.base.progress import Report, Task, Token
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.transport import Transport, TransportHeader
 from app.core.styles.style import Style
 
 _BATCH_PATHS = 1 << 22
-_BATCH_PIXELS = 96
-_PROFILE_PIXELS = 1000
-_PROFILE_PATHS = 512
 _LAYOUT = 4
-_VIEW_RANK, _VIEW_TINTS = 200, 176
-# Between texels that count alike and texels that count by their light: best in real places.
-_VIEW_EVENNESS = 0.3
-# A path through the skin takes about as long as this many shadow rays; for the time left only.
-_RAYS_IN_PATH = 50
 
 
 class _How(TypedDict):
-    """How to bake.
+    """Settings of a bake.
 
     Attributes:
         environment: Rows and columns (H, W) of the environment, W = 2 H.
@@ -89,56 +80,14 @@ class _How(TypedDict):
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
-    """How carefully to bake.
-
-    Attributes:
-        paths: Random walks from each pixel.
-        glints: Points in each pixel at which the surface's own reflection is taken.
-    """
-
-    paths: int
-    glints: int
-    shadows: int
-    rank: int
-
-
-QUALITIES: dict[str, Quality] = {
-    "draft": Quality(paths=512, glints=16, shadows=2, rank=192),
-    "quick": Quality(paths=4096, glints=64, shadows=3, rank=256),
-    "good": Quality(paths=16384, glints=256, shadows=4, rank=336),
-    "best": Quality(paths=65536, glints=512, shadows=6, rank=400),
-}
-
-
-@dataclass(frozen=True, slots=True)
-class BakedView:
-    """A head as a camera sees it that stands at its side.
-
-    Attributes:
-        pixels, coverage: (P,) int32, float32. As those of a transport.
-        positions: (P, 3) float32. Where each pixel looks, as in `HeadShape`.
-        matrix: (P, H * W, 3) float32. The transport, whole.
-        targets: (S, P, 3) float32. As those of `BakeResult`.
-    """
-
-    yaw_deg: float
-    pixels: NDArray[np.int32]
-    coverage: Float32
-    positions: Float32
-    matrix: Float32
-    targets: Float32
-
-
-@dataclass(frozen=True, slots=True)
 class BakeResult:
-    """What a bake gives.
+    """A baked head.
 
     Attributes:
         targets: (S, P, 3) float32. Linear pictures of the styles under their own lamps, on the
             transport's pixels.
-        shape: Where each of those pixels looks.
-        views: The head turned toward its own left, by each of the yaws that were asked for.
+        shape: Point on the skin at each of those pixels.
+        views: The head turned toward its own left, by each of the requested yaws.
     """
 
     transport: Transport
@@ -148,96 +97,30 @@ class BakeResult:
 
 
 @dataclass(frozen=True, slots=True)
-class _BakeJob:
-    """Everything that stays the same from part to part."""
-
-    scene: Any
-    tables: SceneTables
-    points: Points
-    picture: int
-    pixels: NDArray[np.int32]
-    texels: TexelColumns
-    lamps: LampColumns | None
-    quality: Quality
-    seed: int
-
-    @property
-    def columns(self) -> tuple[Columns, ...]:
-        """The columns of the matrix: texels first, then lamps."""
-        return (self.texels,) if self.lamps is None else (self.texels, self.lamps)
-
-    @property
-    def shadows(self) -> tuple[int, ...]:
-        """Shadow rays along each side of a column, for texels and lamps."""
-        # A lamp is one column among thousands of texels: it can have many more rays.
-        return (self.quality.shadows, 4 * self.quality.shadows)[: len(self.columns)]
-
-    @property
-    def shadow_rays(self) -> tuple[int, ...]:
-        """Shadow rays from each point to all texels, and to all lamps."""
-        both = zip(self.columns, self.shadows, strict=True)
-        return tuple(columns.count * side**2 for columns, side in both)
-
-    @property
-    def count(self) -> int:
-        """Number of all columns."""
-        return sum(columns.count for columns in self.columns)
-
-
-@dataclass(frozen=True, slots=True)
-class _SkinLight:
-    """What reaches the skin, and how the skin takes it.
-
-    Attributes:
-        entering: three (V, columns) float32. Light that enters the skin at each point from each
-            column, for each channel.
-        slant: (3, 3, columns) float32. What the lean of a pixel's share counts: [channel, axis].
-    """
-
-    entering: tuple[Float32, ...]
-    slant: Float32
-
-
-@dataclass(frozen=True, slots=True)
-class _Progress:
-    """Where the parts of a bake report to, and ask whether to continue."""
-
-    report: Report
-    token: Token
-
-    def part(self, start: float, stop: float, task: Task) -> Watch:
-        """Watch of a part that takes progress from `start` to `stop`."""
-
-        def watch(share: float) -> None:
-            self.report(share, Progress(task))
-            self.token.check()
-
-        return part_of(watch, start, stop)
-
-
-@dataclass(frozen=True, slots=True)
 class _BakeSetup:
-    """A bake whose light is measured, whichever way a camera looks at it."""
+    """A bake after the light is measured, for cameras of any direction."""
 
     head: HeadMesh
     skin: Skin
     styles: Sequence[Style]
     camera: Camera
     skin_cover: Float32
-    job: _BakeJob
-    light: _SkinLight
+    job: BakeJob
+    light: SkinLight
     cache: BakeCache
-    progress: _Progress
+    progress: PartProgress
     measured: float
 
 
 def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]) -> BakeResult:
     """Compute the transport of a head and the studio pictures of the styles.
 
-    What lights each point of the skin is measured once, whichever way the camera looks at it; each
-    of the `yaws` then costs the walk from its own pixels.
+    The light that enters the skin is measured once for all cameras; each of the `yaws` then adds
+    the random walks from its own pixels.
 
-    Raises `BakeError` if Mitsuba cannot build the scene; `Cancelled` if the token says so.
+    Raises:
+        BakeError: If Mitsuba cannot build the scene.
+        Cancelled: If the token is cancelled.
     """
     setup = _begin(head, skin, styles, how)
     job, light, yaws = setup.job, setup.light, how.get("yaws", ())
@@ -255,20 +138,20 @@ def bake(head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How
 def bake_views(
     head: HeadMesh, skin: Skin, styles: Sequence[Style], **how: Unpack[_How]
 ) -> Iterator[BakedView]:
-    """Compute only the views of a head whose transport is baked already; as `bake`."""
+    """Compute only the views of a head; as `bake`."""
     setup = _begin(head, skin, styles, how)
     yield from _views(setup, how.get("yaws", ()), setup.measured)
     setup.cache.clear()
 
 
 def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _BakeSetup:
-    """Place the points of the skin, and measure the light that reaches them."""
+    """Place points on the skin, and measure the light that enters there."""
     picture, quality, seed = how["picture"], how["quality"], how["seed"]
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)
     key = _key(head, skin, camera, how["environment"], quality, seed, lamps)
     cache = BakeCache(how["work"] / key)
-    progress = _Progress(how["report"], how["token"])
+    progress = PartProgress(how["report"], how["token"])
     scene = build_scene(head, skin, camera)
     looking = progress.part(0.0, 0.01, Task.VIEWING_HEAD)
     skin_cover = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
@@ -276,10 +159,10 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
         scene,
         head,
         seed,
-        keep=_light_cache(cache, "sky"),
+        keep=light_cache(cache, "sky"),
         watch=part_of(looking, 0.5, 1.0),
     )
-    job = _BakeJob(
+    job = BakeJob(
         scene=scene,
         tables=scene_tables(scene, head, skin, points, picture),
         points=points,
@@ -290,13 +173,13 @@ def _begin(head: HeadMesh, skin: Skin, styles: Sequence[Style], how: _How) -> _B
         quality=quality,
         seed=seed,
     )
-    middle = 0.02 + 0.93 * _light_share(job, 1 + len(how.get("yaws", ())))
-    light = _measured(job, cache, progress, middle)
+    middle = 0.02 + 0.93 * light_share(job, 1 + len(how.get("yaws", ())))
+    light = skin_light(job, cache, progress, middle)
     return _BakeSetup(head, skin, styles, camera, skin_cover, job, light, cache, progress, middle)
 
 
 def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[BakedView]:
-    """Walk from the pixels of cameras at the head's side."""
+    """Yield the views of cameras at the head's side."""
     ends = np.linspace(start, 0.95, 1 + len(yaws)).tolist()
     for yaw, part in zip(yaws, pairwise(ends), strict=True):
         job, skin_cover, places = _turn_job(setup.job, setup.head, setup.skin, yaw)
@@ -307,39 +190,10 @@ def _views(setup: _BakeSetup, yaws: Sequence[float], start: float) -> Iterator[B
         yield BakedView(*view)
 
 
-def packed_views(
-    views: Sequence[BakedView], transport: Transport
-) -> tuple[Float32, dict[float, dict[str, NDArray[Any]]]]:
-    """Functions of texels for all views of a head, and the views by yaw, as they are stored.
-
-    Args:
-        transport: Of the same head.
-    """
-    weights = np.asarray(transport.header.luminance_weights, np.float32)
-    greys = [view.matrix @ weights for view in views]
-    texels = TexelColumns(*transport.environment_shape)
-    basis, scale = texel_functions(greys, texels, _VIEW_RANK, _VIEW_EVENNESS)
-    parts = {}
-    for view, grey in zip(views, greys, strict=True):
-        tints = (view.matrix[:, :, channel] - grey for channel in (0, 2))
-        parts[view.yaw_deg] = pack_view(
-            grey=np.asarray(grey / scale @ basis.T, np.float32),
-            tints=np.stack(
-                [tint / scale @ basis[:_VIEW_TINTS].T for tint in tints], dtype=np.float32
-            ),
-            pixels=view.pixels,
-            coverage=view.coverage,
-            positions=view.positions,
-            targets=view.targets @ weights,
-            size=transport.size,
-        )
-    return basis * scale, parts
-
-
 def _turn_job(
-    job: _BakeJob, head: HeadMesh, skin: Skin, yaw: float
-) -> tuple[_BakeJob, Float32, Float32]:
-    """The job of a camera at the head's side; coverage, (P,), and positions, (P, 3), there."""
+    job: BakeJob, head: HeadMesh, skin: Skin, yaw: float
+) -> tuple[BakeJob, Float32, Float32]:
+    """Return the job of a camera at the head's side, its coverage, (P,), and positions, (P, 3)."""
     scene = build_scene(head, skin, frame_head(head, job.picture, yaw))
     skin_cover, places = look_from(head, scene, job.picture)
     pixels = np.flatnonzero(skin_cover > 0).astype(np.int32)
@@ -348,26 +202,10 @@ def _turn_job(
     return job_aside, skin_cover[pixels], places[pixels]
 
 
-def _light_cache(cache: BakeCache, prefix: str) -> Keep:
-    """Where measured light goes: it takes room, and a wavefront finds it again in no time."""
-    import mitsuba as mi
-
-    return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
-
-
-def _measured(job: _BakeJob, cache: BakeCache, progress: _Progress, end: float) -> _SkinLight:
-    """Measure how the skin takes light, and the light that reaches its points."""
-    measuring = Task.MEASURING_SKIN
-    profile = measure_profile(
-        job.tables, job.pixels, job.seed, cache.keep, progress.part(0.01, 0.02, measuring)
-    )
-    return _light(job, profile, cache, progress.part(0.02, end, measuring))
-
-
 def _matrix(
-    job: _BakeJob, light: _SkinLight, keep: Keep, progress: _Progress, part: tuple[float, float]
+    job: BakeJob, light: SkinLight, keep: Keep, progress: PartProgress, part: tuple[float, float]
 ) -> Float32:
-    """Rows of the transport for all pixels, (P, columns, 3)."""
+    """Compute the transport of all pixels, (P, columns, 3)."""
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
     following = progress.part(*part, Task.FOLLOWING_LIGHT)
     for start, stop in _batches(len(matrix), job.quality.paths):
@@ -381,65 +219,14 @@ def _matrix(
     return matrix
 
 
-def _light_share(job: _BakeJob, views: int) -> float:
-    """About which share of the work it is to measure the light, for the time left."""
-    light = job.points.count * sum(job.shadow_rays)
-    paths = len(job.pixels) * job.quality.paths * _RAYS_IN_PATH
-    glints = len(job.pixels) * job.quality.glints * job.count
-    return light / (light + views * (paths + glints))
-
-
-def measure_profile(
-    tables: SceneTables,
-    pixels: NDArray[np.int32],
-    seed: int,
-    keep: Keep = no_keep,
-    watch: Watch = unwatched,
-) -> Float64:
-    """Exit profile of the skin as fitted, (3, MOMENTS), from a few paths of some pixels."""
-    some = pixels[:: max(1, len(pixels) // _PROFILE_PIXELS)]
-
-    def trace() -> Float32:
-        total = np.zeros((PROFILE_BINS, 3))
-        for start in range(0, len(some), _BATCH_PIXELS):
-            part = some[start : start + _BATCH_PIXELS]
-            watching = part_of(watch, start / len(some), (start + len(part)) / len(some))
-            total += trace_profile(tables, part, _PROFILE_PATHS, seed + 999 + start, watching)
-        return total.astype(np.float32)
-
-    return fit_profile(keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
-
-
-def _light(job: _BakeJob, profile: Float64, cache: BakeCache, watch: Watch) -> _SkinLight:
-    """Measure the light of all columns at all points."""
-    parts, weights = [], profile.astype(np.float32)
-    ends = np.cumsum([0, *job.shadow_rays]) / sum(job.shadow_rays)
-    for number, columns in enumerate(job.columns):
-        moments = expose(
-            job.scene,
-            job.points,
-            columns,
-            job.shadows[number],
-            job.seed + number,
-            keep=_light_cache(cache, f"light{number}"),
-            watch=part_of(watch, ends[number], ends[number + 1]),
-        )
-        parts.append([sum(a * one for a, one in zip(row, moments, strict=True)) for row in weights])
-    directions = np.concatenate([columns.directions() for columns in job.columns])
-    return _SkinLight(
-        entering=tuple(np.concatenate(channel, axis=1) for channel in zip(*parts, strict=True)),
-        slant=lean_scale(profile).astype(np.float32)[:, None, None] * directions.T,
-    )
-
-
 def _batches(pixels: int, paths: int) -> Iterator[tuple[int, int]]:
-    step = max(1, min(_BATCH_PIXELS, at_once(_BATCH_PATHS) // paths))
+    step = max(1, min(BATCH_PIXELS, at_once(_BATCH_PATHS) // paths))
     for start in range(0, pixels, step):
         yield start, min(start + step, pixels)
 
 
-def _batch(job: _BakeJob, light: _SkinLight, start: int, stop: int, watch: Watch) -> Float32:
-    """Rows of the transport for some pixels, (n, columns, 3)."""
+def _batch(job: BakeJob, light: SkinLight, start: int, stop: int, watch: Watch) -> Float32:
+    """Compute the transport of some pixels, (n, columns, 3)."""
     pixels, seed = job.pixels[start:stop], job.seed * 1_000_003 + start
     first, last = part_of(watch, 0.0, 0.5), part_of(watch, 0.5, 1.0)
     totals = trace_pixels(job.tables, pixels, job.quality.paths, seed, first)
@@ -470,7 +257,7 @@ def _key(
     seed: int,
     lamps: Sequence[Any],
 ) -> str:
-    """Name of the folder of batches that belong to exactly these settings."""
+    """Return the name of the cache folder for exactly these settings."""
     facts = [asdict(item) for item in (skin, camera, quality, *lamps)]
     total = hashlib.sha256(json.dumps([_LAYOUT, environment, seed, facts]).encode())
     for mesh in (head.skin, head.eyes):
@@ -481,9 +268,9 @@ def _key(
 
 
 def _finish(
-    head: HeadMesh, skin: Skin, camera: Camera, skin_cover: Float32, job: _BakeJob, matrix: Float32
+    head: HeadMesh, skin: Skin, camera: Camera, skin_cover: Float32, job: BakeJob, matrix: Float32
 ) -> Transport:
-    """Symmetrise, compress and describe the columns of the texels."""
+    """Make the transport symmetric if the head is, and compress it."""
     coverage, full, noise = skin_cover[job.pixels], matrix[:, : job.texels.count], float("nan")
     if head.symmetric:
         twin = mirror_pixels(job.pixels, camera.size)
@@ -508,7 +295,7 @@ def _finish(
 
 
 def _targets(styles: Sequence[Style], pictures: Float32) -> Float32:
-    """Pictures of the styles, (S, P, 3), from those of all their lamps, (P, lamps, 3)."""
+    """Sum the pictures of all lamps, (P, lamps, 3), to those of the styles, (S, P, 3)."""
     targets = np.empty((len(styles), len(pictures), 3), np.float32)
     end = 0
     for target, style in zip(targets, styles, strict=True):

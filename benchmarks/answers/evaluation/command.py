@@ -15,7 +15,7 @@ from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import CoreError, HeadError
 from app.core.base.paths import resources
 from app.core.base.progress import Token, span
-from app.core.solver.lens_search import views_of
+from app.core.solver.lens.view_tables import views_of
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
 from benchmarks.answers.evaluation.evaluate import GENERIC, evaluate

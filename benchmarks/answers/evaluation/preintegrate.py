@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.bake import measure_profile
 from app.core.baking.columns import LampColumns, TexelColumns, mirror_pixels
 from app.core.baking.exposure import Points, expose, head_coverage, place_points, shine
 from app.core.baking.kernel_lanes import Watch, part_of
 from app.core.baking.random_walk import lean_scale, scene_tables, trace_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
+from app.core.baking.skin_light import measure_profile
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import BakeError
 from app.core.solver.transport import FACE_COVERAGE
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
-_BATCH_PIXELS = 96
+BATCH_PIXELS = 96
 _LAMP_RAYS = 6
 _LAMP_GLINTS = 16
 _CHUNK_PAIRS = 1 << 22
@@ -241,9 +241,9 @@ def _drawn(job: _Job) -> tuple[NDArray[np.intp], Float64]:
 
 
 def _batches(pixels: NDArray[np.int32], watch: Watch) -> Iterator[tuple[int, NDArray[np.int32]]]:
-    for start in range(0, len(pixels), _BATCH_PIXELS):
+    for start in range(0, len(pixels), BATCH_PIXELS):
         watch(start / len(pixels))
-        yield start, pixels[start : start + _BATCH_PIXELS]
+        yield start, pixels[start : start + BATCH_PIXELS]
 
 
 def _seed(job: _Job, purpose: int, start: int) -> int:

@@ -1,0 +1,73 @@
+"""Views of a head turned aside, and their compression for storage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.baking.columns import (
+    TexelColumns,
+    texel_functions,
+)
+from app.core.base.arrays import Float32
+from app.core.portrait.head_views import pack_view
+from app.core.solver.transport import Transport
+
+_VIEW_RANK, _VIEW_TINTS = 200, 176
+# Between weights of texels by their light (0) and equal weights (1): best in real places.
+_VIEW_EVENNESS = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class BakedView:
+    """A head as seen by a camera at its side.
+
+    Attributes:
+        pixels, coverage: (P,) int32, float32. As in a transport.
+        positions: (P, 3) float32. Point on the skin at each pixel, as in `HeadShape`.
+        matrix: (P, H * W, 3) float32. The uncompressed transport.
+        targets: (S, P, 3) float32. As in `BakeResult`.
+    """
+
+    yaw_deg: float
+    pixels: NDArray[np.int32]
+    coverage: Float32
+    positions: Float32
+    matrix: Float32
+    targets: Float32
+
+
+def packed_views(
+    views: Sequence[BakedView], transport: Transport
+) -> tuple[Float32, dict[float, dict[str, NDArray[Any]]]]:
+    """Compress the views of a head for storage.
+
+    Args:
+        transport: Transport of the same head.
+
+    Returns:
+        Functions of texels, shared by all views; and the arrays of each view, by yaw.
+    """
+    weights = np.asarray(transport.header.luminance_weights, np.float32)
+    greys = [view.matrix @ weights for view in views]
+    texels = TexelColumns(*transport.environment_shape)
+    basis, scale = texel_functions(greys, texels, _VIEW_RANK, _VIEW_EVENNESS)
+    parts = {}
+    for view, grey in zip(views, greys, strict=True):
+        tints = (view.matrix[:, :, channel] - grey for channel in (0, 2))
+        parts[view.yaw_deg] = pack_view(
+            grey=np.asarray(grey / scale @ basis.T, np.float32),
+            tints=np.stack(
+                [tint / scale @ basis[:_VIEW_TINTS].T for tint in tints], dtype=np.float32
+            ),
+            pixels=view.pixels,
+            coverage=view.coverage,
+            positions=view.positions,
+            targets=view.targets @ weights,
+            size=transport.size,
+        )
+    return basis * scale, parts

@@ -1,0 +1,1 @@
+"""Turn and yaw of the face: the search for the position of the lens."""
