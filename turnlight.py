@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from app.core.measure.options import MeasureOptions as MeasureOptions
     from app.core.places.place import OpenPlace
     from app.core.portrait.render import HeadPicture as HeadPicture
-    from app.core.solver.solve import StyleResult as StyleResult
+    from app.core.solver.style_result import StyleResult as StyleResult
 
 __all__ = [
     "Cancelled",
@@ -180,7 +180,8 @@ def solve(
     from app.core.environment.environment import reduce
     from app.core.places.solve import solve_styles
     from app.core.portrait.head_views import has_views
-    from app.core.solver.lens_search import STRAIGHT, LensWish, views_of
+    from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
+    from app.core.solver.lens.view_tables import views_of
     from app.core.solver.search import luminance_of
     from app.core.styles.style_pack_file import load_named_pack
     from app.core.styles.styles import select

@@ -25,7 +25,7 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.ways import measure
 from app.core.places.saved.saved_remarks import facts_of
 from app.core.places.store import light_at
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr

@@ -64,9 +64,9 @@ from app.core.second_light.placements import above_floor, direction, within_arm
 from app.core.second_light.search import LampPlacement, place_all
 from app.core.second_light.turned_head import seen_aside
 from app.core.solver.head_shape import HeadShape, load_shape_of
-from app.core.solver.lens_search import STRAIGHT
+from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.solver.search import luminance_of
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select

@@ -49,10 +49,11 @@ from app.core.portrait.gallery_portraits import LightSource
 from app.core.portrait.head import Head
 from app.core.portrait.head_views import has_views
 from app.core.portrait.portrait_file import HAIRS
-from app.core.solver.lens_search import STRAIGHT, views_of
+from app.core.solver.lens.lens_wish import STRAIGHT
+from app.core.solver.lens.view_tables import views_of
 from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.search import luminance_of
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select

@@ -15,7 +15,7 @@ from app.core.base.angles import at_turn, direction_of
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.portrait import display_pictures as pictures
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.text import tr
 from app.export.canvas import (
     Colour,

@@ -18,7 +18,7 @@ from app.core.base.arrays import Bytes
 from app.core.environment.environment import Environment
 from app.core.guidance.mode import Mode
 from app.core.portrait import display_pictures as pictures
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.styles.styles import RARE, load_styles
 from app.core.text import tr
 from app.export import result_card as card

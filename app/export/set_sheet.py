@@ -25,7 +25,7 @@ from app.core.portrait.face_light import (
     lighting_ratio,
 )
 from app.core.solver.peaks import value_at
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport, render, to_image
 from app.words.shortfall import reason_sentence
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.core.painting.user_style import UserStyle
-from app.core.solver.turn_choice import spread_of
+from app.core.styles.certainty import spread_of
 from app.core.styles.style import Style, StyleLamp
 from app.core.text import tr
 from app.words.phrases.directions import face_direction_words, place_words

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from app.core.base.angles import whole
-from app.core.solver.solve import Gain, StyleResult
+from app.core.solver.style_result import Gain, StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import Studio
 from app.core.styles.style import Style

@@ -16,7 +16,8 @@ from app.core.base.atomic_files import atomic_write_text
 from app.core.base.imaging.images import write_png
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.portrait.display_pictures import greyed, panorama
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import load_named, render, to_image
 from app.core.styles.style_pack_file import load_named_pack
 from app.export.canvas import Page

@@ -32,11 +32,15 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce
 from app.core.portrait.head_views import views_path
 from app.core.solver.face import AREAS
-from app.core.solver.lens_search import LensWish, ViewTables, YawWord, solve_lens
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish, YawWord
+from app.core.solver.lens.view_tables import ViewTables
+from app.core.solver.light_map import LightMap
 from app.core.solver.search import curves, luminance_of
-from app.core.solver.solve import PlaceSearch, StyleResult
+from app.core.solver.solve import PlaceSearch
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import GRADES
-from app.core.solver.turn_choice import LIMITS, LightMap
+from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
 from app.core.styles.style_pack import StylePack

@@ -25,12 +25,14 @@ from app.core.base.angles import TURNS, wrap
 from app.core.base.atomic_files import atomic_write_text
 from app.core.base.errors import EnvironmentFileError
 from app.core.environment.environment import read_environment, reduce_light
+from app.core.solver.light_map import LightMap
 from app.core.solver.peaks import ARC_SHARE
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves, luminance_of
-from app.core.solver.solve import PlaceSearch, StyleResult, solve_all
+from app.core.solver.solve import PlaceSearch, solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import GRADES
-from app.core.solver.turn_choice import LIMITS, LightMap
+from app.core.solver.turn_choice import LIMITS
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 

@@ -33,7 +33,8 @@ from app.core.faces.facing import WIDE_DEG, FacingEstimate, find_facing, standin
 from app.core.faces.finder import find_faces
 from app.core.faces.on_head import HeadMap, head_map, on_head
 from app.core.faces.pose import head_pose
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.faces.people import BEHIND_DEG, directions, lamp_shares, places, texel_grid
 from benchmarks.faces.photos import CORNER, FAR_PX, FRAME

@@ -24,7 +24,8 @@ from app.core.environment.environment import read_environment, reduce, solid_ang
 from app.core.solver.face import AREAS, oval_areas
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.search import curves
-from app.core.solver.solve import StyleResult, measure, solve_all
+from app.core.solver.solve import measure, solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import Signature, Signatures, stops_of
 from app.core.styles.style import Style
 from app.core.styles.style_pack import StylePack

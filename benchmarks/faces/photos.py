@@ -34,7 +34,7 @@ from app.core.painting.user_style import prepare_user_style, solve_user_styles
 from app.core.solver.face import AREAS
 from app.core.solver.place_light import prepare
 from app.core.solver.relighting_cache import light_table
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from benchmarks.faces.people import directions, lamp_shares, load_people
 from benchmarks.truth.stock import ROOT

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.cli import main
-from app.core.solver.turn_choice import shipped_certainty
+from app.core.styles.certainty import shipped_certainty
 from tests.helpers.pace import units
 from tests.helpers.shared import SHARED, needs_shared
 

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference, wrap
 from app.core.environment.environment import reduce_light
 from app.core.solver.search import curves
-from app.core.solver.solve import StyleResult, measure, measure_picture, solve_all
+from app.core.solver.solve import measure, solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import YES
+from app.core.solver.style_verdict import measure_picture
 from app.core.solver.transport import load_named
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style_pack import StylePack

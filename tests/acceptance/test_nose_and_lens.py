@@ -11,7 +11,7 @@ import pytest
 
 from app.core.base.paths import resources
 from app.core.portrait.head_views import views_path
-from app.core.solver.lens_search import LensWish
+from app.core.solver.lens.lens_wish import LensWish
 from benchmarks.answers.nose_and_lens import ASKED, asker, is_swapped, one_lamp_cases
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"

@@ -9,8 +9,9 @@ import pytest
 
 from app.core.environment.environment import SHAPE
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.solve import measure_picture, solve_all
+from app.core.solver.solve import solve_all
 from app.core.solver.style_signature import YES
+from app.core.solver.style_verdict import measure_picture
 from app.core.solver.transport import render
 from app.core.styles.lamps import AS_PUBLISHED, RATIOS, SOFTNESS_DEG, Studio, studio_light
 from app.core.styles.style_pack_build import StudioPacks

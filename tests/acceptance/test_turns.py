@@ -14,7 +14,8 @@ from app.core.base.paths import resources
 from app.core.environment.environment import from_radiance, read_environment, reduce
 from app.core.solver.search import build_tables, curves, quality_curves
 from app.core.solver.shortfall import Cause, LightShortfall
-from app.core.solver.solve import StyleResult, measure, solve_all
+from app.core.solver.solve import measure, solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import render
 from app.core.solver.turn_choice import OBJECTIVES, Limits, Objective
 from app.core.solver.weights import target_weights

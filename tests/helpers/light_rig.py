@@ -15,7 +15,7 @@ from app.core.second_light.search import LampPlacement
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.shortfall import Cause, LightShortfall
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light.own_lamp.mask import MaskEdit
 from app.ui.screens.light.own_lamp.sheets import CaptureAsk, WordsAsk

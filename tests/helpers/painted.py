@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from app.core.solver.relighting_cache import light_table
-from app.core.solver.solve import StyleResult, solve_on_table
+from app.core.solver.solve import solve_on_table
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 
 if TYPE_CHECKING:

@@ -21,9 +21,12 @@ from app.commands import solve as command
 from app.core.environment.environment import read_environment
 from app.core.second_light.added_light import AddedLight
 from app.core.second_light.search import place_all
-from app.core.solver.lens_search import LensWish, solve_lens, views_of
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.lens.view_tables import views_of
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import UNSIGNED
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack

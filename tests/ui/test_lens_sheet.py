@@ -13,7 +13,8 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import wrap
 from app.core.places.place import Place
-from app.core.solver.lens_search import STRAIGHT, LensWish, solve_lens
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.ui.screens.styles.gallery_view import LensSheet
 from app.words.phrases.directions import LENS_CHOICES
 from tests.helpers.styles_screen import Table, head, scene_light

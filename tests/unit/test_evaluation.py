@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
-from app.core.solver.turn_choice import Certainty, load_certainty, spread_of
+from app.core.styles.certainty import Certainty, load_certainty, spread_of
 from app.core.styles.styles import load_styles
 from benchmarks.answers.evaluation.differences import best_turns, change, has_rival
 from benchmarks.answers.evaluation.evaluate import PICTURES, block_sums, quality_at_turns

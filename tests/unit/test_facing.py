@@ -23,7 +23,8 @@ from app.core.faces.shot_check import (
     promise_of_place,
 )
 from app.core.solver.place_light import PlaceLight, prepare, turned
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from tests.helpers.quick import quick_first

@@ -13,18 +13,12 @@ from app.core.base.arrays import Float32
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce_light
 from app.core.portrait.head_views import load_views_of
-from app.core.solver.lens_search import (
-    LIGHTINGS,
-    NAMED_GAIN,
-    LensWish,
-    ViewTables,
-    lighting_of,
-    solve_lens,
-    view_tables,
-    views_of,
-)
+from app.core.solver.lens.lens_search import NAMED_GAIN, lighting_of, solve_lens
+from app.core.solver.lens.lens_wish import LIGHTINGS, LensWish
+from app.core.solver.lens.view_tables import ViewTables, view_tables, views_of
 from app.core.solver.shortfall import LensShortfall, Obstacle
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import GRADES
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Objective
 from app.core.styles.styles import mirror_name

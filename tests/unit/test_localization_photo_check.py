@@ -24,7 +24,8 @@ from app.core.localization.photo_location import (
     search_photo,
 )
 from app.core.solver.place_light import prepare
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Limits
 from app.words.photos import photo_warnings
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo

@@ -16,7 +16,8 @@ from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.remarks import PhoneRendered
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.words.remarks import sentences
 from tests.helpers.cameras import pack
 from tests.helpers.exif_bytes import SHORT, camera_tags, exif, jpeg, pose_xmp

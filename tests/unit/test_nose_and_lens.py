@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.solver.lens_search import LensWish, solve_lens
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish
 from app.core.solver.transport import render
 from benchmarks.answers.nose_and_lens import (
     best_grade,

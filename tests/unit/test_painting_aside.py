@@ -13,7 +13,9 @@ from app.core.environment.environment import read_environment, reduce
 from app.core.painting.canvas import Canvas, from_style, head_values, make_canvas
 from app.core.painting.turned_head import PaintedHead, solve_painted
 from app.core.painting.user_style import UserStyle, solve_user_styles
-from app.core.solver.lens_search import LensWish, solve_lens, views_of
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.lens.view_tables import views_of
 from tests.helpers.shipped import generic_pack, generic_transport, generic_views
 from tests.helpers.synthetic import lamp_environment
 

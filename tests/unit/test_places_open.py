@@ -31,7 +31,7 @@ from app.core.places.solve import solve_place
 from app.core.places.store import create_place, read_place, write_place
 from app.core.portrait.head import Head
 from app.core.portrait.portrait_file import PLAIN
-from app.core.solver.lens_search import LensWish
+from app.core.solver.lens.lens_wish import LensWish
 from app.core.storage.settings import Settings
 from tests.helpers.shipped import generic_pack, generic_transport
 

@@ -26,7 +26,8 @@ from app.core.solver.shortfall import (
     Origin,
     SavedReason,
 )
-from app.core.solver.solve import PeakResult, StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import PeakResult, StyleResult
 from app.core.storage.json_file import Unfit
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import NAMES

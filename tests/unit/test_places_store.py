@@ -31,7 +31,7 @@ from app.core.places.store import (
     read_place,
     write_place,
 )
-from app.core.solver.lens_search import LensWish
+from app.core.solver.lens.lens_wish import LensWish
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.lamps import Studio
 from app.core.styles.style_pack_file import load_named_pack

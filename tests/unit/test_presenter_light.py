@@ -13,7 +13,7 @@ from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
 from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
-from app.core.solver.lens_search import LensWish
+from app.core.solver.lens.lens_wish import LensWish
 from app.ui.presenters.model import Step
 from app.ui.screens.light.brightness import BRIGHTNESS
 from app.ui.screens.light.lamp import DISTANCES_M

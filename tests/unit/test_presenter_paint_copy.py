@@ -14,8 +14,8 @@ import pytest
 from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, read_user_style, text_path
 from app.core.places.place import Place
-from app.core.solver.lens_search import LensWish
-from app.core.solver.solve import StyleResult
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.style_result import StyleResult
 from app.core.styles.lamps import Studio
 from app.ui.presenters import heads
 from app.ui.presenters.model import Step

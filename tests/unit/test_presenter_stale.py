@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.places.place import Place
-from app.core.solver.lens_search import LensWish
+from app.core.solver.lens.lens_wish import LensWish
 from app.core.styles.lamps import Studio
 from app.ui.presenters import heads, solving
 from app.ui.presenters.model import COMPUTING, Step

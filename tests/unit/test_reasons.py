@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.solver.light_map import LightMap, light_shortfall
 from app.core.solver.shortfall import Cause, LightShortfall
-from app.core.solver.turn_choice import LightMap, Limits, light_shortfall
+from app.core.solver.turn_choice import Limits
 from app.core.styles.style import Style
 from app.core.styles.styles import load_styles
 from app.words.shortfall import reason_sentence

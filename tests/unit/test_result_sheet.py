@@ -17,7 +17,7 @@ from app.core.environment.environment import from_radiance
 from app.core.portrait import display_pictures as pictures
 from app.core.portrait.display_pictures import WELL
 from app.core.solver.shortfall import Cause, LightShortfall, Origin, SavedReason
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.export import result_card as card
 from app.export import result_sheet as sheet
 from app.export.canvas import SCALE, Page, text_width, wrap_text

@@ -12,7 +12,8 @@ from app.core.second_light.added_light import AddedLight, from_captured
 from app.core.second_light.contrast import prepare_face
 from app.core.second_light.search import LampPlacement, place_all
 from app.core.second_light.turned_head import seen_aside
-from app.core.solver.lens_search import LensWish, YawWord, match_curves, views_of
+from app.core.solver.lens.lens_wish import LensWish, YawWord
+from app.core.solver.lens.view_tables import match_curves, views_of
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import curves
 from app.core.solver.shortfall import LensShortfall, Obstacle

@@ -18,7 +18,8 @@ from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce, reduce_light, reduce_radiance
 from app.core.measure.finish.findings import find
 from app.core.portrait.face_light import Glare, LightingRatio
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.core.text import set_language

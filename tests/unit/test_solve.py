@@ -16,7 +16,8 @@ from app.core.base.errors import EnvironmentFileError, StyleError
 from app.core.solver import turn_choice
 from app.core.solver.peaks import shift
 from app.core.solver.shortfall import Cause, LightShortfall, Origin
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import OBJECTIVES, PRICE, Limits, Objective
 from app.core.solver.weights import painted, target_weights
 from app.core.styles.lamps import far_lamp

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.solver.best_spot import rank_spots
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.places.best_spot import rank_spots
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack_file import load_named_pack
 
 

@@ -21,7 +21,7 @@ from app.core.base.errors import CoreError, StyleError
 from app.core.environment.environment import Environment
 from app.core.portrait.head_views import MOST_YAW_DEG
 from app.core.solver.head_shape import load_shape_of, shape_path
-from app.core.solver.lens_search import LensWish, YawAsked, YawWord
+from app.core.solver.lens.lens_wish import LensWish, YawAsked, YawWord
 from app.core.solver.turn_choice import OBJECTIVES
 from app.core.styles.lamps import AS_PUBLISHED, Studio, parse_ratio, parse_softness
 from app.core.styles.style_pack import StylePack

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Progress
     from app.core.second_light.search import LampPlacement
-    from app.core.solver.solve import PeakResult, StyleResult
+    from app.core.solver.style_result import PeakResult, StyleResult
 
 _PAUSE_S = 1.0  # between two lines about the same step
 

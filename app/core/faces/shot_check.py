@@ -18,8 +18,8 @@ from app.core.faces.pose import head_pose
 from app.core.portrait.face_light import lighting_ratio
 from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.search import luminance_of
-from app.core.solver.solve import judge, measure_picture
 from app.core.solver.style_signature import Grade
+from app.core.solver.style_verdict import judge, measure_picture
 from app.core.solver.transport import Transport, render
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.style_pack import StylePack

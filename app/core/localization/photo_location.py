@@ -35,7 +35,7 @@ from app.core.localization.heading_conversion import assumed_fov, offset_angle, 
 from app.core.localization.picture_file import RAW_ENDINGS, PictureFile, picture_size, read_picture
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.solver.peaks import value_at
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.text import tr
 
 Photo = PictureFile

@@ -36,7 +36,8 @@ from app.core.painting.canvas import (
 )
 from app.core.painting.stroke import Brush, Stroke, TileChange, apply, revert
 from app.core.solver.relighting_cache import CountedLight, LightTable, counted_light, table_picture
-from app.core.solver.solve import StyleResult, solve_on_table
+from app.core.solver.solve import solve_on_table
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights, paint

@@ -20,10 +20,13 @@ from app.core.painting.canvas import make_canvas, weights_of
 from app.core.painting.user_style import UserStyle, target_picture
 from app.core.portrait.head_views import HeadView, HeadViews
 from app.core.solver.head_shape import HeadShape
-from app.core.solver.lens_search import LEAST_VISIBLE, LensSearch, LensWish, best_answers, seen_from
+from app.core.solver.lens.lens_search import LensSearch, best_answers
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.lens.view_tables import LEAST_VISIBLE, seen_from
 from app.core.solver.place_light import main_azimuth
 from app.core.solver.relighting_cache import LightTable, light_table, painted_curves
-from app.core.solver.solve import StyleResult, judge_painted, measure_painted
+from app.core.solver.solve import judge_painted, measure_painted
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS, Limits, Objective, StyleMeasures
 from app.core.solver.weights import PaintedWeights, painted

@@ -40,7 +40,8 @@ from app.core.painting.canvas import (
     weights_of,
 )
 from app.core.solver.relighting_cache import LightTable, light_table
-from app.core.solver.solve import StyleResult, solve_on_table
+from app.core.solver.solve import solve_on_table
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from app.core.base.angles import arc_width
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import GRADES, YES
 
 

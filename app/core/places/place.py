@@ -14,8 +14,8 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.base.remarks import Remark
 from app.core.base.visible_text import STEERING
-from app.core.solver.lens_search import STRAIGHT, LensWish
-from app.core.solver.solve import StyleResult
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.storage.json_file import (
     Facts,

@@ -9,9 +9,11 @@ from app.core.base.arrays import Floats
 from app.core.painting.turned_head import solve_painted
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
 from app.core.portrait.head import Head
-from app.core.solver.lens_search import STRAIGHT, LensWish, ViewTables, solve_lens
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
+from app.core.solver.lens.view_tables import ViewTables
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Objective
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack import StylePack

@@ -38,7 +38,7 @@ from app.core.portrait.light import PortraitLight, lamps_light, portrait_light
 from app.core.portrait.portrait_file import PLAIN, load_portrait
 from app.core.portrait.portrait_head import ROOM, PortraitHead, PortraitSkin
 from app.core.solver.head_shape import load_shape_of
-from app.core.solver.lens_search import ViewTables, tables_of, targets_in, views_of
+from app.core.solver.lens.view_tables import ViewTables, tables_of, targets_in, views_of
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.transport import Transport, render, to_image
 from app.core.styles.lamps import AS_PUBLISHED, Studio, studio_lamps

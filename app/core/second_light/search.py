@@ -26,20 +26,16 @@ from app.core.second_light.lamp_tables import (
 )
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import BestSpot, seek
+from app.core.solver.light_map import LightMap, light_shortfall
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search import luminance_of
 from app.core.solver.shortfall import Cause, LightShortfall, Shortfall
-from app.core.solver.solve import (
-    Lighting,
-    PictureMeasure,
-    StyleResult,
-    judge,
-    picture_of,
-    solve_all,
-)
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import Lighting, StyleResult
 from app.core.solver.style_signature import Grade
+from app.core.solver.style_verdict import PictureMeasure, judge, picture_of
 from app.core.solver.transport import Transport
-from app.core.solver.turn_choice import LIMITS, LightMap, Limits, Objective, light_shortfall
+from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.styles.style_pack import StylePack
 
 ALL: Final = TURNS * COUNT

@@ -21,17 +21,12 @@ from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import placement
 from app.core.second_light.search import LampPlacement
 from app.core.solver.face import region_in_view
-from app.core.solver.lens_search import (
-    LIGHTINGS,
-    LensWish,
-    counts_in,
-    lighting_of,
-    obstacle_of,
-    targets_in,
-)
+from app.core.solver.lens.lens_search import lighting_of
+from app.core.solver.lens.lens_wish import LIGHTINGS, LensWish, obstacle_of
+from app.core.solver.lens.view_tables import counts_in, targets_in
 from app.core.solver.place_light import main_azimuth
 from app.core.solver.shortfall import LensShortfall
-from app.core.solver.solve import Lighting
+from app.core.solver.style_result import Lighting
 from app.core.solver.style_signature import GRADES, NO
 from app.core.solver.transport import render
 from app.core.solver.weights import region_weights

@@ -15,9 +15,9 @@ from app.core.base import colour
 from app.core.base.angles import TURNS, wrap
 from app.core.base.arrays import Bools, Float32, Float64, Floats
 from app.core.base.errors import EnvironmentFileError
+from app.core.solver.light_map import LightMap
 from app.core.solver.search import luminance_of
 from app.core.solver.transport import Transport
-from app.core.solver.turn_choice import LightMap
 from app.core.solver.weights import PaintedWeights
 from app.core.text import tr
 

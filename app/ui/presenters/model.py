@@ -13,7 +13,7 @@ from app.core.base.arrays import Bytes
 from app.core.guidance.guide import Goal
 from app.core.places.place import Place
 from app.core.portrait.head import Head
-from app.core.solver.lens_search import STRAIGHT, LensWish
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.turn_choice import Objective
 from app.core.storage.library import DamagedItem
 from app.core.storage.settings import Settings
@@ -25,7 +25,7 @@ from app.words.portrait.heads import head_title
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
-    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_result import StyleResult
     from app.devices.theta.camera_identity import FoundCamera
 
 

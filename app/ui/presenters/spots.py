@@ -14,14 +14,15 @@ from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
 from app.core.base.phrases import listed
 from app.core.painting.user_style import UserStyle
+from app.core.places.best_spot import rank_spots
 from app.core.places.load import load_place
 from app.core.places.place import Place
 from app.core.places.solve import solve_place
 from app.core.portrait.gallery_portraits import greyed
 from app.core.portrait.head import Head, load_head
-from app.core.solver.best_spot import rank_spots
 from app.core.solver.place_light import Facing, pictures_at
-from app.core.solver.solve import StyleResult, proposal
+from app.core.solver.solve import proposal
+from app.core.solver.style_result import StyleResult
 from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.place_controller import PlaceController

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.core.base.progress import PhraseReport, Progress, Token
-    from app.core.solver.lens_search import ViewTables
-    from app.core.solver.solve import StyleResult
+    from app.core.solver.lens.view_tables import ViewTables
+    from app.core.solver.style_result import StyleResult
     from app.core.solver.turn_choice import Objective
     from app.core.styles.style import Style
     from app.core.styles.style_pack import StylePack

@@ -13,7 +13,7 @@ from app.core.solver.solve import solve_all
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_result import StyleResult
     from app.core.solver.turn_choice import Objective
     from app.core.styles.style_pack import StylePack
     from benchmarks.answers.evaluation.differences import Best

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solver.lens_search import NAMED_GAIN, LensWish, solve_lens
+from app.core.solver.lens.lens_search import NAMED_GAIN, solve_lens
+from app.core.solver.lens.lens_wish import LensWish
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.base.colour import FloatImage
-    from app.core.solver.lens_search import ViewTables
+    from app.core.solver.lens.view_tables import ViewTables
     from app.core.styles.style_pack import StylePack
 
 Float64: TypeAlias = NDArray[np.float64]

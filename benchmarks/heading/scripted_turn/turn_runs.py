@@ -33,9 +33,12 @@ from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.head_views import YAWS
 from app.core.portrait.light import PortraitLight, portrait_light
 from app.core.portrait.portrait_file import load_portrait
-from app.core.solver.lens_search import LensWish, solve_lens, views_of
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.lens.view_tables import views_of
 from app.core.solver.place_light import prepare
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS, Objective
 from app.core.styles.style_pack_file import load_named_pack
 from benchmarks.heading.scripted_turn.phone import Disturbance, disturbed, random_disturbance, swept

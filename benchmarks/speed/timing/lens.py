@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.solver.face import region_in_view
-from app.core.solver.lens_search import LensWish, match_curves, solve_lens, view_tables
+from app.core.solver.lens.lens_search import solve_lens
+from app.core.solver.lens.lens_wish import LensWish
+from app.core.solver.lens.view_tables import match_curves, view_tables
 from app.core.solver.search import curves
 from app.core.solver.solve import measure
 from benchmarks.speed.timing.runner.rows import Case

@@ -20,7 +20,8 @@ from app.core.localization.heading import find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.measure.film.film import Film, flip
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 

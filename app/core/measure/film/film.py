@@ -32,7 +32,8 @@ from app.core.measure.film.headings import (
 from app.core.measure.film.light_from_faces import MOST, FilmedLight, find_light, gather
 from app.core.measure.film.remarks import FilmBlank, FilmOpen, FilmPart, FilmRough, FilmStill
 from app.core.measure.film.surroundings import surroundings, with_detail
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
 

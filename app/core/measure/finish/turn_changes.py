@@ -11,7 +11,8 @@ import numpy as np
 from app.core.base.angles import difference
 from app.core.base.arrays import Floats
 from app.core.measure.finish.remarks import CostlyChange, MaskingChanges
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Objective
 from app.core.styles.style_pack import StylePack
 

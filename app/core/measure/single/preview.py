@@ -21,7 +21,8 @@ from app.core.environment.environment import energy, reduce_light, solid_angles
 from app.core.measure.finish.clip_audit import DOUBT, choices, given_up
 from app.core.measure.finish.lights import components
 from app.core.measure.fisheye.circles import find_circles
-from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.solve import solve_all
+from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 
 _CLIPPED_CODE: Final = 250

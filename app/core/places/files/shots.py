@@ -36,7 +36,7 @@ from app.core.places.files.originals import ORIGINALS, adopt_files
 from app.core.places.place import PlaceError
 from app.core.places.remarks import PhotosLost
 from app.core.solver.peaks import value_at
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import GRADES
 from app.core.storage.data_lock import writing
 from app.core.storage.json_file import (

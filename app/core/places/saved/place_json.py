@@ -34,8 +34,8 @@ from app.core.places.saved.result_json import (
     results_to_json,
 )
 from app.core.places.saved.saved_remarks import facts_of, remarks_of
-from app.core.solver.lens_search import STRAIGHT, LensWish, YawAsked, YawWord
-from app.core.solver.solve import StyleResult
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish, YawAsked, YawWord
+from app.core.solver.style_result import StyleResult
 from app.core.storage.json_file import (
     Check,
     Facts,
@@ -77,7 +77,7 @@ def _time(value: Any) -> datetime:
 
 
 def _yaw(value: Any) -> YawAsked:
-    yaw: YawAsked = _ASIDE(value) if isinstance(value, str) else YAW(value)
+    yaw: YawAsked = ASIDE(value) if isinstance(value, str) else YAW(value)
     return yaw
 
 
@@ -96,7 +96,7 @@ _TAGS: Final = listed(text(4 * LONGEST_TAG), 8 * MOST_TAGS)
 _LAMPS: Final = record(
     Studio, {"softness_deg": optional(number(*SIZES_DEG)), "ratio": optional(number(*RATIO_RANGE))}
 )
-_ASIDE: Final[Check] = one_of(*get_args(YawWord))
+ASIDE: Final[Check] = one_of(*get_args(YawWord))
 _LENS: Final = record(LensWish, {"yaw": _yaw, "background": optional(arc)})
 _SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
 

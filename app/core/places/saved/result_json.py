@@ -14,9 +14,9 @@ from app.core.base.arrays import Float64
 from app.core.places.place import PlaceError
 from app.core.places.saved.saved_reasons import sentence_of, shortfall_of
 from app.core.portrait.head_views import MOST_YAW_DEG
-from app.core.solver.lens_search import LIGHTINGS
+from app.core.solver.lens.lens_wish import LIGHTINGS
 from app.core.solver.shortfall import Shortfall
-from app.core.solver.solve import Gain, PeakResult, StyleResult
+from app.core.solver.style_result import Gain, PeakResult, StyleResult
 from app.core.solver.style_signature import GRADES
 from app.core.storage.json_file import (
     Check,

@@ -17,7 +17,7 @@ from app.core.painting.session import Draft, PaintSession, draft_version, find_d
 from app.core.painting.user_style import UserStyle, from_user_style, target_picture
 from app.core.portrait.head import Head
 from app.core.solver.relighting_cache import LightTable
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.storage.settings import Settings
 from app.core.styles.style import Style
 from app.core.text import tr

@@ -18,7 +18,7 @@ from app.core.painting.session import Answer
 from app.core.portrait.head import Head
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.relighting_cache import LightTable, light_table
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr

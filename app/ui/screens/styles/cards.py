@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Final
 
 from app.core.base.angles import direction_of, whole
-from app.core.solver.solve import StyleResult, proposal
+from app.core.solver.solve import proposal
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import DamagedItem
 from app.core.styles.style import Style

@@ -25,7 +25,7 @@ from app.core.portrait.face_light import (
 from app.core.portrait.gallery_portraits import exposure_in_mean_light
 from app.core.solver.peaks import best_index, value_at
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
 from app.ui.presenters.model import COMPUTING, looking_words

@@ -19,7 +19,8 @@ from app.core.places.place import CaptureFacts
 from app.core.portrait.gallery_portraits import greyed
 from app.core.portrait.head import Head
 from app.core.solver.place_light import Facing, PlaceLight, pictures_at
-from app.core.solver.solve import StyleResult, proposal, quality_scale
+from app.core.solver.solve import proposal, quality_scale
+from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import DamagedItem
 from app.core.styles.style import Style

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from app.core.base.angles import wrap
-from app.core.solver.lens_search import STRAIGHT, LensWish, YawAsked, YawWord
-from app.core.solver.solve import StyleResult
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish, YawAsked, YawWord
+from app.core.solver.style_result import StyleResult
 from app.core.styles.lamps import (
     AS_PUBLISHED,
     Studio,
@@ -57,7 +57,7 @@ _EMPTY: Final = {
     Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
 }
 _NOT_MEASURED: Final = tr("No light measured yet.")
-_ASIDE: Final = tr("aside")
+ASIDE: Final = tr("aside")
 _LENS_SHORT: Final = {
     "0": tr("straight"),
     "auto": tr("best"),
@@ -430,7 +430,7 @@ class StylesPresenter(Presenter[StylesView]):
             width = (end - start) % 360.0 / 2.0
             middle = wrap(start + width)
         return LensState(
-            short=tr("Lens: {lens}", lens=_LENS_SHORT.get(key, _ASIDE)),
+            short=tr("Lens: {lens}", lens=_LENS_SHORT.get(key, ASIDE)),
             words=tr("Lens: {lens}", lens=name),
             key=key,
             background=middle,

@@ -20,7 +20,7 @@ from app.words.styles import side_words
 if TYPE_CHECKING:
     from app.core.faces.shot_check import Check
     from app.core.painting.user_style import UserStyle
-    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_result import StyleResult
 
 _AWAY_DEG: Final = 20.0  # of yaw: a sitter who looks into the lens is reported up to here
 

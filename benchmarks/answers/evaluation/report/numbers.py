@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.atomic_files import atomic_write_text
-from app.core.solver.turn_choice import CERTAINTY_VERSION, TOLERANCE_DEG, Certainty
+from app.core.styles.certainty import CERTAINTY_VERSION, TOLERANCE_DEG, Certainty
 
 if TYPE_CHECKING:
     from pathlib import Path

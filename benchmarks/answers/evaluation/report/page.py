@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.angles import TURNS
-from app.core.solver.lens_search import NAMED_GAIN
-from app.core.solver.turn_choice import TOLERANCE_DEG
+from app.core.solver.lens.lens_search import NAMED_GAIN
+from app.core.styles.certainty import TOLERANCE_DEG
 from benchmarks.answers.evaluation.report.html import degrees, figure, paragraph, percent, table
 from benchmarks.answers.evaluation.report.numbers import PAPER, bars_of, certainty_of, verdict
 from benchmarks.answers.evaluation.report.style import CSS
@@ -18,7 +18,7 @@ from benchmarks.answers.evaluation.report.svg import Series, bars, histogram, li
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.solver.turn_choice import Certainty
+    from app.core.styles.certainty import Certainty
     from benchmarks.answers.evaluation.evaluate import Evaluation, Moved, Row, Widths
     from benchmarks.answers.evaluation.heads import Spread
     from benchmarks.answers.evaluation.report.pictures import Sheets

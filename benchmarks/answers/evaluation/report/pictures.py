@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.base.progress import PhraseReport, Token
-    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_result import StyleResult
     from app.core.solver.transport import Transport
     from app.core.styles.style_pack import StylePack
     from benchmarks.answers.evaluation.scenes import Scene

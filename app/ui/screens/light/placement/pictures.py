@@ -22,6 +22,7 @@ from app.core.solver.peaks import value_at
 from app.core.solver.place_light import Facing, picture_at, turned
 from app.core.solver.solve import StyleResult, judge, measure_picture
 from app.core.solver.style_signature import Grade
+from app.core.solver.style_verdict import judge, measure_picture
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import far_lamp

@@ -30,7 +30,7 @@ from app.core.measure.film.frames import film_frames
 from app.core.places.files.shots import Shot, add_shot, keep_film_frames, read_shots
 from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
-from app.core.solver.solve import StyleResult
+from app.core.solver.style_result import StyleResult
 from app.core.text import tr
 from app.ui.presenters.model import Model
 from app.words.measure.ways import beside_words, mirror_words

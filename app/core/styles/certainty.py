@@ -1,0 +1,80 @@
+"""How much the turn of a style depends on the head.
+
+Turnlight computes with a generic head. For most styles, any other head gives the same turn within
+the tolerance arc; the others are listed. The numbers come from `turnlight evaluate --bake`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+from app.core.text import tr
+
+TOLERANCE_DEG: Final = 8.5
+"""Half of the paper's tolerance arc, deg."""
+
+CERTAINTY_VERSION: Final = 1
+_MOST_BYTES: Final = 1 << 16
+
+
+@dataclass(frozen=True, slots=True)
+class Certainty:
+    """Spread of each style's best turn over heads and skins.
+
+    Attributes:
+        spread_deg: Mean angle by style, deg, without styles that were never attainable.
+    """
+
+    spread_deg: Mapping[str, float]
+    scenes: int
+    heads: tuple[str, ...]
+
+    def less_certain(self, style: str) -> bool:
+        """Return whether a style's turn differs between heads by more than the tolerance arc."""
+        return self.spread_deg.get(style, 0.0) > TOLERANCE_DEG
+
+
+def spread_of(style: str, certainty: Certainty | None = None) -> float | None:
+    """Return a style's mean difference in turn on other heads, deg; None if it is small."""
+    table = shipped_certainty() if certainty is None else certainty
+    if table is None or not table.less_certain(style):
+        return None
+    return table.spread_deg[style]
+
+
+@lru_cache(maxsize=1)
+def shipped_certainty() -> Certainty | None:
+    """Return the shipped certainty; None if it is missing."""
+    try:
+        return load_certainty(resources() / "evaluation" / "certainty.json")
+    except CoreError:
+        return None
+
+
+def load_certainty(path: Path) -> Certainty:
+    """Read a certainty file; raises `CoreError` if it is missing, damaged or of another version."""
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise CoreError(tr("{name} is too large.", name=path.name), tr("Reinstall Turnlight."))
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        if int(facts["format_version"]) != CERTAINTY_VERSION:
+            raise CoreError(
+                tr("{name} was made by another Turnlight.", name=path.name),
+                tr("Reinstall Turnlight."),
+            )
+        return Certainty(
+            spread_deg={str(k): float(v) for k, v in facts["spread_deg"].items()},
+            scenes=int(facts["scenes"]),
+            heads=tuple(str(name) for name in facts["heads"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise CoreError(
+            tr("{name} is missing or damaged.", name=path.name), tr("Reinstall Turnlight.")
+        ) from error
