@@ -78,7 +78,7 @@ class LampPlacement:
     map: Float32 = field(repr=False)
     evaluated: int
     power: float = 1.0
-    # as in `app.core.solver.solve.StyleResult`
+    # as in `app.core.solver.style_result.StyleResult`
     grade: Grade | None = None
     shortfall: Shortfall | None = None
     looks_more_like: str | None = None
