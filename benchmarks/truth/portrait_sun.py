@@ -75,7 +75,6 @@ def product_form(
     camera: Any, lamps: Sequence[StyleLamp], pixels: NDArray[np.int32], paths: int
 ) -> Reference:
     """Return the light of pixels by the bake's own parts, without its compression."""
-    from app.core.baking.bake import measure_profile
     from app.core.baking.columns import LampColumns
     from app.core.baking.exposure import expose, place_points, shine
     from app.core.baking.random_walk import lean_scale, scene_tables

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.second_light.captured import make_lamp
+from app.core.second_light.captured_lamps.captured_lamp import make_lamp
 from app.ui.screens.light.lamp import DISTANCES_M
 from app.ui.screens.light.own_lamp.capture_view import CaptureSheet
 from app.ui.screens.light.own_lamp.mask_view import MaskSheet

@@ -11,7 +11,7 @@ from app.core.environment.environment import from_radiance
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.place_light import PlaceLight, main_light, prepare
 from app.core.styles.lamps import far_lamp
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 from app.ui.screens.light.hold import move_words, place_words
 from app.ui.screens.light.placement.answers import LampPosition
 from app.ui.screens.light.placement.sky import sky_of

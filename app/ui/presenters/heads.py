@@ -7,7 +7,7 @@ from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.portrait.head import list_heads, load_head
-from app.core.styles.style_pack import pack_names
+from app.core.styles.style_pack_file import pack_names
 from app.ui.presenters.services import Services
 from app.ui.presenters.solving import Solving
 from app.words.portrait.heads import head_title

@@ -22,7 +22,7 @@ from app.core.places.open import OpenOptions, make_place, open_paths
 from app.core.places.place import OpenPlace
 from app.core.places.resume import UnfinishedPlace, finish_files
 from app.core.portrait.head import with_lamps
-from app.core.solver.lens_search import LensWish
+from app.core.solver.lens.lens_wish import LensWish
 from app.core.styles.lamps import Studio
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue

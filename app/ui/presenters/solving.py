@@ -10,7 +10,8 @@ from app.core.base.angles import difference, wrap
 from app.core.base.progress import Report, Token
 from app.core.places.solve import solve_place
 from app.core.portrait.head import Head
-from app.core.solver.solve import StyleResult, proposal
+from app.core.solver.solve import proposal
+from app.core.solver.style_result import StyleResult
 from app.ui.presenters.model import Model, Selection
 from app.ui.presenters.services import Services
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.core.second_light.captured import CapturedLamp
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
 from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.place_brightness import Comparison, compare
 from app.core.text import tr

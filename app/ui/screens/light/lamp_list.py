@@ -19,6 +19,7 @@ from app.core.second_light.captured_lamps.library import (
     list_lamps,
     read_lamp,
 )
+from app.core.second_light.lamp_presets import KINDS, Kind
 from app.core.text import tr
 from app.ui.presenters.services import Action as Answer
 from app.ui.presenters.services import Folders, Services

@@ -10,7 +10,7 @@ from app.core.base.arrays import Bytes
 from app.core.second_light.search import LampPlacement
 from app.core.solver.shortfall import Cause, LightShortfall
 from app.core.solver.turn_choice import LIMITS
-from app.core.styles.styles import Style
+from app.core.styles.style import Style
 from app.core.text import tr
 from app.ui.screens.light.lamp import lamp_words
 from app.ui.screens.light.placement.answers import Answers, Nearer, kind_of, powers_for

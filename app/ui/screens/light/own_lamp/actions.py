@@ -7,8 +7,8 @@ from functools import partial
 from typing import Final
 
 from app.core.base.errors import CoreError
-from app.core.second_light.captured import CapturedLamp
-from app.core.second_light.library import (
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
+from app.core.second_light.captured_lamps.library import (
     check_distance,
     delete_lamp,
     rename_lamp,

@@ -14,19 +14,19 @@ from app.core.base.arrays import Bytes, Float32, Float64
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage, luminance
 from app.core.portrait.head import Head
 from app.core.second_light.added_light import near_picture
-from app.core.second_light.captured import CapturedLamp, placed_at
+from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, placed_at
 from app.core.second_light.contrast import less_mean
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
 from app.core.solver.peaks import value_at
 from app.core.solver.place_light import Facing, picture_at, turned
-from app.core.solver.solve import StyleResult, judge, measure_picture
+from app.core.solver.style_result import StyleResult
 from app.core.solver.style_signature import Grade
 from app.core.solver.style_verdict import judge, measure_picture
 from app.core.solver.transport import render, to_image
 from app.core.solver.turn_choice import LIMITS
 from app.core.styles.lamps import far_lamp
-from app.core.styles.styles import StyleLamp
+from app.core.styles.style import StyleLamp
 from app.ui.screens.light.placement.answers import (
     Answers,
     InHand,

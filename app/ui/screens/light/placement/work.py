@@ -12,7 +12,7 @@ from app.core.base.errors import CoreError
 from app.core.portrait.head import Head
 from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.search import LampPlacement
-from app.core.solver.lens_search import STRAIGHT
+from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.text import tr
 from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
