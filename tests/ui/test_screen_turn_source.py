@@ -91,7 +91,7 @@ def test_a_network_camera_by_keys(shown: Shown) -> None:
     assert shown.sheet.lens.isVisible()
     shown.rig.others[-1].send(shot())
     shown.tick()
-    assert shown.sheet.status == "Live, 128 × 72, 24 pictures a second"
+    assert shown.sheet.status == "Live, 128 × 72, 24 frames per second"
 
 
 def test_the_password_appears_when_it_is_wanted(shown: Shown) -> None:
@@ -122,7 +122,7 @@ def test_a_video_is_chosen_in_a_dialog(
     shown.choose("video")
     files = shown.sheet.files
     assert files.name.text() == "No video chosen yet."
-    assert "again and again" in files.how.text()
+    assert "in a loop" in files.how.text()
     asked: list[tuple[object, ...]] = []
     names = ["", str(tmp_path / "missing.mp4")]
 
@@ -168,7 +168,7 @@ def test_the_resolution(shown: Shown) -> None:
 def test_one_that_knows_its_field_of_view_is_not_asked(shown: Shown) -> None:
     shown.rig.webcams[0].fov_deg = 60.0
     shown.tick()
-    assert shown.sheet.lens.width_text.text() == "60°, as it says itself"
+    assert shown.sheet.lens.width_text.text() == "60°, reported by the camera"
     assert not shown.sheet.lens.how.isVisible()
 
 

@@ -120,7 +120,7 @@ def test_inside_the_arc_it_is_green_and_the_degrees_stay(rig: Rig) -> None:
     )
     # Nobody is told to walk and to take the picture at once.
     assert (inside.direction, inside.walk) == ("Take the picture", "")
-    assert inside.company == "The best is a little to your left."
+    assert inside.company == "The best light is a little to your left."
     held = rig.turn_to(rig.goal + 1.0).guidance
     assert (held.direction, held.walk, held.pill_icon) == ("Take the picture", "Hold it", "check")
     beyond = rig.turn_to(arc[1] + 6.0).guidance
@@ -518,7 +518,7 @@ def test_it_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     state = rig.turn_to(20.0)
     assert state.live.asking
     assert state.scale.now_deg is None, "left and right could be mistaken"
-    assert state.guidance.pill == "Say which way the camera looks"
+    assert state.guidance.pill == "Choose which way the camera looks"
     rig.presenter.answer("me")
     assert rig.model.settings.camera_looks == "me"
     state = rig.point(20.0)

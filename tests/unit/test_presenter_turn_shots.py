@@ -92,6 +92,14 @@ def test_a_known_turn_in_a_sentence(
     assert rig.state.shots.busy == ""
 
 
+def test_a_checked_photo_leaves_the_other_panels_alone(rig: Rig, photo: Path) -> None:
+    before = rig.state
+    rig.presenter.open_photos([photo])
+    assert rig.state.shots.rows
+    assert rig.state.guidance is before.guidance
+    assert rig.state.scale is before.scale
+
+
 def test_mirrored_photo_is_read_as_the_place_shows(
     rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -155,7 +163,7 @@ def test_nobody_seen_is_said(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPa
     rig.presenter.open_photos([photo])
     row = rig.state.shots.rows[0]
     assert row.sentence.startswith("About ")
-    assert row.detail.endswith("no sitter seen: taken to be in the middle")
+    assert row.detail.endswith("no sitter seen, assumed in the middle")
 
 
 def test_unsure_is_said_and_nothing_is_asked(
@@ -164,7 +172,7 @@ def test_unsure_is_said_and_nothing_is_asked(
     taken_at(monkeypatch, None)
     rig.presenter.open_photos([photo])
     (row,) = rig.state.shots.rows
-    assert row.sentence == "Its background was not found here, so its turn is not known"
+    assert row.sentence == "Background not found here, turn unknown"
     assert (row.icon, row.inside) == ("help", False)
     assert "%" not in row.detail
     (kept,) = read_shots(place)[0]
@@ -249,7 +257,7 @@ def test_a_face_that_tells_no_turn_shows_its_light_all_the_same(
     seen(monkeypatch, rig)
     rig.presenter.open_photos([photo])
     (row,) = rig.state.shots.rows
-    assert row.sentence == "Neither its background nor the light on the face tells its turn"
+    assert row.sentence == "Neither background nor face shows the turn"
     assert row.face == "Key 12° too far round. Ratio 1.4 stops, promised 2.0"
 
 

@@ -116,7 +116,7 @@ def test_webcams_are_listed_by_name_and_chosen() -> None:
     assert rig.settings.webcam == 1
     assert rig.webcams[0].closed == 1
     rig.webcams[1].send(shot())
-    assert rig.tick().status == "Live, 128 × 72, 24 pictures a second"
+    assert rig.tick().status == "Live, 128 × 72, 24 frames per second"
     assert rig.state.status_icon == "check"
     assert rig.camera.name == "Camera 1"
     assert rig.taken == 1
@@ -193,7 +193,7 @@ def test_a_password_is_asked_for_and_kept_once_it_works() -> None:
     assert rig.tick().asks_password
     assert rig.state.status_icon == "error"
     assert "keyring" in rig.state.password_hint
-    assert "others could read" in rig.state.password_hint
+    assert "in this Wi-Fi could read" in rig.state.password_hint
     for user, password in (
         ("", "x"),
         ("anna", ""),
@@ -296,7 +296,7 @@ def test_a_camera_that_knows_its_field_of_view() -> None:
     rig.webcams[0].fov_deg = 60.0
     rig.start()
     assert fov_of(rig) == 60.0
-    assert rig.state.known_fov == "60°, as it says itself"
+    assert rig.state.known_fov == "60°, reported by the camera"
 
 
 def test_resolutions() -> None:

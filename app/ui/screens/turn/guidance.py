@@ -31,13 +31,13 @@ which way the camera looks, or the panorama shows nothing to find it by."""
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "learning": (tr("Learning the background"), "refresh"),
     "looking": (tr("Looking for the background"), "target"),
-    # Without the answer left and right could be mistaken.
-    "asking": (tr("Say which way the camera looks"), "help"),
+    # Without the answer left and right could be confused.
+    "asking": (tr("Choose which way the camera looks"), "help"),
     "blank": (tr("No heading here"), "warning"),
 }
 _ICONS: Final = {Phase.LOST: "target", Phase.LEFT: "walk", Phase.AWAY: "warning"}
-_LEFT: Final = tr("The best is a little to your left.")
-_RIGHT: Final = tr("The best is a little to your right.")
+_LEFT: Final = tr("The best light is a little to your left.")
+_RIGHT: Final = tr("The best light is a little to your right.")
 _REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
 _COARSE: Final = (36, 48)
 _HIDING: Final = 0.55  # of the picture: a larger sitter hides too much of the background
@@ -276,7 +276,7 @@ class GuidanceController:
         sitter = None if self.track is None else self.track.sitter
         if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
             return tr(
-                "The sitter hides it: step back, or aim a little beside them. {by_eye}",
+                "The sitter hides the background: step back, or aim a little beside them. {by_eye}",
                 by_eye=by_eye,
             )
         return by_eye

@@ -56,7 +56,7 @@ def scale_of(
         arc = (float(whole(arc[0])), float(whole(arc[1])))
     mirrored = mode is Mode.SELFIE
     now, goal_text, now_text = guidance.now, tr("goal"), tr("now")
-    where = tr("where the camera points is not known")
+    where = tr("heading unknown")
     if now == guidance.goal:
         # Two labels in one place would push each other away.
         goal_text = where = tr("now at the goal")

@@ -1,4 +1,4 @@
-"""The background strip, painted by hand: its frames, arrow and tags make way for each other."""
+"""The background strip, painted by hand since frames, arrow and tags avoid each other."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ _NEAREST_DEG: Final = 5.0  # below this no arrow fits between the two
 
 
 class BackgroundStrip(Plot):
-    """150° of background centred on the goal; the scale underneath counts how far it is."""
+    """150° of background around the goal, above a scale of the turn to go."""
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     stepped = Signal(float)
-    """An arrow key was pressed: by so many degrees, positive clockwise; 10 with Shift."""
+    """An arrow key was pressed: degrees, positive clockwise; 10 with Shift."""
 
     def __init__(self) -> None:
         super().__init__(tr("Background of this place"))
@@ -54,18 +54,18 @@ class BackgroundStrip(Plot):
         self._version = 0
 
     def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
+        """Return the designed size at the scale of the theme."""
         return QSize(824, _HEIGHT + px(_SCALE))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size at which the labels can be read."""
+        """Return the smallest size at which the labels are legible."""
         return QSize(320, px(120 + _SCALE))
 
     def set_state(self, state: Scale | None, picture: Bytes | None = None) -> None:
-        """Show a state, or an empty strip; what has not changed is not drawn again.
+        """Show a state, or an empty strip.
 
-        `picture`, (h, w, 3) uint8 or None: 150° of background, sRGB, its middle straight behind
-        the sitter at the goal.
+        `picture`: (h, w, 3) uint8 sRGB, 150° of background with its middle straight behind the
+        sitter at the goal; None until drawn.
         """
         if picture is not self._picture:
             self._picture = picture
@@ -76,31 +76,31 @@ class BackgroundStrip(Plot):
 
     @property
     def picture_rect(self) -> QRectF:
-        """Where the picture lies, logical pixels."""
+        """Area of the picture, logical pixels."""
         height = max(self.height() - px(_SCALE), 1)
         return QRectF(0.0, 0.0, float(self.width()), float(height))
 
     @property
     def scale(self) -> StripScale:
-        """How turns lie on the strip at its present width."""
+        """Mapping from turns to the strip at its width."""
         state = self._state or Scale()
         return StripScale(float(self.width()), state.goal_deg, mirrored=state.mirrored)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius that the focus ring goes around."""
+        """Return rectangle and corner radius of the focus ring."""
         return self.picture_rect.toRect(), px(6)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Report steps; what they mean is the owner's matter."""
+        """Emit `stepped` for an arrow key."""
         if step := arrow_step(event):
-            # The camera's frame goes the way of the arrow.
+            # The camera's frame moves the way of the arrow.
             across = -step[0] if self.scale.mirrored else step[0]
             self.stepped.emit(across + step[1])
         else:
             super().keyPressEvent(event)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the picture, the frames and the scale."""
+        """Paint picture, frames and scale."""
         t, state = theme(), self._state
         area = self.picture_rect
         size = QSize(self.width(), round(area.height()))
@@ -146,7 +146,7 @@ class BackgroundStrip(Plot):
         return [frame for frame in frames if frame.width() > 0.0]
 
     def _draw_dark(self, painter: QPainter, state: Scale) -> None:
-        """Darken what neither frame shows."""
+        """Darken the picture outside both frames."""
         dark = QPainterPath()
         dark.addRoundedRect(self.picture_rect, px(6), px(6))
         for frame in self._frames(state):
@@ -171,7 +171,7 @@ class BackgroundStrip(Plot):
             _draw_frame(painter, frame.adjusted(0, 0.5, 0, -0.5), black, white)
 
     def _draw_arrow(self, painter: QPainter, t: Theme, state: Scale) -> None:
-        """Draw the way from now to the goal."""
+        """Draw the arrow from now to the goal."""
         if state.now_deg is None:
             return
         scale, area = self.scale, self.picture_rect
@@ -179,7 +179,7 @@ class BackgroundStrip(Plot):
         way = 1.0 if stop > start else -1.0
         if abs(stop - start) < _NEAREST_DEG * scale.scale:
             return
-        # From off the strip the arrow comes in past the tag at the edge.
+        # From outside the strip the arrow starts past the tag at the edge.
         start = min(max(start, 24.0), area.width() - 24.0)
         y, wing = round(area.height() / 2.0), 15.0
         wing = min(wing, abs(stop - start) / 2.0)
@@ -193,7 +193,7 @@ class BackgroundStrip(Plot):
             painter.drawPolyline(head)
 
     def _draw_tags(self, painter: QPainter, t: Theme, state: Scale) -> None:
-        """Draw the tags inside their frames, away from each other."""
+        """Draw the tags inside their frames, apart from each other."""
         white, black = t.c.ontag, t.c.tag
         goal = self._frame(state.goal_deg, state.fov_deg)
         now_deg = state.now_deg
@@ -224,7 +224,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw an arrow at the edge beyond which the camera looks."""
+        """Draw an arrow at the edge that the camera is beyond; return its area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)
@@ -262,7 +262,7 @@ class BackgroundStrip(Plot):
             markers.append((state.now_deg, state.now_words, t.c.text))
         words = self._marker_words(t, markers)
         self._draw_ticks(painter, ratio, t, tuple(turn for turn, _, _ in markers), words)
-        # "now" is drawn last and lies over the goal's marker.
+        # "now" is drawn last, over the marker of the goal.
         for turn, _, colour in markers:
             fill = t.c.amberfill if t.contrast and colour is t.c.amber else colour
             self._draw_marker(painter, ratio, scale.x_of(turn), colour, fill)
@@ -278,7 +278,7 @@ class BackgroundStrip(Plot):
         markers: tuple[float, ...],
         spans: Sequence[tuple[float, float]],
     ) -> None:
-        """Draw the scale; a number makes way for words, and for the one before it."""
+        """Draw the scale; a number is left out where it would touch words or the number before."""
         apart = float(px(8))
         wide = [(left - apart, right + apart) for left, right in spans]
         bottom = self.picture_rect.bottom()
@@ -296,7 +296,7 @@ class BackgroundStrip(Plot):
     def _draw_marker(
         self, painter: QPainter, ratio: float, x: float, edge: QColor, fill: QColor
     ) -> None:
-        """Draw an upright bar through the scale with a gap around it."""
+        """Draw an upright bar through the scale, with a gap around it."""
         t = theme()
         width, top = float(px(4)), self.picture_rect.bottom() + px(5)
         middle = snap(x, ratio, width)
@@ -313,7 +313,7 @@ class BackgroundStrip(Plot):
     def _marker_words(
         self, t: Theme, markers: list[tuple[float, str, QColor]]
     ) -> list[tuple[float, float]]:
-        """Find left and right edge of the words of every marker."""
+        """Return left and right edge of the words of every marker."""
         metrics = QFontMetricsF(t.font(14, 700))
         widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
         places = [self.scale.x_of(turn) for turn, _, _ in markers]
@@ -325,7 +325,7 @@ class BackgroundStrip(Plot):
 
 
 def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
-    """Draw a frame with one pen upon the other."""
+    """Draw a frame with one pen on top of the other."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for one in pens:
         painter.setPen(one)
@@ -333,7 +333,7 @@ def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
 
 
 def _filled(picture: Bytes, width: int, height: int) -> Bytes:
-    """Scale a picture to a width, and crop or repeat its rows around the middle."""
+    """Scale a picture to a width, and crop its height or repeat its edge rows."""
     rows = max(round(picture.shape[0] * width / picture.shape[1]), 1)
     shrink = picture.shape[1] > width
     method = cv2.INTER_AREA if shrink else cv2.INTER_CUBIC

@@ -34,9 +34,7 @@ class AlignmentTools:
         self.align.set_tip(tr("Lay the live picture over the goal"), "Space")
         self.align.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.modes = SegmentedChoice(_MODES, tr("How to compare"), do=panel.set_mode)
-        self.opacity = LabelledSlider(
-            tr("Live"), 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
-        )
+        self.opacity = LabelledSlider(tr("Live"), 0, 100, 45, 1, lambda v: f"{v:.0f}%", inline=True)
         self.opacity.setMaximumWidth(px(288))
         self.opacity.changed.connect(panel.set_opacity)
         self.swap = Button(tr("Swap"), "sort", do=panel.swap)

@@ -1,4 +1,4 @@
-"""The live camera of the Turn screen: found, opened and closed, and how it is, in words."""
+"""The live camera: listed, opened, closed, and its state."""
 
 from __future__ import annotations
 
@@ -24,13 +24,17 @@ _LIST: Final = "turn-webcams"
 _KEEP: Final = "turn-camera-password"
 _LOOK_AGAIN_S: Final = 5.0
 _LARGEST_INDEX: Final = 15
-_LEARN_DEG: Final = 1.0  # what changes less is the same estimate
+_LEARN_DEG: Final = 1.0  # a smaller change is the same estimate
 
 
 class LiveCamera:
     """Runs one live source while the screen is in front.
 
-    `listed`: webcams of this computer, as found last.
+    Attributes:
+        listed: Index and name of the webcams of this computer.
+        looked: The webcams were listed since `start`.
+        frame: The newest picture; None before the first.
+        chosen: The source in use.
     """
 
     def __init__(
@@ -51,16 +55,16 @@ class LiveCamera:
         self.listed: tuple[tuple[int, str], ...] = ()
         self.frame: WebcamFrame | None = None
         settings = services.model.settings
-        # The demo has a camera of its own; what is remembered is for working in earnest.
+        # The demo has its own camera and saves no choice.
         self._demo = getattr(services.devices, "simulated", None) is not None
         remembered = _source_of(settings.live_source, settings.webcam)
         self.chosen = LiveSource.webcam(0) if self._demo else remembered
         self._views = SourceViews.parse(settings.live_views)
 
-    # -- beginning and end ---------------------------------------------------------------------
+    # -- start and stop ------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Look for webcams and open the source; does nothing while it runs."""
+        """List the webcams and open the source; no-op while it runs."""
         if self._is_on:
             return
         self._is_on, self.looked = True, False
@@ -70,7 +74,7 @@ class LiveCamera:
         self._list()
 
     def _take_demo(self, on: bool) -> None:
-        """Look through the demo place's own webcam while that place is open."""
+        """Use the demo place's own webcam while that place is open."""
         if on:
             self.chosen = LiveSource("demo", str(self._services.folders.demo))
         elif self.chosen.kind == "demo":
@@ -78,19 +82,19 @@ class LiveCamera:
             self.chosen = _source_of(settings.live_source, settings.webcam)
 
     def stop(self) -> None:
-        """Give the source back, without waiting for it."""
+        """Close the source, without waiting for it."""
         self._is_on = False
         self._services.runner.cancel(_LIST)
         self._release()
         self._keep_views()
 
     def choose(self, index: int) -> None:
-        """Take another webcam from now on."""
+        """Use another webcam."""
         if 0 <= index <= _LARGEST_INDEX:
             self.use(LiveSource.webcam(index))
 
     def use(self, source: LiveSource) -> None:
-        """Take another source from now on, and at the next start."""
+        """Use another source, also after a restart."""
         same = source == self.chosen and self._webcam is not None
         self._keep_source(source)
         self.chosen = source
@@ -99,18 +103,18 @@ class LiveCamera:
         self._changed()
 
     def again(self) -> None:
-        """Open the source again, at once; nothing happens while the screen is not in front."""
+        """Reopen the source; no-op while the screen is not in front."""
         if self._is_on:
             self._open(self.chosen)
             self._changed()
 
     def list_again(self) -> None:
-        """Look for webcams now."""
+        """List the webcams now."""
         if self._is_on and not self._services.runner.running(_LIST):
             self._list()
 
     def tick(self) -> bool:
-        """Take the newest picture; look for a webcam from time to time where there is none."""
+        """Read the newest picture, or look for a webcam; return whether there is a picture."""
         if not self._is_on:
             return False
         if self._webcam is None:
@@ -131,7 +135,7 @@ class LiveCamera:
             _LIST,
             lambda token, report: tuple(devices.webcams()),
             done=self._listed,
-            # Nothing to choose from is no reason for a message: the screen says it anyway.
+            # No message: the screen shows that there is no webcam.
             failed=lambda error: self._listed(()),
         )
 
@@ -168,50 +172,44 @@ class LiveCamera:
         webcam, self._webcam = self._webcam, None
         self.frame = None
         if webcam is not None:
-            # Its thread ends by itself; waiting for it would hold up the screens.
+            # Its thread ends by itself; waiting would block the window.
             webcam.close(0.0)
 
-    # -- what is kept --------------------------------------------------------------------------
+    # -- what is saved -------------------------------------------------------------------------
 
     @property
     def index(self) -> int:
-        """Of the webcam in use; -1 where something else is."""
+        """Index of the webcam in use; -1 for another source."""
         return self.chosen.index if self.chosen.kind == "webcam" else -1
 
     @property
     def view(self) -> SourceView:
-        """Field of view and resolution that are set for the source in use."""
+        """Field of view and resolution set for the source in use."""
         return self._views.of(self.chosen)
 
     def set_fov(self, fov_deg: float | None) -> None:
-        """Say what the field of view of the source in use is.
-
-        `fov_deg`: horizontal, deg; None has it estimated.
-        """
+        """Set the horizontal field of view of the source in use, deg; None estimates it."""
         if fov_deg is None or FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]:
             self._views = self._views.with_(self.chosen, fov_deg=fov_deg)
             self._keep_views()
             self._changed()
 
     def set_width(self, width: int) -> None:
-        """Ask for pictures of so many columns from the source in use; 0 for what is usual."""
+        """Set the columns of the pictures of the source in use; 0 for its default."""
         if width != self.view.width and width in (0, *WIDTHS):
             self._views = self._views.with_(self.chosen, width=width)
             self._keep_views()
             self.again()
 
     def learn_fov(self, fov_deg: float) -> None:
-        """Remember what the field of view of the source in use was estimated to be.
-
-        `fov_deg`: horizontal, deg. It is used to draw with, and never taken for known.
-        """
+        """Remember an estimated horizontal field of view, deg; it is only used for drawing."""
         before = self.view.learnt_deg
         inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]
         if inside and (before is None or abs(fov_deg - before) >= _LEARN_DEG):
             self._views = self._views.with_(self.chosen, learnt_deg=fov_deg)
 
     def sign_in(self, user: str, password: str) -> None:
-        """Try a user name and a password at the network camera in use."""
+        """Sign in to the network camera in use."""
         address = self.chosen.address
         if address is not None:
             keys = Credentials(user, password)
@@ -219,7 +217,7 @@ class LiveCamera:
             self.again()
 
     def _keys(self, host: str) -> Credentials | None:
-        """Look up how to sign in; in the source's own thread."""
+        """Look up user name and password; runs in the source's own thread."""
         credentials = self._signed.get(host)
         if credentials is not None:
             return credentials
@@ -257,11 +255,11 @@ class LiveCamera:
         if text != model.settings.live_views:
             model.set("live_views", text)
 
-    # -- how it is -----------------------------------------------------------------------------
+    # -- its state -----------------------------------------------------------------------------
 
     @property
     def simulated(self) -> Any:
-        """A camera that can be moved from here: the demo's; else None."""
+        """The demo's camera, which the screen can move; None for a real one."""
         if getattr(self._webcam, "set_turn", None) is not None:
             return self._webcam
         if self.chosen.kind != "webcam":
@@ -270,7 +268,7 @@ class LiveCamera:
 
     @property
     def source(self) -> HeadingSource:
-        """How the source is, as the guidance wants to know it."""
+        """State of the source, for the guidance."""
         if not self._is_on or self._webcam is None:
             return HeadingSource.NONE if self.looked or not self._is_on else HeadingSource.STARTING
         state = self._webcam.state
@@ -282,17 +280,17 @@ class LiveCamera:
 
     @property
     def error(self) -> WebcamError | None:
-        """What is wrong with it, or with its pictures."""
+        """What is wrong with the camera or its pictures."""
         return None if self._webcam is None else self._webcam.error
 
     @property
     def fps(self) -> float:
-        """Pictures per second, lately."""
+        """Current frame rate, pictures per second."""
         return 0.0 if self._webcam is None else self._webcam.fps
 
     @property
     def name(self) -> str:
-        """Its name; empty without one."""
+        """Name of the camera; may be empty."""
         if self._webcam is None:
             return ""
         listed = dict(self.listed) if self.chosen.kind == "webcam" else {}
@@ -300,32 +298,32 @@ class LiveCamera:
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view, deg: as it was set, or as the source knows it; else None.
+        """Horizontal field of view, deg, as set or as the source reports it.
 
-        None is to be estimated from the pictures.
+        None: to be estimated from the pictures.
         """
         set_deg = self.view.fov_deg
         return self.own_fov_deg if set_deg is None else set_deg
 
     @property
     def own_fov_deg(self) -> float | None:
-        """Horizontal field of view that the source knows by itself, deg; None where it does not."""
+        """Horizontal field of view that the source reports, deg; None for most."""
         return None if self._webcam is None else self._webcam.fov_deg
 
     @property
     def fov_guess_deg(self) -> float:
-        """Field of view to draw with: what is known, else the last estimate, else the usual one."""
+        """Field of view for drawing: the known one, else the last estimate, else the default."""
         return self.fov_deg or self.view.learnt_deg or GUESS_FOV_DEG
 
     @property
     def distance_m(self) -> float:
-        """From the sitter: its own where it knows it, else the one that is set, metres."""
+        """Distance from the sitter, metres: the camera's own, else the one in the settings."""
         own = getattr(self._webcam, "distance_m", None)
         return float(own) if own else self._services.model.settings.camera_distance_m
 
     @property
     def looks(self) -> str:
-        """Which way it looks: ``sitter``, ``me``, or ``ask`` while unknown."""
+        """Which way the camera looks: ``sitter``, ``me``, or ``ask`` while unknown."""
         hint = getattr(self._webcam, "looks_at", "")
         if hint in ("sitter", "me"):
             return str(hint)
@@ -335,7 +333,7 @@ class LiveCamera:
 
 
 def _source_of(text: str, index: int) -> LiveSource:
-    """Read what was kept; a webcam where that is damaged."""
+    """Parse a saved source; a webcam where it is damaged."""
     try:
         return LiveSource.parse(text) if text else LiveSource.webcam(index)
     except WebcamError:

@@ -18,10 +18,10 @@ from app.ui.presenters.services import Services
 from app.ui.screens.turn.live.camera import LiveCamera
 
 Item: TypeAlias = tuple[str, str, str, str]
-"""Key, words, second line, icon: a line of a list field."""
+"""A line of the list: key, words, second line, icon."""
 
 VIDEO_FILES: Final = tr("Videos") + f" ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
-"""Which files the dialog offers."""
+"""File filter of the dialog."""
 
 _ITEMS: Final[tuple[Item, ...]] = (
     ("network", tr("Network camera…"), "", "wifi"),
@@ -29,22 +29,23 @@ _ITEMS: Final[tuple[Item, ...]] = (
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
 NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug one in."))
-"""Said wherever webcams are listed and there are none, with what to do."""
+"""Shown in a list without webcams, with what to do."""
 _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
 _BOTH: Final = tr("Type both the user name and the password.")
-_UNSOUND: Final = tr("User name or password holds signs that cannot be typed.")
-_OVERHEARD: Final = tr("In this Wi-Fi others could read them: the camera has no encryption.")
+_UNSOUND: Final = tr("User name or password has characters that cannot be typed.")
+_OVERHEARD: Final = tr("Others in this Wi-Fi could read them: the camera does not encrypt.")
 
 
 @dataclass(frozen=True, slots=True)
 class SourcesState:
-    """What the picker shows.
+    """What the sheet shows.
 
     Attributes:
-        fov_deg: Set, or else guessed, deg.
-        status, status_icon: How the source is; the icon is "check", "error" or empty.
+        key: The line chosen in the list.
+        fov_deg: Field of view, set or estimated, deg.
+        status, status_icon: State of the source; the icon is "check", "error" or empty.
     """
 
     items: tuple[Item, ...] = _ITEMS
@@ -85,37 +86,37 @@ class SourcesPresenter:
         self._camera = camera
         self._on_take = on_take
         self._view: SourcesView | None = None
-        self._key = ""  # another kind that is looked at, before it is used
+        self._key = ""  # another kind, shown before it is used
         self._address_text = ""
         self._address_error = ""
         self._file_error = ""
         self._password_error = ""
         self._next_s = 0.0
 
-    # -- as every presenter --------------------------------------------------------------------
+    # -- the view ------------------------------------------------------------------------------
 
     def attach(self, view: SourcesView) -> None:
-        """Show everything in `view` from now on."""
+        """Show the state in `view` from now on."""
         self._view = view
         self._forget()
         self._camera.list_again()
         self._show()
 
     def detach(self, view: SourcesView) -> None:
-        """Show nothing in `view` any more; one that was shown since then stays."""
+        """Stop showing in `view`; no-op if another view was attached since."""
         if view is self._view:
             self._view = None
 
     def tick(self) -> None:
-        """Show how the camera is, now and then; does nothing while it is hidden."""
+        """Refresh the state twice a second while the sheet is open."""
         now = self._services.clock.now()
         if self._view is not None and now >= self._next_s:
             self._show()
 
-    # -- what the user does --------------------------------------------------------------------
+    # -- actions -------------------------------------------------------------------------------
 
     def show_kind(self, key: str) -> None:
-        """Look at a line of the list; a webcam is used at once."""
+        """Choose a line of the list; a webcam is used at once."""
         self._forget()
         kind, _, index = key.partition(":")
         if kind == "webcam":
@@ -125,7 +126,7 @@ class SourcesPresenter:
         self._show()
 
     def type_address(self, text: str) -> None:
-        """Take in what is being typed; it is looked at when it is connected to."""
+        """Store the address being typed; it is checked by `connect`."""
         self._address_text, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
 
     def connect(self, text: str) -> None:
@@ -141,7 +142,7 @@ class SourcesPresenter:
         self._show()
 
     def sign_in(self, user: str, password: str) -> None:
-        """Try a user name and a password at the network camera in use."""
+        """Sign in to the network camera in use."""
         user = user.strip()
         self._password_error = ""
         if not user or not password:
@@ -156,16 +157,16 @@ class SourcesPresenter:
         self._show()
 
     def choose_video(self, path: Path | str) -> None:
-        """Use a video file; one that is none is not taken."""
+        """Use a video file, once it is checked."""
         whole = Path(path).absolute()
         self._check(whole)
 
     def estimate(self, on: bool) -> None:
-        """Have the field of view estimated, or set it to what it was estimated to be."""
+        """Estimate the field of view, or set it to the last estimate."""
         self.set_fov(None if on else self._camera.fov_guess_deg)
 
     def set_fov(self, fov_deg: float | None) -> None:
-        """Set the horizontal field of view of the source in use, deg; None has it estimated."""
+        """Set the horizontal field of view of the source in use, deg; None estimates it."""
         if fov_deg is not None:
             fov_deg = min(max(fov_deg, FOV_RANGE_DEG[0]), FOV_RANGE_DEG[1])
         if fov_deg != self._camera.view.fov_deg:
@@ -174,16 +175,16 @@ class SourcesPresenter:
         self._show()
 
     def set_width(self, key: str) -> None:
-        """Ask the source in use for pictures of so many columns; "0" for what is usual."""
+        """Set the columns of the pictures of the source in use; "0" for its default."""
         if key.isdecimal() and int(key) in (0, *WIDTHS):
             self._camera.set_width(int(key))
             self._on_take()
         self._show()
 
-    # -- what is shown -------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> SourcesState:
-        """Work out what the picker shows now."""
+        """Return what the sheet shows now."""
         camera = self._camera
         source = camera.chosen
         current = source.text if source.kind == "webcam" else source.kind
@@ -194,7 +195,7 @@ class SourcesPresenter:
         asks = in_use and self._asks_password()
         status, icon = self._status() if in_use else ("", "")
         if asks and self._password_trouble():
-            status = ""  # it stands at the password
+            status = ""  # shown at the password
         return SourcesState(
             items=self._items(current),
             key=key,
@@ -209,7 +210,7 @@ class SourcesPresenter:
             adjustable=in_use and not asks,
             known_fov=""
             if own_fov_deg is None
-            else tr("{degrees:.0f}°, as it says itself", degrees=own_fov_deg),
+            else tr("{degrees:.0f}°, reported by the camera", degrees=own_fov_deg),
             estimate=view.fov_deg is None,
             fov_deg=camera.fov_guess_deg,
             fov_words=_learnt(view.learnt_deg),
@@ -227,7 +228,7 @@ class SourcesPresenter:
         return (*webcams, *_ITEMS)
 
     def _missing(self) -> tuple[str, str]:
-        """Say of the source in use, which is not on offer, why it is in the list all the same."""
+        """Return the line of the source in use while it is not available."""
         camera = self._camera
         if camera.chosen.kind != "webcam":
             return camera.chosen.title, ""
@@ -244,7 +245,7 @@ class SourcesPresenter:
         if camera.source is HeadingSource.LIVE and camera.frame is not None:
             rows, columns = camera.frame.picture.shape[:2]
             return tr(
-                "Live, {columns} × {rows}, {fps:.0f} pictures a second",
+                "Live, {columns} × {rows}, {fps:.0f} frames per second",
                 columns=columns,
                 rows=rows,
                 fps=camera.fps,
@@ -266,10 +267,10 @@ class SourcesPresenter:
     def _password_hint(self) -> str:
         address = self._camera.chosen.address
         plain = address is not None and address.scheme != "https"
-        hint = tr("Kept in this computer’s keyring only.")
+        hint = tr("Saved only in this computer’s keyring.")
         return f"{hint} {_OVERHEARD}" if plain else hint
 
-    # -- work ----------------------------------------------------------------------------------
+    # -- video ---------------------------------------------------------------------------------
 
     def _check(self, path: Path) -> None:
         """Check a video, which may be on a slow disk, and use it."""
@@ -326,7 +327,7 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Resolutions on offer: a webcam can be asked for one, others are made smaller."""
+    """Return the resolutions: a webcam can change its own, other pictures are scaled down."""
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} wide", pixels=w)) for w in WIDTHS

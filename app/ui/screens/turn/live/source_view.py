@@ -1,4 +1,4 @@
-"""The sheet in which the live camera is chosen, with its field of view and resolution."""
+"""The sheet to choose the live camera, its field of view and its resolution."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RING: Final = 4
 
 
 class SourceSheet(Sheet):
-    """Shows a `SourcesState` and tells the presenter what the user does."""
+    """Shows a `SourcesState`."""
 
     def __init__(self, host: QWidget, presenter: SourcesPresenter) -> None:
         super().__init__(host, tr("Live camera"), 520)
@@ -42,7 +42,7 @@ class SourceSheet(Sheet):
         inside = _SheetColumn(
             *(self.source, self.network, self.files, self.lens, self._status), gap=16
         )
-        # What is scrolled has room for the focus ring, and still stands in line with the title.
+        # Room for the focus ring, still aligned with the title.
         ring = px(_RING)
         inside.column.setContentsMargins(ring, ring, ring, ring)
         margins = self._column.contentsMargins()
@@ -57,7 +57,7 @@ class SourceSheet(Sheet):
         presenter.attach(self)
 
     def show_state(self, state: SourcesState) -> None:
-        """Show it; what is the same as before, and what is being typed, is left alone."""
+        """Show what changed, except in a field being typed in."""
         before, self._state = self._state, state
         if state == before:
             return
@@ -72,7 +72,7 @@ class SourceSheet(Sheet):
         self._status.say(state.status, state.status_icon)
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """Scroll to what Tab comes to, where not all of it fits."""
+        """Scroll to the control that Tab reaches."""
         handled = super().focusNextPrevChild(forward)
         there: QWidget | None = self.window().focusWidget()
         if there is not None and self._scroll.isAncestorOf(there):
@@ -81,7 +81,7 @@ class SourceSheet(Sheet):
 
     @property
     def status(self) -> str:
-        """How the camera is, in words."""
+        """The state of the camera, as shown."""
         return self._status.text()
 
     def ask_file(self) -> None:
@@ -97,7 +97,7 @@ class SourceSheet(Sheet):
 
 
 class _SheetColumn(QWidget):
-    """A column of the sheet."""
+    """A group of controls."""
 
     def __init__(self, *items: Item, gap: float = 8) -> None:
         super().__init__()
@@ -105,7 +105,7 @@ class _SheetColumn(QWidget):
 
 
 class _Tall(Scroll):
-    """As tall as what is in it, where there is room for that."""
+    """As tall as its content, where there is room."""
 
     def __init__(self, content: QWidget) -> None:
         super().__init__(content)
@@ -117,7 +117,7 @@ class _Tall(Scroll):
     def heightForWidth(self, width: int) -> int:
         layout = self._content.layout()
         if layout is None or not layout.hasHeightForWidth():
-            # Without words that wrap, no height depends on a width, and Qt's answer is -1.
+            # Qt returns -1 where no text wraps.
             return self._content.sizeHint().height()
         return layout.totalHeightForWidth(width)
 
@@ -125,14 +125,14 @@ class _Tall(Scroll):
         return self._content.sizeHint()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Tell the sheet when the content wants another height."""
+        """Update the sheet when the content changes its height."""
         if event.type() == QEvent.Type.LayoutRequest:
             self.updateGeometry()
         return super().eventFilter(watched, event)
 
 
 class _NetworkPart(_SheetColumn):
-    """The address of a network camera, and its password where it wants one."""
+    """The address of a network camera, and its password where needed."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()
@@ -144,7 +144,7 @@ class _NetworkPart(_SheetColumn):
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
         self.give = Button(tr("Sign in"), do=self._sign_in)
-        # In line with the field, whose label stands above it.
+        # Aligned with the field, below its label.
         beside = column(20, self.connect_to, ...)
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
         self._secret = _SheetColumn(self.user, self.password, self.hint, give)
@@ -174,7 +174,7 @@ class _FilePart(_SheetColumn):
     def __init__(self) -> None:
         super().__init__()
         self.name = Text("", 14, 600, elide=True)
-        self.how = Text(tr("It plays at its own pace, again and again."), 12, role="dim", wrap=True)
+        self.how = Text(tr("It plays in a loop, at its own speed."), 12, role="dim", wrap=True)
         self.choose = Button(tr("Choose a video…"))
         self.trouble = IconLine()
         add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
@@ -185,7 +185,7 @@ class _FilePart(_SheetColumn):
 
 
 class _LensPart(_SheetColumn):
-    """How wide the camera sees, and how large its pictures are."""
+    """Field of view and resolution."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()

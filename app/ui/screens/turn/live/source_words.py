@@ -41,7 +41,7 @@ _SOURCES: Final = {
         tr("network camera"),
         tr("Connecting to the network camera"),
         tr("Network camera lost"),
-        tr("Turnlight connects again by itself."),
+        tr("Turnlight reconnects by itself."),
         tr("No network camera"),
     ),
     "video": SourceWords(

@@ -211,7 +211,7 @@ class Shots:
         context = self._context()
         if context is None:
             return
-        title = tr("Looking where the photo was taken: {name}", name=path.name)
+        title = tr("Locating {name}", name=path.name)
         self._run(partial(check_photo, path, context), partial(self._store, context), title)
 
     def _context(self) -> ShotContext | None:
@@ -277,7 +277,7 @@ class Shots:
 
         def on_arrival(paths: list[Path]) -> None:
             if not self.take(paths[-_MOST_AT_ONCE:]):
-                words = tr("{name} came, but there is no goal here to check it against.")
+                words = tr("{name} arrived, but there is no goal to check it against.")
                 self._services.notify.tell(words.format(name=paths[-1].name))
             begin()
 
@@ -328,7 +328,7 @@ class Shots:
         """Return the list."""
         shots = self._shots[::-1]
         rows = tuple(self._row(shot) for shot in shots)
-        busy = tr("Looking where the photo was taken…") if self._busy else ""
+        busy = tr("Locating the photo…") if self._busy else ""
         before = next((n for n, shot in enumerate(shots) if n and shot.style == shots[0].style), 0)
         first, last = (rows[before], rows[0]) if before else (None, None)
         return ShotsState(rows, busy, first, last, self._services.model.settings.mirrored)
@@ -352,8 +352,8 @@ class Shots:
     def _sentence(self, shot: Shot) -> str:
         if shot.facing_deg is None or shot.match is None or shot.best is None:
             if shot.ratio_stops is None:
-                return tr("Its background was not found here, so its turn is not known")
-            return tr("Neither its background nor the light on the face tells its turn")
+                return tr("Background not found here, turn unknown")
+            return tr("Neither background nor face shows the turn")
         front = self._services.model.front_deg
         turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
         rough = shot.by_face or shot.sitter_deg is None
@@ -373,7 +373,7 @@ class Shots:
         elif shot.found:
             parts.append(tr("heading {sureness}", sureness=sureness_words(shot.confidence)))
             if shot.sitter_deg is None:
-                parts.append(tr("no sitter seen: taken to be in the middle"))
+                parts.append(tr("no sitter seen, assumed in the middle"))
         if shot.mirrored:
             parts.append(tr("mirrored"))
         return ", ".join(parts)

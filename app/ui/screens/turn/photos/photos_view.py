@@ -24,7 +24,7 @@ from app.ui.widgets.surfaces import PictureLine, Scroll
 _ASK: Final = tr("Check my shot")
 _ASK_AGAIN: Final = tr("Open")
 _ASK_MORE: Final = tr("Another photo")
-_HINT: Final = tr("After the shot, drop it here: how far off the light was it?")
+_HINT: Final = tr("After the shot, drop the photo here to check its light.")
 _HINT_SHORT: Final = tr("After the shot, drop the photo here.")
 _TITLE: Final = tr("Photos taken here")
 _EMPTY: Final = tr("No photo of this place yet. Drop the one you took on the window.")
