@@ -229,7 +229,11 @@ def background(scenes: Path) -> dict[str, Any]:
 
 
 def background_rows(ask: Asker, place: str, light: Float32) -> Iterator[dict[str, Any]]:
-    """Yield each style that a place gives straight on, with each window elsewhere."""
+    """Yield the styles attainable straight on, each with windows at several offsets.
+
+    The windows limit what may be behind the sitter; each offset is counted from the background of
+    the answer straight on.
+    """
     straight = ask(light, LensWish())
     answers = {}
     grades = grades_of(ask.pack, light)

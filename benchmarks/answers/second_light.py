@@ -97,7 +97,7 @@ def compared(full: LampPlacement, greedy: LampPlacement, objective: Objective) -
 
 
 def scenes(folder: Path, shape: tuple[int, int]) -> dict[str, np.ndarray[Any, Any]]:
-    """Environments in cd/m2, by name."""
+    """Return the environments of a folder in cd/m2, by name."""
     found = {}
     for path in sorted([*folder.glob("*.hdr"), *folder.glob("*.exr")]):
         name = path.stem.removesuffix("_1k")

@@ -78,7 +78,7 @@ def frames(views: str, distance_cm: int) -> Iterator[tuple[float, float, NDArray
 
 
 def judged(work: Path, number: int, probe: str, rounds: int, films: list[Any]) -> Iterator[Any]:
-    """Yield the turns of each film at a spot, and their true value."""
+    """Yield the turns offered by each film at a spot, and their true value."""
     transport, pack = load_named("generic"), load_named_pack("generic")
     light = reduce(read_environment(DEMO / f"{probe}.exr"), (32, 64)) * UNIT
     grey = grey_of(pictures(work, number, rounds)).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)

@@ -82,7 +82,7 @@ def _person(path: Path) -> Person:
 
 
 def directions(azimuth_deg: Floats, elevation_deg: Floats) -> Floats:
-    """Unit vectors in the head frame, (..., 3)."""
+    """Return unit vectors in the head frame, (..., 3)."""
     a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
     return np.stack([np.cos(e) * np.sin(a), np.sin(e), np.cos(e) * np.cos(a)], axis=-1)
 
@@ -314,7 +314,7 @@ def measured(
     head: str,
     known: dict[str, list[Truth]],
 ) -> dict[str, Any]:
-    """All figures of one head."""
+    """Return all results for one head."""
     pairs, agreement = run(people, lights, head, known)
     return {
         **summary(pairs),

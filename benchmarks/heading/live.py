@@ -90,7 +90,7 @@ def _seen_at(case: Case, fov_deg: float) -> float:
 
 
 def ask(rows: Rows, name: str, case: Case, sight: Sight, index: HeadingIndex) -> None:
-    """Search with the field of view known, and unknown."""
+    """Search with a known and with an unknown field of view."""
     found = compare(sight, index, case.fov_deg, None, case.sitter_deg)
     rows.add(f"{name}, field of view known", case, found)
     found = compare(sight, index, None, None, case.assumed_sitter_deg)

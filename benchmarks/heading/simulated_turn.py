@@ -39,7 +39,7 @@ MARKS = ("<!-- table -->", "<!-- end of table -->")
 
 
 def row(run: Run, outcome: Outcome, spent_s: float) -> dict[str, Any]:
-    """One line of the file."""
+    """Return one line of the file."""
     told = np.abs(outcome.told_errors_deg)
     numbers = {
         "run": run.number,

@@ -204,12 +204,12 @@ def good(trials: list[Trial], objective: str, restored: bool = True) -> float:
 
 
 def mean(trials: list[Trial], objective: str, restored: bool) -> float:
-    """Mean regret."""
+    """Return the mean regret."""
     return float(np.mean([(t.with_sun if restored else t.without)[objective] for t in trials]))
 
 
 def table(trials: list[Trial]) -> list[dict[str, object]]:
-    """One row per scene and camera."""
+    """Return one row per scene and camera."""
     rows: list[dict[str, object]] = []
     for scene, sky in SUNS.items():
         for camera in CAMERAS:

@@ -27,8 +27,7 @@ def portrait(
 
     Returns:
         (rows, columns, 3) float32. sRGB in 0..1. Two such pictures have equal exposure rules and
-        can
-        be compared.
+        can be compared.
     """
     values = np.asarray(picture, np.float32)
     cover = np.clip(np.asarray(coverage, np.float32), 0.0, 1.0)[..., np.newaxis]

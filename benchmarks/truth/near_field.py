@@ -110,7 +110,7 @@ class HeldLamps:
         return len(self._seen)
 
     def directions(self) -> Float32:
-        """Unit directions from between the eyes, (count, 3) float32."""
+        """Return the unit vectors from between the eyes, (count, 3) float32."""
         return self._seen
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:

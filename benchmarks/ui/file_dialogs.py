@@ -177,7 +177,7 @@ class Program:
 
 
 def run(screen: Screen, kinds: list[str], times: int) -> dict[str, Count]:
-    """Open and close every kind that many times; restart a program that ends."""
+    """Open and close every kind of dialog repeatedly; restart the program if it ends."""
     counts = {name: Count() for name in kinds}
     program: Program | None = None
     with tempfile.TemporaryDirectory() as place, ExitStack() as stack:

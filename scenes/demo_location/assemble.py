@@ -200,7 +200,7 @@ class World:
 
 
 def sitter_parts(heads: Path, hair: bool = True) -> dict[str, Geo]:
-    """Return surfaces of the sitter by material, facing azimuth 0 at the origin; head last."""
+    """Return the sitter's surfaces by material, the head last, facing azimuth 0 at the origin."""
     skin, eyes = (_loaded(heads / name) for name in ("generic.ply", "generic-eyes.ply"))
     face, balls = dressed_head(skin, eyes, np.array([0.0, 7.34084, 1.1844]), hair)
     return {**body(), "skin": face, "eyes": balls}

@@ -54,7 +54,7 @@ class Nodes:
         return len(self.positions)
 
     def both(self) -> tuple[Float32, Float32]:
-        """Positions and normals of both halves."""
+        """Return the positions and normals of both halves."""
         return (
             np.concatenate([self.positions, self.positions * _MIRROR]),
             np.concatenate([self.normals, self.normals * _MIRROR]),

@@ -32,7 +32,7 @@ class Columns(Protocol):
         ...
 
     def directions(self) -> Float32:
-        """Unit vectors from between the eyes to the columns' centres, (count, 3) float32."""
+        """Return unit vectors from between the eyes to the columns' centres, (count, 3)."""
         ...
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:

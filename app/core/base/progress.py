@@ -141,7 +141,7 @@ T = TypeVar("T")
 
 
 class Handlers(TypedDict, Generic[T], total=False):
-    """The title of a job, and the callbacks at its end, on the thread of the screens.
+    """A job's title, and the callbacks for its end, which run on the UI thread.
 
     Exactly one of `done`, `failed` and `cancelled` is called. A failure without a handler is shown
     to the user.

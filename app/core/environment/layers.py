@@ -42,7 +42,7 @@ class Layer:
 
     @property
     def title(self) -> str:
-        """Name for choosing the layer."""
+        """Name to show when choosing a layer."""
         return self.name or UNNAMED
 
 

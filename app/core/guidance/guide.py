@@ -397,7 +397,7 @@ def _turning(target: _Target, memory: GuideMemory, now: int) -> tuple[Guide, Gui
 
 
 def _aside(guidance: Guide, off: int) -> Guide:
-    """Ask for a turn of the face alone: the lens is right and the nose is not."""
+    """Return the guide for a turn of the face alone: the lens is right and the nose is not."""
     return replace(
         guidance,
         phase=Phase.NOSE,

@@ -129,8 +129,7 @@ def align(
 
     Returns:
         An alignment, ``unsure`` if too few points agree, or if the view would be mirrored, folded,
-        or
-        stretched more than the turn of a camera can do.
+        or stretched more than the turn of a camera can do.
     """
     if min(*target.shape[:2], *view.shape[:2]) < 32:
         return UNSURE

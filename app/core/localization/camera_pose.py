@@ -277,7 +277,7 @@ class Stand:
         return straightened(rays, self.lens)
 
     def error_deg(self, question: CameraPrior) -> float:
-        """Return the standard error of the heading, from the points and from the unknowns.
+        """Return the standard error of the heading, deg, including that of the camera's unknowns.
 
         With a wrong lens, the background behind the sitter stays in place, and the axis beside it
         moves. If the sitter's position is unknown, a sideways offset looks like a turn of the near

@@ -107,9 +107,8 @@ def sound(matrix: Float64, size: Size, target: Size) -> bool:
 
     Returns:
         False if any of the view is mirrored, folded over or at infinity, if it is turned in its
-        plane
-        by more than 40 deg, or if it is stretched or scaled too much in its middle half or anywhere
-        in the target.
+        plane by more than 40 deg, or if it is stretched or scaled too much in its middle half or
+        anywhere in the target.
     """
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         return False

@@ -189,8 +189,7 @@ def _search(
 
     Returns:
         The best rotation, for a camera with the sitter on its axis; its zoom; and a mask of the
-        points
-        that agree.
+        points that agree.
     """
     first, second = pairs.T
     angle_between = _angle(bearings[first], bearings[second])

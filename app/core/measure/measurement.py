@@ -1,4 +1,4 @@
-"""The result of any way of measuring."""
+"""The result of a measurement, whatever its source."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from app.core.measure.read.frame import Bracket, MergedLight
 
 
 class WayFacts(Protocol):
-    """Facts of one way of measuring."""
+    """Facts that only one kind of measurement has."""
 
     def facts(self) -> dict[str, Any]:
         """Return the facts for JSON."""

@@ -269,8 +269,7 @@ def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
 
     Returns:
         (P,) float64 painted weights in [-1, 1], not yet zero-mean; and (P,) bool, true for the
-        pixels
-        that do not count.
+        pixels that do not count.
     """
     weights, ignore = canvas.weights, canvas.ignore
     if canvas.size % transport.size:

@@ -72,8 +72,7 @@ class PaintedHead:
 
         Returns:
             (N, N, 3) float32. For each pixel of the view, column and row as shares of the picture,
-            and
-            the front's visibility of it, 0 to 1; -1 off the head.
+            and the front's visibility of it, 0 to 1; -1 off the head.
         """
         camera = _camera_of(self.views.shape, self.front.size)
         size, pixels = view.transport.size, view.transport.pixels

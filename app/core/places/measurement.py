@@ -47,8 +47,7 @@ def capture_facts(probe: Measurement, camera_title: str, plan: str) -> CaptureFa
 
     Returns:
         Facts with the frames in order of exposure, the brightest first; EV is relative to the
-        metered
-        frame: the first shot of a planned bracket, otherwise the middle one.
+        metered frame: the first shot of a planned bracket, otherwise the middle one.
     """
     merged, audit = probe.merged, probe.finished.audit
     return CaptureFacts(
@@ -95,10 +94,10 @@ def place_of_capture(
     """Return the place and the prepared light of a capture.
 
     Args:
-        places: Folder of places, whose names are taken.
-        name: Name by the user; without one the place is named after its light.
+        places: Folder of places; the new place gets a name that is not used there.
+        name: The user's name for the place; if empty, the place is named after its light.
         camera, plan: See `capture_facts`.
-        naming: Names a place that the user has not named.
+        naming: Makes a name if the user has not chosen one.
     """
     before = read_place(folder)
     if before.name == naming(before.made_at, "", ()):

@@ -306,8 +306,7 @@ def write_place(folder: Path, place: Place) -> Path | None:
 
     Returns:
         The copy of a version that another process has written since the place was read; None if
-        there
-        is none.
+        there is none.
 
     Raises `PlaceError` if the disk fails, or the record could not be read again; the file is
     unchanged then.

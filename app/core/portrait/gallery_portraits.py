@@ -332,7 +332,7 @@ def _curve() -> Float32:
 
 @lru_cache(maxsize=1)
 def _shoulder() -> tuple[Float32, Float32]:
-    """Return the factor and summand of `app.core.base.colour.develop`, by the largest channel."""
+    """Return the scale and offset of `app.core.base.colour.develop`, by the largest channel."""
     last = int(math.log(_MOST_LIGHT / colour.SHOULDER_START) * _SHOULDER_STEPS) + 1
     largest = colour.SHOULDER_START * np.exp(np.arange(last + 1) / _SHOULDER_STEPS)
     haze = colour.develop(np.stack([largest, 0 * largest, 0 * largest], axis=1))

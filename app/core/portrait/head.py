@@ -165,7 +165,7 @@ class Head:
         return turned
 
     def painted(self) -> PaintedHead:
-        """The head with views from aside, for painted styles."""
+        """Return the head with its turned views, for painted styles."""
         return PaintedHead(self.transport, self.aside, self.pack.styles)
 
     def target_of(self, style: UserStyle) -> FloatImage:

@@ -154,8 +154,7 @@ def maps_around(shape: tuple[int, int]) -> Float64:
 
     Returns:
         (2, H, W) float64. Panorama coordinates at turn 0; each sums to 1. They fall off smoothly
-        from
-        straight behind.
+        from straight behind.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)

@@ -143,8 +143,7 @@ def main_light(light: PlaceLight, facing_deg: float) -> float | None:
 
     Returns:
         Azimuth relative to the face, positive toward the sitter's left, deg; None if light comes
-        evenly
-        from all around.
+        evenly from all around.
     """
     azimuth = main_azimuth(light.searched)
     # The panorama's azimuth grows toward the sitter's right.

@@ -311,8 +311,7 @@ def unrivalled(yes: Float64, match: Float64, rivals: Bools) -> Float64:
 
     Returns:
         (..., S, n) float64, stops; negative where a rival explains it better, and infinite if no
-        rival
-        is shown at any turn.
+        rival is shown at any turn.
     """
     free = np.full(yes.shape, np.inf)
     axes = (*range(yes.ndim - 2), yes.ndim - 1)

@@ -75,8 +75,7 @@ def writing(folder: Path) -> Iterator[bool]:
 
     Yields:
         Whether other processes are locked out: not if the folder has no locks, or another process
-        does
-        not finish within seconds. The caller then compares its version with the file's.
+        does not finish within seconds. The caller then compares its version with the file's.
     """
     lock = None
     with contextlib.suppress(OSError, NotImplementedError):

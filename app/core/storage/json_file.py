@@ -120,8 +120,7 @@ def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | No
 
     Returns:
         The copy of a version that neither is the base nor was written by this process; None if
-        there is
-        none.
+        there is none.
 
     Raises `CoreError` if the disk fails, or the file would have more than `most` bytes, which could
     not be read again.

@@ -189,8 +189,7 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
     Returns:
         (H, W) float64. Radiance of a round lamp of the lamp's diameter, with exact area on the
-        texel
-        grid; radiance times solid angle sums to the lamp's power.
+        texel grid; radiance times solid angle sums to the lamp's power.
     """
     height, width = shape
     azimuth = 2 * np.pi * ((np.arange(width * _FINE) + 0.5) / (width * _FINE) - 0.5)

@@ -98,7 +98,7 @@ _OWN_PICTURE: Final = 100
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Row:
-    """One size compared with the largest.
+    """Results of one panorama size, compared with the largest.
 
     Attributes:
         own_steps: The same with turns in whole texels of each size (32, 64 or 128 turns); None for

@@ -72,7 +72,7 @@ def heading_cases(token: Token) -> Iterator[Case]:
 
 
 def plain_heading(frame: Bytes, index: HeadingIndex, fov_deg: float) -> float:
-    """Find a heading like a textbook: as if the camera were at the probe's position.
+    """Find a heading the textbook way: as if the camera were at the probe's position.
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored.

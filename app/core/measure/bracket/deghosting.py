@@ -348,8 +348,7 @@ def _outvoted(against: Bools) -> tuple[Bools, float]:
 
     Returns:
         The frames left out, (K, h, w) bool, none where two contradict equally many; and the share
-        of
-        the contradicting pixels that stays unsettled.
+        of the contradicting pixels that stays unsettled.
     """
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)

@@ -379,7 +379,7 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
 def _changes(
     radiance: Float32, values: Sequence[Float32], token: Token, rows: tuple[int, int]
 ) -> list[_Change]:
-    """Return positions in the flat picture and their new light, per channel, for some rows."""
+    """Return the flat indices and new values of changed pixels, per channel, for some rows."""
     token.check()
     start, stop = rows
     top = max(start - _AROUND // 2, 0)

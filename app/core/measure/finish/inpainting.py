@@ -197,7 +197,7 @@ def _membrane(values: FloatImage, fixed: FloatImage) -> FloatImage:
 
 
 def _relaxed(values: FloatImage, fixed: FloatImage, guess: FloatImage) -> FloatImage:
-    """Jacobi sweeps: every free pixel becomes the mean of its four neighbours."""
+    """Relax by Jacobi sweeps: replace every free pixel by the mean of its four neighbours."""
     free = fixed[..., np.newaxis] == 0.0
     now = np.where(free, guess, values).astype(np.float32)
     cross = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32) / 4.0

@@ -170,9 +170,8 @@ def spread_of(
 
     Returns:
         Azimuth and elevation, degrees, of the weighted sum of the unit vectors; and the mean
-        squared
-        distance from it, sr (half the squared radius for an even disc), including the size of the
-        texels.
+        squared distance from it, sr (half the squared radius for an even disc), including the size
+        of the texels.
     """
     height, width = shape
     row, column = np.divmod(texels, width)

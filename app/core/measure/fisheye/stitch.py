@@ -85,7 +85,7 @@ class Stitching:
 def circle_size(
     shape: tuple[int, int], circles: Circles, size: tuple[int, int] | None
 ) -> tuple[int, int]:
-    """Return rows and columns for merging unstitched frames, for a size of panorama."""
+    """Return the rows and columns at which unstitched frames are merged, for a panorama's size."""
     share = _LONGEST / max(shape)
     if size is not None:
         # Twice as fine as the panorama; the circles are about 200 degrees wide.

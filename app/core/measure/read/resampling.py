@@ -76,10 +76,8 @@ class Reduction:
 
         Returns:
             The first row of the result, and shares for `reduced`, (k, n, m) float32: k blocks of m
-            rows
-            each, in whole periods, contribute to n rows each. Over all bands, the shares of one row
-            of
-            the result sum to 1.
+            rows each, in whole periods, contribute to n rows each. Over all bands, the shares of
+            one row of the result sum to 1.
         """
         height, rows = self.source[0], self.target[0]
         first, last = start * rows // height, -(-stop * rows // height)
@@ -214,7 +212,7 @@ class Chart:
     def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
         """Sample a panorama, (H, W) or (H, W, C), at the chart's pixels.
 
-        Sampling is bilinear and crosses the seam; the result is float32 or uint8 as the input.
+        Sampling is bilinear and crosses the seam; the result is float32 or uint8, like the input.
         """
         height, width = panorama.shape[:2]
         x, y = self._grid()
@@ -236,8 +234,7 @@ class Chart:
 
         Returns:
             Columns and rows, (rows, W) float32 each, whole numbers at pixel centres; outside the
-            edges
-            for texels that are not on the chart.
+            edges for texels that are not on the chart.
         """
         x, y, z = self._coordinates(shape, rows)
         if self.kind == "stereographic":

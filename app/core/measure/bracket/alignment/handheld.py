@@ -117,7 +117,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
 
 
 def blank(picture: Bytes) -> Bools:
-    """Find the pure blue (or other primary) with which programs fill empty borders, (h, w)."""
+    """Return a mask, (h, w), of borders that programs fill with one pure primary colour."""
     low, high = picture.min(axis=-1), picture.max(axis=-1)
     flat = cv2.dilate(((low < 24) & (high > 231)).astype(np.uint8), np.ones((3, 3), np.uint8))
     sure = (low <= 8) & (high >= 247)

@@ -297,10 +297,8 @@ def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
 
     Returns:
         Directions of points on edges away from the poles, (N, 3) float32; unit normals of the
-        edges'
-        great circles there, (N, 3) float32; and weights, (N,) float32. Strong edges count more,
-        those
-        near the poles, where pixels crowd, less.
+        edges' great circles there, (N, 3) float32; and weights, (N,) float32. Strong edges count
+        more, those near the poles, where pixels crowd, less.
     """
     places = _places(pyramid(picture)[2])
     # A rotation about an axis on the edge's great circle moves the picture across the edge; the

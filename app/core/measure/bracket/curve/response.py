@@ -258,8 +258,7 @@ def explain_by_tags(
 
     Returns:
         Corrected exposures, the errors of a fifth of a stop or more, and the check with them; None
-        if
-        tags do not explain the steps (then the curve is another one).
+        if tags do not explain the steps (then the curve is another one).
     """
     trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
     fitting = [trial for trial in trials if trial[2].agrees]

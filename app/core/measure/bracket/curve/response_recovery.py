@@ -221,10 +221,8 @@ def recover_own_curves(
 
     Returns:
         Tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0 to 1,
-        equal
-        for all channels, 1 from the code in `CodeMatches.whites` on; and the corresponding
-        exposures,
-        at which each frame saturates.
+        equal for all channels, 1 from the code in `CodeMatches.whites` on; and the corresponding
+        exposures, at which each frame saturates.
     """
     frames = len(stops)
     white = np.minimum(matches.whites or [255] * frames, 255)
