@@ -21,7 +21,7 @@ __all__ = ["read_map"]
 
 DOUBT = -1
 ROW_START = (2, 2)
-# No place exceeds that many stops on either side of 1; a misread row soon does.
+# No place exceeds this many stops on either side of 1; a misread row soon does.
 MOST_STOPS = 30
 
 

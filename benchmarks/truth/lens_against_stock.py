@@ -1,4 +1,4 @@
-"""Views from aside against stock Mitsuba: their pictures, and the best turn and yaw of a place.
+"""Views from the side against stock Mitsuba: their pictures, and the best turn and yaw of a place.
 
 Used by `benchmarks/answers/nose_and_lens.py`. A head is fixed; the camera moves around it, and the
 light is rotated to the azimuth of the nose.
@@ -58,7 +58,7 @@ AGAIN: Final = 24  # seeds, for pairs that are compared once more
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
-    """The program's head, from the front and from aside."""
+    """The program's head, from the front and from the side."""
 
     pack: StylePack
     front: Transport = field(repr=False)

@@ -122,7 +122,7 @@ class Stage:
 
 
 def render(work: Path, places: Path, samples: int) -> None:
-    """Add passes until every picture of each seed has that many samples per pixel."""
+    """Add passes until every picture of each seed has the requested number of samples per pixel."""
     stage = Stage(work)
     for done in range(0, samples, PASS):
         for number, (place, turn) in enumerate(PAIRS):

@@ -41,7 +41,7 @@ def generic_head() -> tuple[HeadMesh, Camera]:
 
 
 def as_placed(light: Float32, rows: int) -> Float32:
-    """Return an environment as Mitsuba sees it when it is repeated to that many rows.
+    """Return an environment as Mitsuba sees it when its rows are repeated.
 
     Row i is at elevation 90 - 180 i / (rows - 1) there, and light between rows is interpolated.
 

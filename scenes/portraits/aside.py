@@ -1,4 +1,4 @@
-"""Portraits from aside: nodes that the front does not show, and the contents of a view's pixels.
+"""Portraits from the side: nodes that the front does not show, and the contents of a view's pixels.
 
 Nodes keep their order: those of the head's own file that are visible from the front, then those
 that only views show, then hidden ones, of the file and new.
@@ -60,7 +60,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Aside:
-    """A head's nodes with those that are visible from aside.
+    """A head's nodes with those that are visible from the side.
 
     Attributes:
         shown: Nodes with a colour: of the front, then `extra`.

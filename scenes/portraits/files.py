@@ -34,7 +34,7 @@ def _save(path: Path, arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, An
 def save_aside(
     path: Path, arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, Any], quality: int
 ) -> None:
-    """Store a head from aside, atomically.
+    """Store a head from the side, atomically.
 
     Args:
         arrays: Arrays for `turned_portrait`. Colours, (h, w, 3), and details, (h, w), are packed as
@@ -113,7 +113,7 @@ def save_hair_aside(
     views: Mapping[str, Mapping[str, NDArray[Any]]],
     steps: int,
 ) -> None:
-    """Store hair from aside, atomically.
+    """Store hair from the side, atomically.
 
     Args:
         shade: (N, 32, 64) int8. As for `app.core.portrait.turned_portrait`.

@@ -347,7 +347,7 @@ def _nose_to_go(target: _Target, memory: GuideMemory) -> int | None:
 
 
 def _way(clockwise: int, before: int) -> int:
-    """Return the direction to show for a goal so many degrees clockwise, given the previous one."""
+    """Return the direction to show, from the clockwise distance and the last direction."""
     if clockwise == 0:
         return 0
     if before == 0:

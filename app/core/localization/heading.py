@@ -50,7 +50,7 @@ _ASIDE: Final = ((0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))
 _AROUND_RAD: Final = math.radians(62.0)
 _LEAST: Final = 12
 _STRAY_RAD: Final = math.radians(10.0)
-_SOME: Final = 4  # as if so many more agreed: with few points, two strays mean little
+_SOME: Final = 4  # as if this many more agreed: with few points, two strays mean little
 
 
 def support(

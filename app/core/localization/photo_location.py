@@ -63,7 +63,7 @@ _SAME_PROOF: Final = (0.45, 0.65)
 _FREE_SAME_PROOF: Final = (0.9, 0.9)
 _OTHER_PROOF: Final = 0.97  # the stated lens was already tried, and nothing makes a picture wider
 _ALIKE: Final = (0.8, 1.0)  # share of the points: at the probe's own position, and elsewhere
-_AGREE: Final = 25  # points: a mirror image never has so many
+_AGREE: Final = 25  # points: a mirror image never has this many
 _NEARER: Final = 0.97  # objects never look smaller from the probe, so the lens must be narrower
 
 

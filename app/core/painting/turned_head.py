@@ -38,7 +38,7 @@ _SAME_SKIN_M: Final = 0.008  # distance between pixels of the front view where i
 
 @dataclass(frozen=True, eq=False)
 class PaintedHead:
-    """A painted head and its views from aside."""
+    """A painted head and its views from the side."""
 
     front: Transport = field(repr=False)
     views: HeadViews = field(repr=False)
@@ -93,7 +93,7 @@ class PaintedHead:
         return bool(visibility.size) and float(visibility.mean()) >= LEAST_VISIBLE
 
     def target(self, style: UserStyle, yaw_deg: float) -> Float32:
-        """Return the target picture from aside; see `target_picture`."""
+        """Return the target picture from the side; see `target_picture`."""
         view = self.view(yaw_deg)
         picture = target_picture(view.transport, self.weights_in(view, self.weights(style)))
         # In one colour: in deep shadow, a view's own colour is lost in its noise.

@@ -47,7 +47,7 @@ class Age:
     Attributes:
         minutes: Negative if it was measured ahead of this clock; None if the time is unknown.
         sun_deg: Motion of the sun, deg of arc; None without a sun, or after hours.
-        sun_aside_deg: Largest possible change of its azimuth, deg; None likewise.
+        sun_aside_deg: Largest possible change of its azimuth, deg; None in the same cases.
     """
 
     minutes: float | None

@@ -121,7 +121,7 @@ class Head:
 
     @cached_property
     def views(self) -> list[ViewTables]:
-        """Return search tables of the views from aside; empty for a head baked without them."""
+        """Return search tables of the views from the side; empty for a head baked without them."""
         try:
             # Only other lamps ask again: the views themselves take 20 MB.
             if self.published is None:
@@ -136,7 +136,7 @@ class Head:
 
     @cached_property
     def aside(self) -> HeadViews:
-        """All views from aside, 20 MB, read once."""
+        """All views from the side, 20 MB, read once."""
         return load_views_of(self.pack, self.name)
 
     @cached_property

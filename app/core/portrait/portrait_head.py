@@ -41,7 +41,7 @@ class Hair:
             hair is yellow in transmission and white on top.
         shade: (32, 64, N) int8. Reduction of the nodes' sky, as in `SkinNodes.horizon`.
         gain, glass_gain: (M,), (G,) float32. Those of the head, with hair in the way; not needed
-            from aside.
+            from the side.
     """
 
     pixel: Indices = field(repr=False)
@@ -156,7 +156,7 @@ class SeenNodes:
     """The nodes that samples need, as the camera sees them.
 
     Attributes:
-        index: (M,) intp. Indices into all nodes; from aside, into all and all mirrored ones.
+        index: (M,) intp. Indices into all nodes; from the side, into all and all mirrored ones.
         normals: (M, 3) float32.
         view: (M, 3) float32. Unit vector to the camera.
         gain, way: (M,), (M, 3) float32. Share of even light that the surface reflects into the
@@ -267,7 +267,7 @@ class PortraitHead:
 
     @cached_property
     def halved(self) -> PortraitHead:
-        """Return the head for pictures of half the size: every second pixel, as from aside."""
+        """Return the head for pictures of half the size: every second pixel, as for side views."""
         if self.yaw_deg:
             return self
         hair = None if self.hair is None else self.hair.halved(self.inside.shape[1])

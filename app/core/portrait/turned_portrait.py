@@ -1,7 +1,7 @@
 """Portraits of heads turned aside.
 
 The light on the skin does not depend on the camera: nodes are those of the head, and some more that
-only views from aside show. Their positions in a picture, their reflections and the skin's light
+only views from the side show. Their positions in a picture, their reflections and the skin's light
 toward the camera are computed here; a file stores the nodes around each sample, and its colour.
 """
 
@@ -29,7 +29,7 @@ from app.core.portrait.portrait_head import (
 
 Arrays: TypeAlias = "Mapping[str, NDArray[Any]]"
 SIDE: Final = 320
-"""Rows and columns of a picture from aside."""
+"""Rows and columns of a picture from the side."""
 PLACE_STEP: Final = 1e-4
 """Step of stored positions, scene units; their height is relative to the camera."""
 COLOUR_STEPS: Final = 128

@@ -108,7 +108,7 @@ def _key(pack: StylePack, one: LampPlacement, light: Float64) -> float:
 
 
 class _AsideView:
-    """A head from aside, prepared for a lamp near it."""
+    """A head from the side, prepared for a lamp near it."""
 
     def __init__(
         self, pack: StylePack, views: HeadViews, yaw_deg: float, lamp: NumbersLamp | None

@@ -352,7 +352,7 @@ def optional(check: Check) -> Check:
 
 
 def listed(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
-    """Return a check for a list of at most so many values, and for each of them."""
+    """Return a check for a list of at most `most` values, each of which must pass `check`."""
 
     def check_all(value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list) or len(value) > most:

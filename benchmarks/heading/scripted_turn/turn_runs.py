@@ -5,8 +5,9 @@ The camera's view is rendered from the location's views, blurred while he walks,
 phone's, and processed by the program's own tracker; he knows only the guidance's words. Everything
 is drawn from the run's number.
 
-Goals from aside are short, broad and the best. The face is read on a portrait in the place's light,
-between the sides with portraits; the location's own views show no face from aside.
+If the goal has a turned face, it is short, broad or the best. The face is read on a portrait in the
+place's light, only at angles that portraits cover; the location's own views show no face from the
+side.
 """
 
 from __future__ import annotations

@@ -179,7 +179,7 @@ def _predict(
 
 
 def _brighter(dark: Float64, bright: Float64, codes: Float64, stops: float) -> Float64:
-    """Return the codes after so many more stops, by each frame's curve."""
+    """Return the codes of a frame `stops` brighter than the frame with `codes`."""
     light = np.interp(codes, np.arange(256.0), dark) * 2.0**stops
     return np.asarray(np.interp(light, bright, np.arange(256.0)), np.float64)
 

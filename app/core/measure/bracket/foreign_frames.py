@@ -57,7 +57,7 @@ _MOST_LEVELS: Final = (0.1, 0.9)
 _FEWEST: Final = 60  # samples of a level
 _LEAST_SHARE: Final = 0.02  # of the pixels, that a pair must share
 _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place
-_ONE_IN: Final = 3  # at most one frame in so many is foreign
+_ONE_IN: Final = 3  # at most one in this number of frames is foreign
 
 
 @dataclass(frozen=True, slots=True)

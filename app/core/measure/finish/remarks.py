@@ -131,7 +131,7 @@ class LampMetered(Remark):
 
 @dataclass(frozen=True, slots=True)
 class LampGained(Remark):
-    """A lamp was made brighter by so many stops, or darker."""
+    """A lamp was made brighter or darker by a number of stops."""
 
     lamp: str
     stops: float

@@ -230,7 +230,7 @@ def _edge(features: FloatImage, area: Bools) -> float:
 
 
 def _sectors(count: int) -> Indices:
-    """Return the index of each chart pixel's direction from the foot, of so many."""
+    """Return, for each chart pixel, which of `count` equal sectors around the foot it is in."""
     steps = np.arange(_SIDE) - (_SIDE - 1) / 2.0
     side = np.arctan2(steps[:, np.newaxis], steps[np.newaxis, :])
     whole: Indices = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)

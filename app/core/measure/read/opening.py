@@ -30,7 +30,7 @@ SAMPLES: Final = 20_000
 
 _REDUCTION: Final = 8
 _MIN_PROXY_WIDTH: Final = 256
-# Convert sums over so many rows, with as many adjacent pixels of three channels, to means.
+# Convert sums over n rows and n adjacent pixels of three channels to means.
 _MEANS: Final = {
     size: np.tile(np.eye(3, dtype=np.float32), (size, 1)) * np.float32(size**-2)
     for size in (_REDUCTION, _REDUCTION // 2)

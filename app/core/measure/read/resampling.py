@@ -66,7 +66,7 @@ class Reduction:
         return self.source == self.target
 
     def band_rows(self, pixels: int) -> int:
-        """Return the rows of a band of about so many pixels, in whole periods if possible."""
+        """Return the rows of a band of about this many pixels, in whole periods if possible."""
         rows = max(1, pixels // self.source[1])
         period = self.source[0] // math.gcd(self.source[0], self.target[0])
         return rows // period * period if period <= rows else rows

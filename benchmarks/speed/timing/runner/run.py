@@ -86,7 +86,7 @@ def run_all(
 
     Args:
         report: Called with the row that is being timed.
-        views: Views of the same head from aside; without them their rows are left out.
+        views: Views of the same head from the side; without them their rows are left out.
         only: Name of the only row to time.
         shape: Rows and columns of the bracket's frames.
     """

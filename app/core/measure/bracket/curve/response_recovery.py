@@ -205,7 +205,7 @@ _BENDS: Final = 0.25
 _WHITE: Final = 0.1
 _MEAN: Final = 0.3
 # Systematic errors of compressed frames, in stops and in codes; neighbouring codes share them, so
-# only one in so many rows counts.
+# only one in this number of rows counts.
 _FLOOR_STOPS: Final = 0.03
 _OWN_FLOOR_CODES: Final = 0.3
 _ALIKE: Final = 16.0
