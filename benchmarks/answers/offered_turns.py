@@ -1,4 +1,4 @@
-"""Whether the turn offered has the best grade, and is well inside its tolerance arc.
+"""Test whether the turn offered has the best grade, and is well inside its tolerance arc.
 
 For each panorama and style, the picture at every one of the 64 grid turns is graded separately,
 with a plain loop, and compared with the grade offered. The panorama is then rotated by the refined

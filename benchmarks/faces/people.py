@@ -1,4 +1,4 @@
-"""Whether the turns offered are right on real people, and whether their faces show the style.
+"""Test whether the turns offered are right on real people, and whether their faces show the style.
 
 Each person of the Extended Yale Face Database B is relit by each place from 64 measured lamps, at
 all 64 turns. The loss of a person at the program's turn is a share of that person's own range of

@@ -1,4 +1,4 @@
-"""How often `locate` finds photos in their own place, and how often in another one.
+"""Measure how often `locate` finds photos in their own place, and how often in another one.
 
     python benchmarks/heading/locate_photos.py FOLDER --make [--only views|traced|box|crop]
                                                [--share S]

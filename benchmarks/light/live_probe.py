@@ -1,4 +1,4 @@
-"""Whether the live preview names the right styles on the way to a spot, and how soon.
+"""Test whether the live preview names the right styles on the way to a spot, and how soon.
 
     python benchmarks/light/live_probe.py [--places DIR ...] [--model S] [--only NAME ...]
                                           [-o FILE.json]

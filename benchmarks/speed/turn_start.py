@@ -1,4 +1,4 @@
-"""How soon Turn guides: time to the number, and to the live heading, at first and second use.
+"""Measure how soon Turn guides: time to the number and to the live heading, at first and later.
 
 Opens the whole window without a screen on the demo location and its webcam, presses "Turn to this",
 and starts the program again on the same places. Besides wall time, which other programs extend, it

@@ -1,4 +1,4 @@
-"""Options of a measurement, for all ways."""
+"""Options of a measurement: those shared by all ways of measuring, and those of one way."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Own = TypeVar("_Own", bound="WayOptions")
 
 
 class WayOptions:
-    """Base of the options of one way."""
+    """Base class for the options of one way of measuring."""
 
     __slots__ = ()
 

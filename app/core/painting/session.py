@@ -279,7 +279,7 @@ def save_draft(path: Path, draft: Draft) -> None:
 
 
 def load_draft(path: Path) -> Draft:
-    """Read a draft."""
+    """Read a draft; raises `StyleError` if the file is missing or damaged."""
     try:
         arrays = read_arrays(path, tr("draft"), _HINT, _MAX_BYTES)
     except (TransportError, OSError) as error:

@@ -202,7 +202,7 @@ def _light_values(light: LightSource) -> Floats:
 
 @lru_cache(maxsize=64)
 def _studio(style: Style | None) -> Float64:
-    """Return the light of a style's own lamps, moved far away, (32, 64); even without lamps."""
+    """Return a style's own lamps, moved far away, (32, 64); even light if it has none."""
     if style is None or not style.lamps:
         return np.ones(SHAPE)
     return np.asarray(sum(far_lamp(lamp, SHAPE) for lamp in style.lamps))

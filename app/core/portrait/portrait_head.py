@@ -40,8 +40,8 @@ class Hair:
         cells: (R, G, 3) float32. Weight of each cell of `grid`, with radiance 1, in each function:
             hair is yellow in transmission and white on top.
         shade: (32, 64, N) int8. Reduction of the nodes' sky, as in `SkinNodes.horizon`.
-        gain, glass_gain: (M,), (G,) float32. Those of the head, with hair in the way; not needed
-            from the side.
+        gain, glass_gain: (M,), (G,) float32. As in the head, but with the hair in the way; not
+            needed from the side.
     """
 
     pixel: Indices = field(repr=False)

@@ -1,4 +1,4 @@
-"""From a curve over 64 turns to the turn offered, its tolerance arc and its rivals.
+"""Find the turn to offer on a curve over 64 turns, its tolerance arc and its rivals.
 
 `find_peak` contains the rule for the turn offered between the ends of its tolerance arc.
 

@@ -28,7 +28,7 @@ MIXTURES: Final = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchColours:
-    """The two parts of a head's luminance.
+    """The two parts into which a head's luminance is split for coloured light.
 
     Attributes:
         mixing: (2, 3) float64. m and v: weights of linear Rec. 709 light in each part.

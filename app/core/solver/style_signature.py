@@ -194,7 +194,7 @@ class Signatures:
     def slack(
         self, stops: Float64, match: Float64, even: Bools | None = None
     ) -> tuple[Float64, Float64]:
-        """Return how far pictures are inside the limits of yes and of nearly; negative outside.
+        """Return how far pictures are inside the limits for "yes" and "nearly"; negative outside.
 
         Args:
             stops: (..., A, n) float64. From `stops_of`.

@@ -1,4 +1,4 @@
-"""How far the best turn moves after a change, and the cost of that move.
+"""Measure how far the best turn moves after a change, and the cost of that move.
 
 If two turns far apart are nearly equally good, the smallest change makes the best one jump from one
 to the other, and the angle is meaningless. Such pairs are counted separately, by regret: the share

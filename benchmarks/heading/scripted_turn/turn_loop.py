@@ -58,7 +58,7 @@ class Tracker(Protocol):
 
 
 class FaceReader(Protocol):
-    """Reads a face."""
+    """A stand-in for the face detector: yaw of the face, with its errors."""
 
     def __call__(self, yaw_deg: float) -> float | None:
         """Return the apparent yaw for a true yaw, deg; None if none is read."""

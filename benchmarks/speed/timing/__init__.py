@@ -1,1 +1,1 @@
-"""Timing the hot paths against plain code, the machine's own limit and peers, in one run."""
+"""Time the hot paths against plain code, the machine's own limit and peers, in one run."""

@@ -1,4 +1,4 @@
-"""Timing the work on panoramas: reducing them to the search's light, turning them."""
+"""Time the work on panoramas: reducing them to the search's light, turning them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Timing the live heading: a picture of the demo location, anywhere and near the last one."""
+"""Time the live heading: a picture of the demo location, anywhere and near the last one."""
 
 from __future__ import annotations
 

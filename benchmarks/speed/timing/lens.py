@@ -1,4 +1,4 @@
-"""Timing the search for the lens position: curves of all yaws, and whole answers."""
+"""Time the search for the lens position: curves of all yaws, and whole answers."""
 
 from __future__ import annotations
 

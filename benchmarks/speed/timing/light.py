@@ -1,4 +1,4 @@
-"""Timing the search of a second light against the plain loop of eq. 7."""
+"""Time the search of a second light against the plain loop of eq. 7."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Timing the light probe: three frames of a 360 camera to the light and the display panorama."""
+"""Time the light probe: three frames of a 360 camera to the light and the display panorama."""
 
 from __future__ import annotations
 

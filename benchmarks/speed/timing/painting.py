@@ -1,4 +1,4 @@
-"""Timing a painted stroke: target, weights, pre-integration, answer and picture per segment."""
+"""Time a painted stroke: target, weights, pre-integration, answer and picture per segment."""
 
 from __future__ import annotations
 

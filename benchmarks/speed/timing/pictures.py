@@ -1,4 +1,4 @@
-"""Timing pictures: pre-integration, one picture of a turn, and the whole gallery."""
+"""Time pictures: pre-integration, one picture of a turn, and the whole gallery."""
 
 from __future__ import annotations
 

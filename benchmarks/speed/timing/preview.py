@@ -1,4 +1,4 @@
-"""Timing the live preview: finding and decoding a camera's pictures in a stream."""
+"""Time the live preview: finding and decoding a camera's pictures in a stream."""
 
 from __future__ import annotations
 

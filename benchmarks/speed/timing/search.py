@@ -1,4 +1,4 @@
-"""Timing the search for the best turn: curves, and whole answers by both objectives."""
+"""Time the search for the best turn: curves, and whole answers by both objectives."""
 
 from __future__ import annotations
 

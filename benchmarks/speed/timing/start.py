@@ -1,4 +1,4 @@
-"""Timing the command line itself: a whole process that solves a panorama."""
+"""Time the command line itself: a whole process that solves a panorama."""
 
 from __future__ import annotations
 

@@ -270,7 +270,7 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _AlignedFrames:
-    """Aligned frames."""
+    """The frames of a bracket, opened, with their rotations or homographies and the remarks."""
 
     stack: FrameStack
     alignments: tuple[align.FrameAlignment, ...]

@@ -40,7 +40,7 @@ _FADED: Final = 8.0  # levels from which lifting black adds less than 0.005 %
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """A merged band.
+    """A band of merged rows.
 
     Attributes:
         radiance: Red, green, blue, (rows, W) float32 each.

@@ -32,8 +32,8 @@ _LONGEST_FILM_S: Final = 300.0
 def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, float, Bytes]]:
     """Yield about `most` frames of a video, evenly spaced, shrunk to `width` columns or less.
 
-    Each is the time since the first by the file's own timestamps, s; the played share of the film;
-    and the picture, (H, W, 3) uint8.
+    Each item is the time since the first frame by the file's timestamps, s; the share of the film
+    played; and the picture, (H, W, 3) uint8.
 
     Raises `VideoError` if it is not a video ("bad-file"), does not exist ("no-file"), or is too
     long.

@@ -77,7 +77,7 @@ class Stitching:
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """Return the remarks."""
+        """Remarks about the circles used, and about a failed calibration of the lenses."""
         stitched = CirclesStitched(self.front, self.up_deg)
         return (stitched,) if self.pair.measured else (stitched, SeamUnsure())
 

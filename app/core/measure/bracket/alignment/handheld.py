@@ -252,7 +252,7 @@ def _better(one: Bytes, alike: Bytes, other: Bytes, matrix: Float64) -> bool:
 
 
 def _by_rank(codes: Bytes, as_in: Bytes) -> Bytes:
-    """Return the table, (256,), that gives a picture the distribution of another's codes."""
+    """Return the table, (256,), that matches a picture's histogram to another's."""
     own = np.bincount(codes.ravel(), minlength=256).astype(np.float64)
     rank_target = np.cumsum(np.bincount(as_in.ravel(), minlength=256)).astype(np.float64)
     middle = np.cumsum(own) - 0.5 * own
