@@ -1,4 +1,4 @@
-"""Measure how soon Turn guides: time to the number and to the live heading, at first and later.
+"""Measure how soon Turn guides: times to the number and the live heading, first and second use.
 
 Opens the whole window without a screen on the demo location and its webcam, presses "Turn to this",
 and starts the program again on the same places. Besides wall time, which other programs extend, it

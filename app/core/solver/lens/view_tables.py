@@ -1,4 +1,4 @@
-"""Styles integrated over the face as seen from aside, and their match from there."""
+"""Styles integrated over the face as seen from the side, and their match from there."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def counts_in(pack: StylePack, view: HeadView, shape: HeadShape) -> Bools:
     visibility = seen_from(view, shape.positions).astype(np.float64)
     areas = pack.areas.reshape(len(AREAS), -1)[:, shape.pixels].astype(np.float64)
     share = (areas @ visibility) / np.maximum(areas.sum(axis=1), 1e-30)
-    share[AROUND] = 0.0  # from aside, another background is behind the sitter
+    share[AROUND] = 0.0  # from the side, another background is behind the sitter
     hidden = {
         name for name, part in zip(AREAS, share.tolist(), strict=True) if part < LEAST_VISIBLE
     }
