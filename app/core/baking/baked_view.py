@@ -50,7 +50,8 @@ def packed_views(
         transport: Transport of the same head.
 
     Returns:
-        Functions of texels, shared by all views; and the arrays of each view, by yaw.
+        (rank, H * W) float32. Functions of texels, shared by all views; and the arrays of each
+        view, by yaw, as `pack_view` returns them.
     """
     weights = np.asarray(transport.header.luminance_weights, np.float32)
     greys = [view.matrix @ weights for view in views]

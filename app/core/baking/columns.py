@@ -136,7 +136,15 @@ class LampColumns:
 
 
 def mirror_pixels(pixels: NDArray[np.int32], size: int) -> Int64:
-    """Return the index in `pixels` of each pixel's mirror image; its own if there is none."""
+    """Return the index in `pixels` of each pixel's mirror image; its own if there is none.
+
+    Args:
+        pixels: (P,) int32. Flat indices into a square picture, sorted.
+        size: Side of that picture, pixels.
+
+    Returns:
+        (P,) int64.
+    """
     mirrored = pixels // size * size + size - 1 - pixels % size
     where = np.searchsorted(pixels, mirrored)
     where = np.minimum(where, len(pixels) - 1)
@@ -165,7 +173,14 @@ def symmetrise(matrix: Float32, twin: Int64, texels: TexelColumns) -> tuple[Floa
 
 
 def texel_noise(one: Float32, two: Float32) -> Float64:
-    """Return each texel's noise from two independent bakes: RMS difference / sqrt 2 / RMS."""
+    """Return each texel's noise from two independent bakes: RMS difference / sqrt 2 / RMS.
+
+    Args:
+        one, two: (P, T, 3) float32. Transport matrices of the same pixels.
+
+    Returns:
+        (T,) float64.
+    """
     difference = np.square(one - two).mean(axis=(0, 2), dtype=np.float64)
     power = np.maximum((one * two).mean(axis=(0, 2), dtype=np.float64), 1e-30)
     return np.asarray(np.sqrt(difference / 2 / power))

@@ -298,7 +298,15 @@ def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
 
 
 def look_up(index: NDArray[Any], table: NDArray[Any]) -> NDArray[Any]:
-    """Map codes through a table of 256 or 65,536 entries."""
+    """Map codes through a table.
+
+    Args:
+        index: uint8 or uint16, any shape.
+        table: One entry for each code: (256,) or (65536,).
+
+    Returns:
+        The shape of `index`, and the type of `table`.
+    """
     if index.dtype == np.uint8 or wide_tables():
         return np.asarray(cv2.LUT(index, table))
     return np.asarray(table.take(index))

@@ -206,7 +206,7 @@ class Guide:
 
     @property
     def further(self) -> int:
-        """Degrees that the nose alone still has to turn to their left; 0 to hold still."""
+        """Degrees that the face alone still has to turn to the sitter's left; 0 to hold."""
         # Toward the sitter's left is counter-clockwise.
         number = self.number or 0
         return -number if self.direction == "clockwise" else number

@@ -273,7 +273,7 @@ class Stand:
         return math.exp(float(self.lens[0]))
 
     def rays(self, rays: Float64) -> Float64:
-        """Convert points of the picture plane for use with `pose`."""
+        """Convert points of the picture plane, (..., 2), for use with `pose`."""
         return straightened(rays, self.lens)
 
     def error_deg(self, question: CameraPrior) -> float:

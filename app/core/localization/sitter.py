@@ -308,7 +308,12 @@ def _apart(heads: list[_HeadBox]) -> list[_HeadBox]:
 
 
 def heads_in(grey: Bytes, network: Any) -> list[_HeadBox]:
-    """Return heads of 14 to 46 pixels, the most certain first, in pixels of the given picture."""
+    """Return heads of 14 to 46 pixels, the most certain first, in pixels of the given picture.
+
+    Args:
+        grey: (H, W) uint8.
+        network: The head detector, as read by OpenCV.
+    """
     answers = _answers(grey, network)
     likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
     rows, columns = np.nonzero(likely >= _WORTH_A_LOOK)

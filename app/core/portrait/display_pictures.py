@@ -71,7 +71,7 @@ def _filled(radiance: FloatImage) -> FloatImage:
 
 
 def scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
-    """Scale a picture, sRGB in 0..1."""
+    """Scale a picture, (h, w, 3) float32 sRGB in 0..1, to a size in rows and columns."""
     rows, columns = size
     if rows <= display.shape[0]:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)

@@ -280,6 +280,9 @@ def fresnel(cosine: Float32) -> Float32:
     """Return the share of light that skin reflects at an angle to the facet.
 
     Walter et al., equation 22.
+
+    Args:
+        cosine: float32, any shape. Cosine of that angle.
     """
     inside = np.sqrt(_INDEX**2 - 1 + cosine**2)
     less, more = inside - cosine, inside + cosine
@@ -288,7 +291,11 @@ def fresnel(cosine: Float32) -> Float32:
 
 
 def shadowing(cosine: Float32, roughness: float = ROUGHNESS) -> Float32:
-    """Return the share of Beckmann's facets not hidden by others; Walter's rational fit."""
+    """Return the share of Beckmann's facets not hidden by others; Walter's rational fit.
+
+    Args:
+        cosine: float32, any shape. Cosine of the angle to the surface's normal.
+    """
     a = cosine / np.sqrt(np.maximum(1 - cosine**2, 1e-6)) / np.float32(roughness)
     fit = (3.535 * a + 2.181 * a**2) / (1 + 2.276 * a + 2.577 * a**2)
     return np.asarray(np.where(a < 1.6, fit, 1), np.float32)

@@ -181,7 +181,7 @@ def _medium() -> Transport:
 
 
 def _exposures(transport: Transport, lights: Sequence[Floats]) -> list[float]:
-    """Return the exposure gains of faces in some lights, all in one product."""
+    """Return the exposure gains of faces in several lights, in one matrix product."""
     columns = np.stack(
         [np.broadcast_to(np.atleast_3d(light), (*light.shape[:2], 3)) for light in lights], axis=-1
     ).astype(np.float32)
@@ -295,7 +295,7 @@ def _compressed(light: Float32) -> Float32:
 
 
 def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tuple[float, ...]:
-    """Return the products of `exposures` and `skin_gains` for a head in some lights."""
+    """Return the products of `exposures` and `skin_gains` for a head in several lights."""
     other = transport.header.skin in _OTHER_SKINS
     values = [_light_values(one) for one in lights]
     return tuple(_exposures(_medium() if other else transport, values)) if values else ()

@@ -169,7 +169,7 @@ class Head:
         return PaintedHead(self.transport, self.aside, self.pack.styles)
 
     def target_of(self, style: UserStyle) -> FloatImage:
-        """Return the target picture of a painted style, as seen by the lens."""
+        """Return the target picture of a painted style, (N, N, 3), as seen by the lens."""
         if self.front is None:
             return prepare_user_style(self.transport, style).target
         return self.front.painted().target(style, self.yaw_deg)
@@ -200,10 +200,16 @@ class Head:
         """Develop several pictures.
 
         Args:
+            linear: (n, N, N, 3). Linear Rec. 709.
+            size: Rows and columns of the results.
+            lights: The light of each picture.
             close: Show the head alone, without neck and shoulders.
             quick: Draw from the transport, whatever the size.
             draft: Draw with half as many pixels across, for moving pictures.
             gains: Exposures; by default those of `exposures`.
+
+        Returns:
+            (rows, columns, 3) uint8 sRGB each.
         """
         gains = gains or self.exposures(linear, lights)
         if not quick and self.full_at(size):

@@ -141,7 +141,10 @@ def _lay(panorama: Float32, lamp: Lamp) -> None:
 
 @lru_cache(maxsize=1)
 def grid() -> tuple[Float64, Float64, Float64, Float64]:
-    """Return the soft light's directions: row, azimuth and its width (radians), and solid angle."""
+    """Return the row, azimuth, width and solid angle of the soft light's directions, (G,) each.
+
+    Azimuth and width are in radians, solid angles in sr.
+    """
     edges = np.pi / 2 - np.arange(ROWS + 1) * np.pi / ROWS
     counts = [
         max(_LEAST_COLUMNS, 2 * round(COLUMNS / 2 * math.cos((a + b) / 2)))
@@ -156,7 +159,7 @@ def grid() -> tuple[Float64, Float64, Float64, Float64]:
 
 @lru_cache(maxsize=1)
 def mirrored_cells() -> Indices:
-    """Return the index of each cell's mirror image."""
+    """Return the index of each cell's mirror image, (G,)."""
     row, azimuth, _, _ = grid()
     return np.lexsort((-azimuth, row))
 
@@ -272,6 +275,12 @@ def blurred(rest: Float32, roughness: float, *, tails: bool = False) -> Float32:
 
     The lobe is that of a surface seen from straight above, as in Karis, Real Shading in Unreal
     Engine 4, SIGGRAPH 2013, with Beckmann's distribution of facets or, with long tails, GGX.
+
+    Args:
+        rest: (H, 2 H, 3) float32. Linear radiance.
+
+    Returns:
+        (h, w, 3) float32 of the size `SHEEN`, not negative.
     """
     spectrum = np.fft.rfft(_resized(rest, SHEEN), axis=1)
     mixed = np.einsum("mij,jmc->imc", _lobe(roughness, tails), spectrum)

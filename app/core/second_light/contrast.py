@@ -405,7 +405,13 @@ def norm_at(
     number: int,
     power: float = 1.0,
 ) -> float:
-    """Find the contrast at one turn and placement, in all coordinates."""
+    """Return the contrast at one turn and placement, in all coordinates.
+
+    Args:
+        light: (32, 64, 3) float. The place at turn 0, divided by `scale`.
+        turn, number: Indices of the turn and of the placement.
+        power: Share of the lamp's full power.
+    """
     face = contrast.face
     parts = two_parts(np.roll(light, -turn, axis=1), face.mixing).reshape(-1)
     altitude, azimuth = divmod(number, TURNS)

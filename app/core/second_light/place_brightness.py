@@ -58,7 +58,7 @@ class Comparison:
 
     @property
     def possible(self) -> bool:
-        """Whether both are known in cd/m2."""
+        """Whether the place and the lamp are both known in cd/m2."""
         return self.unknown is None
 
 

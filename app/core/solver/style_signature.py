@@ -297,7 +297,7 @@ def worst_relation(
 
 
 def grades(yes: Float64, nearly: Float64) -> Indices:
-    """Return the grade of each picture by its slacks: `NO`, `NEARLY` or `YES`."""
+    """Return the grade of each picture by its slacks, any shape: `NO`, `NEARLY` or `YES`."""
     return np.where(yes >= 0, YES, np.where(nearly >= 0, NEARLY, NO))
 
 

@@ -192,7 +192,7 @@ def judged_region(style: Style, transport: Transport, region: Float64) -> Float6
 
 
 def rounded(rows: Float32, digits: int = 17) -> Float32:
-    """Round to a number of binary digits, so that files compress better."""
+    """Round float32 values to a number of binary digits, so that files compress better."""
     last = 1 << (24 - digits)
     bits = np.ascontiguousarray(rows).view(np.uint32)
     return ((bits + np.uint32(last // 2)) & np.uint32(2**32 - last)).view(np.float32)

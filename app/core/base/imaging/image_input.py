@@ -118,7 +118,9 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
 def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> Bytes | None:
     """Read a whole picture file for another decoder, after checking its header.
 
-    Returns None if it is not a regular file, not in a camera or screen format, or too large.
+    Returns:
+        (n,) uint8. The file's bytes; None if it is not a regular file, not in a camera or screen
+        format, or too large.
     """
     source = open_image(path)
     if source is None:

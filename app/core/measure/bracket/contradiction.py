@@ -106,7 +106,7 @@ class Predictions:
         return self._cache[key]
 
     def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
-        """Return the stops from frame `index` to the next, where both are well exposed."""
+        """Return the stops from frame `index` to the next, where both are well exposed, (n,)."""
         logs = np.log2(np.maximum(self._tables, 1e-9)) - np.asarray(self.stops)[:, None, None]
         parts = []
         for channel in range(3):
@@ -118,7 +118,7 @@ class Predictions:
         return np.concatenate(parts)
 
     def as_seen(self, frame: Bytes, source: int, target: int) -> Bytes:
-        """Convert a frame to the codes of another one."""
+        """Predict the codes of frame `target` from those of frame `source`, (..., 3) uint8."""
         step = self.stops[target] - self.stops[source]
         codes = np.arange(256.0)
         table = np.stack(
@@ -207,7 +207,12 @@ _SAME_PLACE: Final = 0.6  # rank correlation of two frames of one place, whateve
 def fill_hidden(
     frames: list[Bytes], hidden: Sequence[Float32 | None], predictions: Predictions
 ) -> None:
-    """Fill frames beyond their edges from their neighbours, without contradiction."""
+    """Fill frames beyond their edges from their neighbours, without contradiction.
+
+    Args:
+        frames: (h, w, 3) uint8 each, coded; replaced in the list.
+        hidden: (h, w) float32 each: 0 where a frame has no pixels; None if it has all.
+    """
     result = list(frames)
     for index, mask in enumerate(hidden):
         if mask is None:
@@ -227,6 +232,9 @@ def fill_hidden(
 def misfit(frames: Sequence[Bytes], predictions: Predictions) -> float:
     """Return the difference of neighbouring frames that exceeds the tolerance for most pixels.
 
+    Args:
+        frames: (h, w, 3) uint8 each, coded.
+
     Returns:
         Stops; 0 if none does.
     """
@@ -244,7 +252,11 @@ def hopeless(frames: Sequence[Bytes], share: float) -> FramesContradict:
 
 
 def alike(frames: Sequence[Bytes]) -> float:
-    """Return the lowest correlation of neighbouring frames where both are well exposed."""
+    """Return the lowest rank correlation of neighbouring frames where both are well exposed.
+
+    Args:
+        frames: (h, w, 3) uint8 each, coded; only green is compared.
+    """
     least = 1.0
     for one, other in pairwise(frames):
         first, second = one[..., 1].ravel(), other[..., 1].ravel()

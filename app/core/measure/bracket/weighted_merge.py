@@ -123,7 +123,16 @@ def merge_band(
 
 
 def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
-    """Weight a frame's pixels by trust; untrusted ones count as clipped."""
+    """Weight a frame's pixels by trust; untrusted ones count as clipped.
+
+    Args:
+        faint: (rows, W) float32. Weights of the pixels; multiplied in place.
+        clipped: (rows, W) uint8. 255 where the frame is clipped; None if it is nowhere.
+        trust: (rows, W) float32, 0 to 1.
+
+    Returns:
+        (rows, W) uint8: 255 where the frame is clipped or not trusted.
+    """
     cv2.multiply(faint, np.maximum(trust, np.float32(_LEAST_TRUST)), faint)
     ignored = np.asarray((trust < TRUSTED) * np.uint8(255))
     return ignored if clipped is None else ignored | clipped
@@ -164,7 +173,12 @@ class Weights:
 
 
 def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
-    """Return pixel weights from the largest and smallest codes."""
+    """Return pixel weights from the largest and smallest codes.
+
+    Args:
+        index: (rows, W). Largest code of the three channels.
+        faint: (rows, W) float32. Weight by the smallest code.
+    """
     tables, none = light.tables, np.empty(0, np.intp)
     top = int(index.max())
     if top < tables.full:
@@ -209,7 +223,7 @@ def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
 
 
 def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return 255 where the frame may be clipped; None if no pixel is."""
+    """Return 255 where the frame may be clipped, (rows, W) uint8; None if no pixel is."""
     return _at_end(index, largest, light, light.tables.spent)
 
 
@@ -222,7 +236,7 @@ def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes
 
 
 def black_pixels(index: Plane) -> Bytes | None:
-    """Return 255 where the frame is black; None if no pixel is."""
+    """Return 255 where the frame is black, (rows, W) uint8; None if no pixel is."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
 

@@ -236,10 +236,11 @@ def read_film(
     token: Token | None = None,
     report: Report = silent,
 ) -> Film:
-    """Read a whole film.
+    """Read a film of a turn, and the light on the face.
 
     Args:
-        frames: Time in seconds, played share of the film, and picture of each frame.
+        frames: Time in seconds; share of the film played, 0 to 1; and picture, (H, W, 3) uint8
+            sRGB, of each frame.
 
     Raises `ProbeError` if no face is visible or nothing turns; `Cancelled`.
     """

@@ -210,7 +210,14 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
 
 
 def components(mask: Bools) -> tuple[Int32, int]:
-    """Label the connected parts of a mask, bridging gaps of one texel, across the seam."""
+    """Label the connected parts of a mask, bridging gaps of one texel, across the seam.
+
+    Args:
+        mask: (H, W) bool.
+
+    Returns:
+        (H, W) int32: labels from 1, 0 outside the mask; and the number of labels.
+    """
     bridged = cv2.morphologyEx(
         wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
     )[:, 2:-2]

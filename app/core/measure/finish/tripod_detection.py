@@ -127,7 +127,11 @@ def suggest(merged: MergedLight, foot: tuple[float, float] = NADIR) -> tuple[Clu
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
-    """Return azimuth and elevation, degrees, of a camera's foot after levelling by a rotation."""
+    """Return azimuth and elevation, degrees, of a camera's foot after levelling by a rotation.
+
+    Args:
+        rotation: (3, 3). Moves the panorama's content; None if it was not rotated.
+    """
     if rotation is None:
         return NADIR
     return azimuth_elevation(rotation @ np.array([0.0, -1.0, 0.0]))

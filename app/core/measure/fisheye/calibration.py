@@ -122,7 +122,16 @@ def upright(pair: Pair, up_deg: float) -> Pair:
 def looked_up(
     pair: Pair, index: int, vectors: Float32, toward: Float32, around: Float32
 ) -> tuple[Float32, Float32, Float32]:
-    """Return a lens's view of directions, without parallax, and the correction of its falloff."""
+    """Look up directions in the picture of a lens, with half of the parallax removed.
+
+    Args:
+        index: 0 for the front lens, 1 for the other.
+        vectors: (..., 3) float32. Directions in the frame of the pair.
+        toward, around: (...) float32. Their position, from `about_seam`.
+
+    Returns:
+        Columns, rows, and the factor that corrects the falloff, (...) float32 each.
+    """
     fade = np.clip(1.0 - np.abs(toward) / _FADE_DEG, 0.0, 1.0)
     give = np.radians(0.5 * fade * fade * (3.0 - 2.0 * fade) * around_seam(pair.parallax, around))
     sign = -1.0 if index == 0 else 1.0
@@ -133,7 +142,15 @@ def looked_up(
 
 
 def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
-    """Return degrees toward the front from the seam's plane, and samples around it from the top."""
+    """Return the position of directions relative to the seam.
+
+    Args:
+        vectors: (..., 3) float32. Unit directions in the frame of the pair.
+
+    Returns:
+        (...) float32 each: degrees toward the front from the seam's plane; and samples around it,
+        from the top.
+    """
     toward = np.degrees(np.arcsin(np.clip(vectors[..., 2], -1.0, 1.0)))
     around = np.arctan2(-vectors[..., 0], vectors[..., 1]) * (_AROUND / (2.0 * math.pi))
     return toward.astype(np.float32), around.astype(np.float32)
@@ -150,7 +167,12 @@ def _tipped(vectors: Float32, angles: Float32) -> Float32:
 
 
 def around_seam(curve: Float64, around: Float32) -> Float32:
-    """Interpolate a curve around the seam."""
+    """Interpolate a periodic curve of samples around the seam.
+
+    Args:
+        curve: (n,) float64. One value per sample.
+        around: float32, any shape. Positions in samples, from the top.
+    """
     base = np.floor(around)
     first = base.astype(np.intp) % _AROUND
     share = (around - base).astype(np.float32)

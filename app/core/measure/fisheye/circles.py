@@ -51,7 +51,7 @@ class FisheyeLens:
         return self.focal * bent(angles, self.bends)
 
     def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
-        """Return the columns and rows of directions, (..., 3), and their angles in radians."""
+        """Return columns and rows, pixels, and angles, radians, of directions (..., 3)."""
         local = vectors @ self.axes.T.astype(vectors.dtype)
         across = np.hypot(local[..., 0], local[..., 1])
         angle = np.arctan2(across, local[..., 2])

@@ -146,7 +146,7 @@ def _focals(stated: Sequence[float | None], links: Sequence[PhotoPair]) -> Float
 def _chained(
     members: Sequence[int], links: Sequence[PhotoPair], focals: Float64
 ) -> dict[int, Float64]:
-    """Rotate one photo after another, along the pairs with most points."""
+    """Chain the rotations of all photos, along the pairs with the most points."""
     rotations = {members[0]: np.eye(3)}
     rest = sorted(links, key=lambda link: -len(link.points[0]))
     while len(rotations) < len(members):
@@ -212,7 +212,12 @@ def _equations(
 
 
 def upright(rotations: Mapping[int, Float64], first: int) -> dict[int, Float64]:
-    """Rotate all photos to level the mean camera, with one photo at azimuth 0."""
+    """Rotate all photos to level the mean camera, with one photo at azimuth 0.
+
+    Args:
+        rotations: (3, 3) float64 each, from camera axes to a common system.
+        first: The photo at azimuth 0.
+    """
     every = np.array(list(rotations.values()))
     sides, mean = every[:, :, 0], -every[:, :, 1].mean(axis=0)
     mean /= np.linalg.norm(mean)

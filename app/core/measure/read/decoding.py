@@ -191,7 +191,10 @@ def decode(frame: Frame, token: Token) -> Pixels:
 
 
 def transparent(frame: Frame, shape: tuple[int, int]) -> Bools | None:
-    """Return the transparent area of a frame, at another size; None if it is opaque.
+    """Return the transparent area of a frame, (rows, columns) bool; None if it is opaque.
+
+    Args:
+        shape: Rows and columns of the result.
 
     Raises `ProbeError` if the file is missing or damaged.
     """

@@ -132,7 +132,7 @@ def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> 
 
 @lru_cache(maxsize=4)
 def sample_places(shape: tuple[int, int]) -> Indices:
-    """Return rows and columns of the samples: a fixed jittered grid, from top to bottom."""
+    """Return rows and columns of the samples, (n, 2): a fixed jittered grid, from top to bottom."""
     height, width = shape
     step = max(1.0, np.sqrt(height * width / SAMPLES))
     rows, columns = max(1, int(height / step)), max(1, int(width / step))

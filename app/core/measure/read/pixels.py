@@ -224,7 +224,7 @@ def _seen_by_all(stack: FrameStack, visibility: Sequence[Float32 | None]) -> Boo
 
 
 def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
-    """Return all frames, coded, reduced to a longest side in pixels."""
+    """Return all frames, (h, w, 3) uint8 coded, reduced to a longest side in pixels."""
     share = min(1.0, longest / max(stack.shape))
     size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
     return [

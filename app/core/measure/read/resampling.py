@@ -286,13 +286,22 @@ def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
 
 
 def log_light(light: Float32) -> Float32:
-    """Return logarithmic luminance with a floor, stops."""
+    """Return the logarithm of luminance, stops, with a floor that depends on the picture.
+
+    Args:
+        light: (H, W) float32. Luminance, any scale.
+    """
     floor = 0.2 * float(np.percentile(light, 5.0)) + 0.02 * float(np.median(light)) + 1e-9
     return np.asarray(np.log2(light + np.float32(floor)), np.float32)
 
 
 def likeness(looks: Sequence[Float32], weights: Sequence[Float32], shift: int) -> float:
-    """Return the correlation of two panoramas on their common area, the second rotated."""
+    """Return the correlation of two panoramas on their common area, the second rotated.
+
+    Args:
+        looks, weights: Two each, (H, W) float32.
+        shift: Rotation of the second one, columns.
+    """
     weight = weights[0] * np.roll(weights[1], shift, axis=1)
     total = max(float(weight.sum()), 1e-9)
     off = [t - float((t * weight).sum()) / total for t in (looks[0], np.roll(looks[1], shift, 1))]

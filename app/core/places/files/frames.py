@@ -85,5 +85,5 @@ def small_picture(path: Path) -> Bytes | None:
 
 
 def clipped_in(picture: Bytes) -> float:
-    """Return the clipped share of a small sRGB picture, 0 to 1."""
+    """Return the clipped share, 0 to 1, of a small picture, (h, w, 3) uint8 sRGB."""
     return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())

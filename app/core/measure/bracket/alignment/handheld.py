@@ -69,7 +69,15 @@ class Lay:
 
 
 def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
-    """Warp a frame by `Lay.homography`; areas outside repeat its edge."""
+    """Warp a frame by `Lay.homography`; areas outside repeat its edge.
+
+    Args:
+        pixels: (H, W) or (H, W, C): uint8 or uint16, coded, or float32, linear.
+        homography: (3, 3) float64. From pixels of the result to those of the frame.
+
+    Returns:
+        Same shape and dtype.
+    """
     height, width = pixels.shape[:2]
     coded = pixels.dtype != np.float32
     warped = cv2.warpPerspective(
@@ -86,7 +94,16 @@ def warp(pixels: NDArray[Any], homography: Float64) -> NDArray[Any]:
 def visibility(
     proxies: Sequence[Bytes], moves: Sequence[Float64 | None], full: tuple[int, int]
 ) -> list[Float32 | None]:
-    """Return the visible area of each moved frame, 1 or 0, at the proxies' size; None for all."""
+    """Return the visible area of each moved frame at the proxies' size; None for all of it.
+
+    Args:
+        proxies: (h, w, 3) uint8 each. Small copies of the frames, coded.
+        moves: (3, 3) float64 each, in pixels of the frames; None for a frame that stays.
+        full: Rows and columns of the frames.
+
+    Returns:
+        (h, w) float32 each: 1 or 0. Areas that no frame shows count as visible.
+    """
     masks: list[Float32 | None] = []
     for proxy, move in zip(proxies, moves, strict=True):
         small = (proxy.shape[0], proxy.shape[1])
@@ -129,7 +146,11 @@ def blank(picture: Bytes) -> Bools:
 
 
 def reference_of(pictures: Sequence[Bytes]) -> int:
-    """Return the reference frame: the middle one if it is well exposed."""
+    """Return the index of the reference frame: the middle one if it is well exposed.
+
+    Args:
+        pictures: (h, w, 3) uint8 each, coded, brightest first.
+    """
     return middle_frame([float(_open(picture).mean()) for picture in pictures])
 
 
