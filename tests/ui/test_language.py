@@ -60,7 +60,7 @@ def test_nothing_is_cut_off_in_a_longer_language(facts: dict[str, Any]) -> None:
         ("Turn to this", "Turn to this"),
         ("[Ţåķé the lamp]", "the lamp"),
         ("THETA V, 82 %, 1.9 GB", ""),
-        ("−1.5 EV, 1/250 s, A, 4:1, Ctrl Z, place 1", ""),
+        ("−1.5 EV, 1/250 s, A, 4:1, Ctrl+Z, place 1", ""),
         ("<b>Sun</b>", "Sun"),
     ],
 )

@@ -97,9 +97,9 @@ class TestTools:
         screen = shown(bench, qtbot)
         tools = screen.light.tools
         click(qtbot, tools.near)
-        assert tools.percent.text() == "125 %"
+        assert tools.percent.text() == "125%"
         click(qtbot, tools.whole)
-        assert tools.percent.text() == "100 %"
+        assert tools.percent.text() == "100%"
         assert tools.layers["lamps"].isChecked()
         click(qtbot, tools.layers["lamps"])
         assert not tools.layers["lamps"].isChecked()

@@ -105,7 +105,7 @@ def test_qt_alone_paints_a_tool_tip(qapp: QApplication, qtbot: QtBot) -> None:
     told = QWidget()
     qtbot.addWidget(told)
     told.show()
-    QToolTip.showText(QPoint(50, 50), "Undo (Ctrl Z)", told)
+    QToolTip.showText(QPoint(50, 50), "Undo (Ctrl+Z)", told)
     tip = next(w for w in qapp.topLevelWidgets() if w.inherits("QTipLabel") and w.isVisible())
     ran: list[str] = []
     sys.setprofile(lambda frame, what, _arg: ran.append(what + frame.f_code.co_name))
@@ -124,7 +124,7 @@ def test_a_tool_tip_is_painted_in_the_theme(
     told = QWidget()
     qtbot.addWidget(told)
     told.show()
-    QToolTip.showText(QPoint(50, 50), "Undo (Ctrl Z)", told)
+    QToolTip.showText(QPoint(50, 50), "Undo (Ctrl+Z)", told)
     tip = next(w for w in qapp.topLevelWidgets() if w.inherits("QTipLabel") and w.isVisible())
     seen = tip.grab().toImage()
     QToolTip.hideText()

@@ -146,14 +146,14 @@ def test_the_ring_of_a_busy_button_turns(shown: Show, qtbot: QtBot, picture_of: 
 
 
 def test_a_disabled_button_says_why(qtbot: QtBot) -> None:
-    button = IconButton("redo", "Redo", shortcut="Ctrl Shift Z")
+    button = IconButton("redo", "Redo", shortcut="Ctrl+Shift+Z")
     qtbot.addWidget(button)
-    assert (button.accessibleName(), button.toolTip()) == ("Redo", "Redo (Ctrl Shift Z)")
+    assert (button.accessibleName(), button.toolTip()) == ("Redo", "Redo (Ctrl+Shift+Z)")
     button.set_available(False, "Nothing was undone.")
     assert not button.isEnabled()
     assert button.toolTip() == button.accessibleDescription() == "Nothing was undone."
     button.set_available(True)
-    assert (button.toolTip(), button.accessibleDescription()) == ("Redo (Ctrl Shift Z)", "")
+    assert (button.toolTip(), button.accessibleDescription()) == ("Redo (Ctrl+Shift+Z)", "")
 
 
 def test_long_reasons_are_broken_into_lines(qtbot: QtBot) -> None:

@@ -93,9 +93,9 @@ def buttons() -> list[QHBoxLayout]:
             Button("Change", size="small"),
         ),
         row(
-            IconButton("undo", "Undo", kind="quiet", shortcut="Ctrl Z"),
+            IconButton("undo", "Undo", kind="quiet", shortcut="Ctrl+Z"),
             disabled(IconButton("redo", "Redo", kind="quiet")),
-            IconButton("search", "Find anything", kind="quiet", shortcut="Ctrl K"),
+            IconButton("search", "Find anything", kind="quiet", shortcut="Ctrl+K"),
             disabled(IconButton("redo", "Redo")),
             Button("Best match", trailing="chevron-down"),
         ),

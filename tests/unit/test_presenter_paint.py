@@ -405,7 +405,7 @@ def test_actions_have_the_keys_of_the_tools(room: Studio) -> None:
         keys[key].run()
         assert room.presenter.tools.brush.tool is tool
     hints = [action.keys or action.shortcut for action in room.presenter.actions() if action.hint]
-    assert hints == ["B D I R", "[ ]", "Ctrl Z", "Escape"]
+    assert hints == ["B D I R", "[ ]", "Ctrl+Z", "Escape"]
     assert len({action.key for action in room.presenter.actions()}) == len(room.presenter.actions())
 
 

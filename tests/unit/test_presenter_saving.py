@@ -176,7 +176,7 @@ def test_a_place_that_was_killed_over_its_photographs_says_so_and_can_be_deleted
     shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
     (row,) = shelf.resolve().rows
-    assert row.detail == "Unfinished: 3 photographs"
+    assert row.detail == "Unfinished: 3 photos"
     assert row.trouble
     shelf.delete(folder)
     shelf.refresh()

@@ -152,7 +152,7 @@ def test_each_key_in_help_has_its_own_words() -> None:
     assert lines["B"] == "Brush: brighter"
     assert lines["D"] == "Brush: darker"
     assert (lines["["], lines["]"]) == ("Smaller brush", "Larger brush")
-    assert lines["Ctrl Z"] == "Undo"
+    assert lines["Ctrl+Z"] == "Undo"
     assert all(len(keys.split()) == 1 or keys.startswith(("Ctrl", "Shift")) for keys in lines)
 
 

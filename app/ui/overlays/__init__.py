@@ -1,4 +1,4 @@
-"""What lies over the screens for a moment, because it was asked for."""
+"""Sheets over the screens: palette, help, places, settings."""
 
 from __future__ import annotations
 

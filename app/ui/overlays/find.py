@@ -81,11 +81,11 @@ class ThingList(BareList):
         self.setCurrentRow(0)
 
     def follow(self, field: QWidget) -> None:
-        """Let arrows and Enter of a text field act here while the field keeps the focus."""
+        """Handle arrows and Enter of a text field, which keeps the focus."""
         field.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys that move or choose from the field that is followed."""
+        """Handle the keys of the field that move or choose."""
         del watched
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
@@ -102,7 +102,7 @@ class ThingList(BareList):
             super().keyPressEvent(event)
 
     def take_current(self) -> None:
-        """Choose what is selected."""
+        """Run the selected entry."""
         item = self.currentItem()
         if item is not None:
             self._on_pick(item)
@@ -112,7 +112,7 @@ class ThingList(BareList):
 
 
 class FindBody(QWidget):
-    """A field and what fits its letters."""
+    """A search field and the matches below it."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -39,7 +39,7 @@ _INSIDE: Final = (0, 0, 16, 0)
 
 
 def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """List keys with what each does: one line for each key, with its own words."""
+    """List the shortcuts: one line for each key."""
     lines: dict[str, str] = {}
     for one in actions:
         keys = key_text(one.shortcut) if one.shortcut else one.keys
@@ -103,7 +103,7 @@ class ManualBody(QWidget):
         column(self._area, into=self)
 
     def show_section(self, title: str) -> None:
-        """Bring what is said about a number to the top, once everything has its place."""
+        """Scroll to the section about a number, once the layout is done."""
         lead, bar = self._leads.get(title), self._area.verticalScrollBar()
         if lead is not None:
             lead.set_role("amber")
@@ -130,7 +130,7 @@ class MessagesBody(QWidget):
         return row((icon, 0, _TOP), (moment, 0, _TOP), (texts, 1), gap=12)
 
     def _buttons(self, message: Message) -> QHBoxLayout:
-        """Offer again what could be done about it."""
+        """Make buttons for the message's actions."""
         buttons = []
         for words, do in message.actions:
             button = Button(words, size="small", do=lambda _on=False, do=do: self._act(do))
@@ -177,7 +177,7 @@ class TourBody(QWidget):
 
 
 class _Page(QWidget):
-    """One step: the screen, its title, and what is done there."""
+    """One step: a picture of the screen, its title, and what to do there."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
@@ -192,7 +192,7 @@ class _Page(QWidget):
         column((self._picture, 0, Qt.AlignmentFlag.AlignHCenter), 8, *texts, ..., into=self, gap=8)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the picture's proportions: all of the screen is shown."""
+        """Keep the picture's proportions, so that the whole screen shows."""
         super().resizeEvent(event)
         self._picture.setMaximumWidth(self._picture.height() * _PICTURE[0] // _PICTURE[1])
 

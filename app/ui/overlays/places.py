@@ -118,7 +118,7 @@ class _PlaceLine(PictureLine):
 
 
 class _Edit(KeysSheet):
-    """What the user says of a place; it is kept however this is closed."""
+    """Name, tags and notes of a place; saved however the sheet is closed."""
 
     def __init__(self, host: QWidget, place: PlacesListRow, keep: Callable[..., None]) -> None:
         super().__init__(host, tr("Name, tags and notes"), 560)
@@ -139,7 +139,7 @@ class _Edit(KeysSheet):
 
 
 class _EmptyTrash(KeysSheet):
-    """Asks before deleted places go for good; `words` say how many and how large they are."""
+    """Asks before places are deleted for good; `words`: their number and size."""
 
     def __init__(self, host: QWidget, words: str, empty: Callable[[], None]) -> None:
         super().__init__(host, tr("Delete these places for good?"), 440)
@@ -201,7 +201,7 @@ class PlacesBody(QWidget):
             self._show_found()
 
     def _show_found(self) -> None:
-        """Show the places with all words of the search; a long list does not keep one waiting."""
+        """Show the places that match the search, a few lines at a time."""
         self._rest = self._lay(self._state or PlacesListState(busy=True))
         self._making.start()
         self._lay_more()
@@ -211,7 +211,7 @@ class PlacesBody(QWidget):
             self._making.stop()
 
     def _lay(self, state: PlacesListState) -> Iterator[bool]:
-        """Make the lines that are missing, then show what is found; in steps of a few lines."""
+        """Make missing lines, then show the matches; yields after every few lines."""
         rows, step = (state.rows, state.deleted), 0
         if rows != self._last:
             self._last = (None, None)
@@ -263,7 +263,7 @@ class PlacesBody(QWidget):
             self._column.insertWidget(self._column.count() - 1, widget)
 
     def _order_stops(self, state: PlacesListState) -> None:
-        """Make the places one stop for Tab, before the buttons that stand below them."""
+        """Make the places one Tab stop, before the buttons below them."""
         parts: list[Sequence[QWidget]] = [self._lines[place].stops for place in state.rows]
         parts += [one.findChildren(Button) for one in (*self._heads, *self._deleted_rows)]
         self._stops = [stop for part in parts for stop in part]
@@ -275,7 +275,7 @@ class PlacesBody(QWidget):
             QWidget.setTabOrder(one, other)
 
     def _find_stop(self) -> None:
-        """Let Tab come to a line that is there."""
+        """Move the Tab stop to a visible line."""
         usable = [stop for stop in self._stops if stop.isVisibleTo(self) and stop.isEnabled()]
         if usable and self._roving.stop not in usable:
             self._roving.set_stop(usable[0])
@@ -355,7 +355,7 @@ class PlacesBody(QWidget):
         return frame
 
     def show_more(self, place: PlacesListRow, under: QWidget) -> None:
-        """Offer what else can be done with a place."""
+        """Open the menu of a place."""
         menu = Menu(self, tr("More about {name}", name=place.name))
         menu.add(tr("Name, tags and notes…"), lambda: self._edit(place), "edit")
         menu.add(tr("Show the folder"), lambda: show_folder(place.folder), "folder")

@@ -1,4 +1,4 @@
-"""The settings, made of their table: one line each, kept as soon as it is changed."""
+"""The settings: one line each, saved when changed."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class SettingsBody(QWidget):
         self.nothing.say("" if any(visible) else nothing)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc takes back what was typed; the next one closes the sheet."""
+        """Esc restores the typed value; a second Esc closes the sheet."""
         if event.key() == Qt.Key.Key_Escape and self.field.text():
             self.field.set_text("")
             self._filter("")
@@ -88,7 +88,7 @@ class SettingsBody(QWidget):
         return boxed(column(*parts, gap=4))
 
     def reveal(self, key: str) -> None:
-        """Bring a setting into sight and give it the keyboard, once everything has its place."""
+        """Scroll to a setting and focus it, once the layout is done."""
 
         def show() -> None:
             control = self._controls[key]

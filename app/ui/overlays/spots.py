@@ -28,7 +28,7 @@ _ONE_ROW: Final = 4
 
 
 class _Spot(OutlineBox):
-    """One place: the picture here, what it gives, and a way there; the best one has an edge."""
+    """A spot: its picture, verdict and a button to open it; the best one has an edge."""
 
     def __init__(self, card: SpotCard, high: int, open_it: Callable[[Path], None]) -> None:
         # On white there is no brighter fill: the edge alone is wider.
@@ -60,7 +60,7 @@ class _Spot(OutlineBox):
 
 
 class SpotsSheet(Sheet):
-    """The comparison; `leave` closes what lies beneath, with this."""
+    """Compares spots; `leave` closes this sheet and the list below it."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class SpotsSheet(Sheet):
         self._presenter.attach(self)
 
     def show_state(self, state: SpotsState) -> None:
-        """Show the places and what comes of them."""
+        """Show the spots and the verdict."""
         if state == self._state and self._grid.count():
             return
         self._state = state

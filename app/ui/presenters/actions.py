@@ -1,4 +1,4 @@
-"""Everything that can be done, as data, and how it is found by a few letters."""
+"""Actions as data, and the search by a few letters."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SEARCH_SCOPE: Final = tr("an action, a style, a place, a lamp, a head or a setti
 
 @dataclass(frozen=True, slots=True)
 class Findable:
-    """Something that can be found.
+    """An entry of "Find anything".
 
     `detail`: What it is, in a word or two: "style", "place of 21 Nov".
     """
@@ -32,7 +32,7 @@ class Findable:
 
 
 def score(query: str, words: str) -> float:
-    """Say how well a few letters fit some words; 0 when they do not.
+    """Score how well a few letters match some words; 0 if they do not.
 
     Every word that is typed must begin a word, or else be found inside one. What begins with
     the first letters typed goes first, shorter words before longer ones.
@@ -64,7 +64,7 @@ def score(query: str, words: str) -> float:
 
 
 def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
-    """Choose what fits, the best first."""
+    """Return the matches, the best first."""
     if not query.strip():
         return list(things)[:_MOST]
     rated = [
@@ -76,7 +76,7 @@ def best(query: str, things: Iterable[Findable]) -> Sequence[Findable]:
 
 
 def nothing_words(query: str) -> str:
-    """Say that nothing fits, and what could."""
+    """Write that nothing matches, with suggestions."""
     return tr(
         "Nothing found for “{typed}”. Type a few letters of {searched}.",
         typed=query.strip(),
@@ -90,7 +90,7 @@ def _plain(text: str) -> str:
 
 
 def always() -> bool:
-    """Say yes: for what can be done at any time."""
+    """Return True: for actions that are always available."""
     return True
 
 

@@ -23,7 +23,7 @@ Conflicts: TypeAlias = list[tuple[str, Path]]
 
 
 class Autosave:
-    """Writes places in the order in which they were handed over, a moment later.
+    """Writes places in the order of their changes, a moment later.
 
     While something moves, as a needle under the hand, only the last of it is written.
     """
@@ -43,7 +43,7 @@ class Autosave:
         self._last: dict[Path, tuple[PlaceSource | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
-        """Write a place soon; what is handed over until then takes its place."""
+        """Write a place soon; a newer state of it replaces this one until then."""
         with self._lock:
             running, self._running = self._running, True
             self._waiting[folder] = place
@@ -64,12 +64,12 @@ class Autosave:
         return self._write_waiting()
 
     def unkept(self, folder: Path) -> Place | None:
-        """Give what the disk has not taken yet of a place; None where it has everything."""
+        """Return the state of a place that is not on the disk yet; None if everything is."""
         with self._lock:
             return self._waiting.get(folder)
 
     def forget(self, folder: Path) -> None:
-        """Write nothing more of a place, as when it was kept elsewhere."""
+        """Drop what is waiting for a place, as when it was saved elsewhere."""
         with self._lock:
             self._waiting.pop(folder, None)
 

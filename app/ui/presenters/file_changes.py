@@ -35,7 +35,7 @@ K = TypeVar("K")
 
 
 class SerialQueue:
-    """Does what changes files in the order in which it was asked for.
+    """Runs changes of files one after the other.
 
     A runner cancels older work of the same key, and then does not report how it ended. That is
     right for answers; of two styles that are deleted one after the other both are to be deleted.
@@ -157,7 +157,7 @@ def delete_with_undo(
     returned: Callable[[K], str],
     before: Callable[[], None] = lambda: None,
 ) -> None:
-    """Put something away; undo, or the message that tells so, brings it back.
+    """Delete something; undo, or the message's button, restores it.
 
     `message` and `returned` are called once it is, and give the title that is told.
     """
@@ -178,7 +178,7 @@ def delete_with_undo(
 
 
 def told_beside(services: Services, say: Callable[[str], None]) -> Callable[[Exception], None]:
-    """Have what the user can mend said where it was typed, and any other failure told."""
+    """Return a handler: errors the user can correct show at the field, others as messages."""
 
     def failed(error: Exception) -> None:
         if isinstance(error, CoreError):
@@ -207,7 +207,7 @@ class OwnStyles:
     def rename(
         self, style: UserStyle, title: str, done: Callable[[], None], trouble: Callable[[str], None]
     ) -> None:
-        """Give a style another title; can be undone."""
+        """Rename a style; can be undone."""
         folder = self._services.folders.styles
 
         def call(text: str) -> UserStyle:
@@ -230,12 +230,12 @@ class OwnStyles:
         ).begin()
 
     def duplicate(self, style: UserStyle, done: Callable[[UserStyle], None]) -> None:
-        """Keep a copy of a style; `done` is called with it."""
+        """Copy a style; `done` is called with the copy."""
         folder = self._services.folders.styles
         self._files.submit(lambda *_: duplicate(folder, style), done=done)
 
     def delete(self, style: UserStyle) -> None:
-        """Put a style away with its draft; undo, or the message that tells so, brings both back."""
+        """Delete a style with its draft; undo, or the message's button, restores both."""
         folders, model = self._services.folders, self._services.model
         # Another style's needle and goal are none of the next one's.
         front = ("chosen", "needle_deg", "goal_deg")
@@ -292,12 +292,12 @@ class OwnStyles:
         )
 
     def take_in(self, path: Path, done: Callable[[UserStyle], None]) -> None:
-        """Take in a style that somebody exported; its file is left as it is."""
+        """Import a style file, which is left as it is."""
         folder = self._services.folders.styles
         self._files.submit(lambda *_: import_style(folder, path), done=done)
 
     def add(self, style: UserStyle, *, choose: bool = True, **changes: Any) -> None:
-        """Put a style among those of the model, in the place of one of the same name."""
+        """Add a style to the model; it replaces one of the same name."""
         if choose:
             changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
         self._put(self._among(style), **changes)

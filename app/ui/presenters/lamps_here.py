@@ -1,4 +1,4 @@
-"""The lamps of a place: found once, for the table on Probe, for catchlights and for the sheet."""
+"""The lamps of a place, computed once for the table on Probe, catchlights and sheets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PLACES: Final = 2  # the open one, and one beside it
 
 
 def lamps_here(light: PlaceLight, capture: CaptureFacts | None) -> Findings:
-    """Find the lamps of a place. Takes a while the first time: not for the thread of the screens.
+    """Find the lamps of a place. Slow the first time: not for the main thread.
 
     Args:
         capture: How the light was measured; None where that is not known.

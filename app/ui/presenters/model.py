@@ -63,11 +63,11 @@ class Event:
             self._callbacks = (*self._callbacks, callback)
 
     def disconnect(self, callback: Callback) -> None:
-        """Do not call `callback` any more; who never asked is not missed."""
+        """Stop calling `callback`; no-op if it is not connected."""
         self._callbacks = tuple(each for each in self._callbacks if each != callback)
 
     def emit(self, *values: Any) -> None:
-        """Tell all who asked.
+        """Call all connected callbacks.
 
         Who is disconnected meanwhile, by another callback, is not told any more.
         """
@@ -221,7 +221,7 @@ class Model:
             self.changed.emit(frozenset(changed))
 
     def set(self, key: str, value: object) -> None:
-        """Change one setting; raises `SettingsError` where it does not take the value."""
+        """Change one setting; raises `SettingsError` for a wrong value."""
         self.update(settings=self.settings.with_(key, value))
 
     def choose(self, name: str) -> None:
@@ -260,12 +260,12 @@ class Model:
 
     @property
     def computing(self) -> bool:
-        """Whether `results` are not those of what is selected: new ones are on their way."""
+        """Whether `results` are for another selection, and new ones are being computed."""
         return self.light is not None and self.answered != self.selection
 
     @property
     def goal_computing(self) -> bool:
-        """Whether the answer for the goal is not of what is selected; a lamp brings its own."""
+        """Whether the goal's answer is for another selection; a lamp has its own."""
         return self.computing and self.lamp_plan is None
 
     @property
@@ -304,7 +304,7 @@ class Model:
 
     @property
     def lamp_plan(self) -> LampPlan | None:
-        """The lamp to hold at the goal; None where the goal has none, or is another one by now."""
+        """The lamp to hold at the goal; None if the goal has none or has changed."""
         plan = self.plan
         if plan is None or self.goal_deg is None or plan.result.name != self.chosen:
             return None

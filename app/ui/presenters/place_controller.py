@@ -1,4 +1,4 @@
-"""The open place: how its light comes in, who is lit by it, what comes out, and that it is kept."""
+"""The open place: opening, changing, solving and saving it."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ _SAVED_FIELDS: Final = frozenset(
 
 
 class PlaceController:
-    """Opens places, has them solved, and keeps them.
+    """Opens places, has them solved, and saves them.
 
     Attributes:
-        photo_taker: callable or None. Takes files that may be photographs of the sitter, while a
+        photo_taker: callable or None. Takes files that may be photos of the sitter, while a
             screen in front has a use for them; gives whether it did.
         layer_asker: callable or None. Asks which of `layers` to read.
         layers: Of the panorama that waits for that choice.
@@ -100,7 +100,7 @@ class PlaceController:
         self._opened(new_place, self._services.model.step)
 
     def keep_all(self) -> bool:
-        """Write what is not yet on the disk; give whether all is kept. Why not has been told."""
+        """Save everything that is not on the disk yet; return whether that worked."""
         return self.saving.keep_all()
 
     def refresh_user_styles(self) -> None:
@@ -117,20 +117,20 @@ class PlaceController:
     # -- places --------------------------------------------------------------------------------
 
     def open_paths(self, paths: Sequence[Path]) -> None:
-        """Open whatever it is: a place, a panorama, a bracket, or a folder with one of these.
+        """Open a place, a panorama, a bracket, or a folder with one of these.
 
-        While the sitter turns, a photograph of them is looked at instead.
+        While the sitter turns, a photo of them is looked at instead.
         """
         if self.photo_taker is None or not self.photo_taker(paths):
             self.open_as_place(paths)
 
     def open_as_place(self, paths: Sequence[Path]) -> None:
-        """Open a place, or make one of a panorama or a bracket."""
+        """Open a place, or make one from a panorama or a bracket."""
         self._layered = tuple(paths)
         self._open(*self._reading(paths))
 
     def choose_layer(self, layer: str) -> None:
-        """Open the panorama that waits, by one of its layers."""
+        """Open one layer of the panorama that is waiting for the choice."""
         self._open(*self._reading(self._layered, layer=layer))
 
     def _open(
@@ -164,7 +164,7 @@ class PlaceController:
         self._services.notify.tell_error(error, actions=actions, about="open")
 
     def finish(self, unfinished: UnfinishedPlace) -> None:
-        """Finish a place: merge the photographs that are here, or resume its capture."""
+        """Finish a place: merge the photos that are here, or resume its capture."""
         if unfinished.session is not None:
             if self.finisher is not None:
                 self._services.model.update(step=Step.PROBE)
@@ -176,7 +176,7 @@ class PlaceController:
         )
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open what has arrived by itself; the next that arrives waits until this is done."""
+        """Open a bracket that arrived in a watched folder, one after the other."""
         work, name = self._reading(paths, way="camera")
         title = tr("Opening {name}", name=name)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
@@ -192,7 +192,7 @@ class PlaceController:
         self._open(work, name)
 
     def open_film(self, film: Film, video: Path, folder: TemporaryDirectory[str]) -> None:
-        """Make a place of a film that was just taken; `folder` goes when it is kept."""
+        """Make a place of a film that was just taken; its temporary `folder` is then removed."""
         own, options = FilmOptions(film), self._options()
         intake = Intake(tr("Filmed turn"), files=(video,), way="film", own=own)
 
@@ -203,7 +203,7 @@ class PlaceController:
         self._open(work, intake.name)
 
     def open_place(self, folder: Path, style: str = "", step: str = "") -> None:
-        """Open a place that was kept, at a screen and with a style where one is given."""
+        """Open a saved place, with a style and at a screen if they are named."""
         model = self._services.model
         fields: dict[str, Any] = {"chosen": style, "needle_deg": None, "goal_deg": None}
         if style and folder == model.place_folder:
@@ -217,7 +217,7 @@ class PlaceController:
         self._open(work, tr("the place"), step or (Step.STYLES if style else Step.PROBE))
 
     def take_capture(self, capture: CapturedPlace) -> None:
-        """Show what a camera measured, at once; it is kept while it is looked at."""
+        """Show a capture right away, and save it in the background."""
         settings = self._services.model.settings
         place = replace(capture.place, head=settings.head, studios=settings.studios)
         new_place = OpenPlace(capture.folder, place, capture.light)
@@ -225,7 +225,7 @@ class PlaceController:
         self.saving.store(new_place)
 
     def close(self) -> None:
-        """Keep the open place and put it away; none is open then."""
+        """Save and close the open place."""
         self.saving.keep_now()
         self._services.undo.forget_places()
         self._services.model.update(
@@ -252,7 +252,7 @@ class PlaceController:
             self.change(tr("choice of lamps"), studios=studios)
 
     def choose_lens(self, lens: LensWish) -> None:
-        """Say where the lens may stand; can be undone."""
+        """Set where the lens may be; can be undone."""
         if self._services.model.place is not None:
             self.change(tr("place of the lens"), lens=lens)
 
@@ -290,10 +290,10 @@ class PlaceController:
         step = Undoable(words, lambda: call(before), lambda: call(after), size, place)
         self._services.undo.push(step)
 
-    # -- where the photographer stands ---------------------------------------------------------
+    # -- where the photoer stands ---------------------------------------------------------
 
     def move_front(self, front_deg: float) -> None:
-        """Say that the photographer stands at another azimuth; can be undone.
+        """Say that the photoer stands at another azimuth; can be undone.
 
         A goal that was set stays where it is in the place.
 
@@ -320,9 +320,9 @@ class PlaceController:
     def _reading(
         self, paths: Sequence[Path], name: str = "", way: str = "", layer: str = ""
     ) -> tuple[Callable[[Token, Report], OpenPlace], str]:
-        """Prepare to read what there is; give it with its name.
+        """Return a job that opens files, and the name to show meanwhile.
 
-        `way`: what photographs are taken for; as it is set where nothing is said. `layer`: of a
+        `way`: what photos are taken for; as it is set where nothing is said. `layer`: of a
         panorama that has several.
         """
         files, unkept = tuple(paths), self.saving.unkept

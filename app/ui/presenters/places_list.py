@@ -1,4 +1,4 @@
-"""The list of places that were kept: open, rename, delete, bring back."""
+"""The list of saved places: open, rename, delete, restore."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class PlacesListRow:
     can_compare: bool = False
 
     def has(self, words: str) -> bool:
-        """Whether all these words are somewhere in what is said of it, in either case."""
+        """Whether all words occur in the place's text, ignoring case."""
         texts = (self.name, self.time, self.detail, *self.tags, self.notes)
         text = " ".join(texts).casefold()
         return all(word in text for word in words.casefold().split())
@@ -131,7 +131,7 @@ class PlacesListPresenter(Presenter[View]):
         self.refresh()
 
     def detach(self) -> None:
-        """Show nothing any more."""
+        """Stop showing anything."""
         super().detach()
         self._place_controller.places_changed.disconnect(self.refresh)
         self._services.model.changed.disconnect(self._model_changed)
@@ -146,7 +146,7 @@ class PlacesListPresenter(Presenter[View]):
         self._services.runner.submit(self._key, lambda *_: _look(folder, most), done=self._read)
 
     def resolve(self) -> PlacesListState:
-        """Work out what the list shows now."""
+        """Resolve the list."""
         if self._summaries is None:
             return PlacesListState(busy=True)
         today = self._services.today()
@@ -184,7 +184,7 @@ class PlacesListPresenter(Presenter[View]):
         )
 
     def pick(self, *folders: Path) -> None:
-        """Pick a place to be compared, or no longer where it is; several at once and only these.
+        """Pick or unpick a place to compare; several folders replace the picks.
 
         At most `MOST_SPOTS` are picked; none at all drops all.
         """
@@ -203,7 +203,7 @@ class PlacesListPresenter(Presenter[View]):
             self._place_controller.open_place(folder)
 
     def edit(self, folder: Path, name: str, tags: str, notes: str) -> None:
-        """Keep what the user says of a place; tags have commas between them. Can be undone."""
+        """Change name, tags (comma-separated) and notes of a place; can be undone."""
         before = next((row for row in self.resolve().rows if row.folder == folder), None)
         if before is None:
             return
@@ -224,7 +224,7 @@ class PlacesListPresenter(Presenter[View]):
             )
 
     def delete(self, folder: Path) -> None:
-        """Put a place into the trash; undo, or the message that tells so, brings it back."""
+        """Move a place to the trash; undo, or the message's button, restores it."""
         name, model, was_open = self._title(folder), self._services.model, False
 
         def close() -> None:
@@ -320,7 +320,7 @@ class PlacesListPresenter(Presenter[View]):
         return tr("{reached} of {every} in reach, best {best}", **values)
 
     def _said_of(self, one: PlaceSummary) -> Place | PlaceSummary:
-        """What the user says of a place; of the open one it may be newer than the disk's."""
+        """Return name, tags and notes; those of the open place may be newer than on the disk."""
         place = self._services.model.place
         here = place is not None and one.folder == self._services.model.place_folder
         return place if here and place is not None else one
@@ -333,7 +333,7 @@ class PlacesListPresenter(Presenter[View]):
 
 
 def _look(folder: Path, most: int) -> _Reading:
-    """List the places of a folder, read their small pictures, and list what was deleted."""
+    """List the places of a folder with their thumbnails, and the deleted ones."""
     places = list_places(folder)
     unfinished = {one.folder: each for one in places if (each := find_unfinished(one)) is not None}
     pictures = {}
@@ -352,8 +352,8 @@ def _unfinished_words(unfinished: UnfinishedPlace) -> str:
         )
     if unfinished.files:
         return tr_plural(
-            "Unfinished: {count} photograph",
-            "Unfinished: {count} photographs",
+            "Unfinished: {count} photo",
+            "Unfinished: {count} photos",
             len(unfinished.files),
         )
     return tr("Unfinished: no frames yet")

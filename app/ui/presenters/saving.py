@@ -1,4 +1,4 @@
-"""Keeping the open place: soon, at once, or in another folder when its own takes nothing."""
+"""Saving the open place: soon, now, or in another folder if its own fails."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from app.ui.presenters.services import Services
 
 
 def disk_words(error: BaseException) -> str:
-    """Say why nothing was written: "the disk is full"; "" where it is something else."""
+    """Write why saving failed: "the disk is full"; empty for any other reason."""
     trouble = disk_trouble(error)
     return "" if trouble is None else _TROUBLE_WORDS[trouble]
 
@@ -54,7 +54,7 @@ _LOOK: Final = "place-folder"
 
 
 class Saving:
-    """Writes the open place, and says so when it cannot.
+    """Saves the open place, and reports if that fails.
 
     `folder_asker`: Asks the user for a folder; gives None where they choose none.
     """
@@ -72,7 +72,7 @@ class Saving:
     # -- what changes --------------------------------------------------------------------------
 
     def unkept(self, folder: Path) -> Place | None:
-        """Give what the disk has not taken yet of a place; None where it has everything."""
+        """Return the state of a place that is not on the disk yet; None if everything is."""
         return self._keeper.unkept(folder)
 
     def keep(self) -> None:
@@ -143,19 +143,19 @@ class Saving:
     # -- another folder ------------------------------------------------------------------------
 
     def hold(self, place_to_save: OpenPlace) -> None:
-        """Take a place that could not be kept: it is shown all the same, and said once."""
+        """Note the files of a place just opened, and report once if it could not be saved."""
         self._files = place_to_save.files
         if place_to_save.trouble is not None:
             self._not_kept(place_to_save.trouble)
 
     def ask_elsewhere(self) -> None:
-        """Ask for another folder and keep the open place there."""
+        """Ask for another folder and save the open place there."""
         root = self.folder_asker(tr("Save the place in"))
         if root is not None:
             self.save_in(root)
 
     def save_in(self, root: Path) -> None:
-        """Keep the open place in a folder of its own under `root`."""
+        """Save the open place in a new folder under `root`."""
         model = self._services.model
         place, light, before = self._now(), model.light, model.place_folder
         if place is None or light is None:
@@ -187,7 +187,7 @@ class Saving:
         )
 
     def look(self) -> None:
-        """Look whether the open place's folder is still there; tell once when it is not."""
+        """Check whether the open place's folder still exists; report once if it does not."""
         folder, runner = self._services.model.place_folder, self._services.runner
         # A disk that is gone may never answer: one question at a time.
         if folder is None or folder in self._storing or runner.running(_LOOK):
@@ -218,7 +218,7 @@ class Saving:
         return True
 
     def _again(self) -> None:
-        """Try once more where it should have been kept."""
+        """Try to save again in the place's own folder."""
         model = self._services.model
         folder, place, light = model.place_folder, self._now(), model.light
         if folder is None:
@@ -272,7 +272,7 @@ class Saving:
             self._not_kept(error)
 
     def _not_kept(self, error: Exception) -> None:
-        """Say once that the place is not kept, with what mends that."""
+        """Report once that the place is not saved, with buttons to fix it."""
         model = self._services.model
         name = model.place.name if model.place is not None else tr("place")
         folder = model.place_folder
@@ -318,7 +318,7 @@ class Saving:
         return None if folder is None or place is None else (folder, place)
 
     def _now(self) -> Place | None:
-        """Return the open place with the selected head, and the answers with what they are for."""
+        """Return the open place with the selected head and the current answers."""
         model = self._services.model
         if model.place is None or model.head is None:
             return None

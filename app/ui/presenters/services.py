@@ -1,4 +1,4 @@
-"""What presenters are given to work with."""
+"""The services that presenters use."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ class Sounds:
         """Be quiet."""
 
     def say(self, words: str) -> None:
-        """Say something in the system's own voice."""
+        """Speak a text in the system's voice."""
 
 
 def sound_words(enabled: bool, sounds: Sounds) -> tuple[str, str]:
-    """Say whether the guidance is heard, and with which icon."""
+    """Return the icon and words for sound on or off."""
     if not enabled:
         return tr("Sound off"), "sound-off"
     if not sounds.available:
@@ -75,10 +75,10 @@ class Runner(Protocol):
     def submit(
         self, key: str, work: Callable[[Token, PhraseReport], T], **how: Unpack[Handlers[T]]
     ) -> None:
-        """Start `work`; an older one of the same key is cancelled and answers no more."""
+        """Start `work`; an older job of the same key is cancelled and reports nothing."""
 
     def cancel(self, key: str) -> None:
-        """Ask the work of this key to stop; none running is no fault."""
+        """Cancel the job of this key; no-op if none runs."""
 
     def running(self, key: str) -> bool:
         """Whether work of this key has not yet answered."""
@@ -89,7 +89,7 @@ Action: TypeAlias = "tuple[str, Callable[[], None]]"
 
 
 class Notifier(Protocol):
-    """Tells the user something that needs no answer."""
+    """Shows messages that need no answer."""
 
     def tell(
         self,
@@ -111,7 +111,7 @@ class Notifier(Protocol):
         """Show an error in its own words; one that has none of ours is logged as well."""
 
     def mended(self, about: str) -> None:
-        """Take off the screen what speaks of this: it is over."""
+        """Remove the messages about this: it is over."""
 
 
 class Devices(Protocol):
@@ -121,7 +121,7 @@ class Devices(Protocol):
         """Look for 360 cameras for some seconds."""
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
-        """Ask one address that was typed.
+        """Look for a camera at a typed address.
 
         Raises:
             CoreError, DeviceError: When it is no address, or there is no camera.
@@ -131,10 +131,10 @@ class Devices(Protocol):
         """Connect to a camera."""
 
     def passwords(self) -> Passwords:
-        """Where passwords are kept."""
+        """Return the store of passwords."""
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Index and name of every webcam. Takes a while: not for the thread of the screens."""
+        """Index and name of every webcam. Slow: not for the main thread."""
 
     def webcam(self, index: int) -> Webcam:
         """Make a webcam that is not yet opened."""
@@ -167,7 +167,7 @@ class Services:
 
 
 class View(Protocol):
-    """Shows what a presenter has resolved."""
+    """Shows a presenter's state."""
 
     def show_state(self, state: Any, /) -> None:
         """Show it."""
@@ -177,7 +177,7 @@ V = TypeVar("V", bound=View)
 
 
 class Presenter(Generic[V]):
-    """Resolves what a view shows, and shows it while there is one and it is in front."""
+    """Resolves a state, and shows it while a view is attached and in front."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -190,11 +190,11 @@ class Presenter(Generic[V]):
         self._refresh()
 
     def detach(self) -> None:
-        """Show nothing any more; the view is going away."""
+        """Stop showing anything; the view is being removed."""
         self._view = None
 
     def resolve(self) -> Any:
-        """Work out what the view shows now."""
+        """Resolve the view's state."""
         raise NotImplementedError
 
     def _refresh(self) -> None:

@@ -59,7 +59,7 @@ class Spot:
 
 @dataclass(frozen=True, slots=True)
 class SpotCard:
-    """A place as shown; `grade_words`: grade, match and leeway; `why`: what is wrong with it."""
+    """A spot; `grade_words`: grade, match and leeway; `why`: why the style is out of reach."""
 
     folder: Path
     name: str
@@ -95,12 +95,12 @@ class SpotsPresenter(Presenter[View]):
         self._style = services.model.chosen or ""
 
     def attach(self, view: View) -> None:
-        """Show the comparison in `view` from now on, and begin to read."""
+        """Show the comparison in `view`, and start reading the places."""
         super().attach(view)
         self._read_next()
 
     def detach(self) -> None:
-        """Show nothing any more, and read no further."""
+        """Stop showing and reading."""
         super().detach()
         self._services.runner.cancel(_JOB)
 
@@ -114,7 +114,7 @@ class SpotsPresenter(Presenter[View]):
         self._place_controller.open_place(folder, self.resolve().style)
 
     def resolve(self) -> SpotsState:
-        """Work out what the comparison shows now."""
+        """Resolve the comparison."""
         values = {"number": len(self._spots) + 1, "every": len(self._folders)}
         if values["number"] <= values["every"]:
             return SpotsState(verdict=tr("Reading place {number} of {every}…", **values))

@@ -15,7 +15,7 @@ _MOST_BYTES: Final = 64 << 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Undoable:
-    """Something that was done and can be taken back.
+    """A step that can be undone.
 
     Attributes:
         words: What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My
@@ -49,7 +49,7 @@ class UndoStack:
 
     @property
     def undo_words(self) -> str:
-        """What `undo` would take back; empty when there is nothing."""
+        """Name of the step that `undo` would undo; empty if there is none."""
         return self._past[-1].words if self._past else ""
 
     @property
@@ -58,7 +58,7 @@ class UndoStack:
         return self._undone[-1].words if self._undone else ""
 
     def push(self, step: Undoable) -> None:
-        """Note something that has been done; what was undone before is forgotten."""
+        """Add a step; undone steps are forgotten."""
         self._past.append(step)
         self._undone.clear()
         while len(self._past) > 1 and sum(one.size for one in self._past) > self._most_bytes:
@@ -66,7 +66,7 @@ class UndoStack:
         self.changed.emit()
 
     def undo(self) -> None:
-        """Take the last step back; without one nothing happens."""
+        """Undo the last step; no-op without one."""
         if not self.give_up() and self._past:
             self.take_back(self._past[-1])
 
@@ -80,7 +80,7 @@ class UndoStack:
             self._tell(step, self._past, tr("Redone: {step}.", step=step.words))
 
     def take_back(self, step: Undoable) -> None:
-        """Take a certain step back, as its own message offers, if it has not been by now."""
+        """Undo a certain step, as its message offers, unless that has been done."""
         if step in self._past:
             self._past.remove(step)
             self._undone.append(step)
@@ -88,14 +88,14 @@ class UndoStack:
             self._tell(step, self._undone, tr("Undone: {step}.", step=step.words))
 
     def take_back_what(self, result: object) -> bool:
-        """Take back what put something away, as a list of such things offers; gives whether."""
+        """Undo the step that deleted something; return whether there was one."""
         step = next((one for one in self._past if one.result() == result), None)
         if step is not None:
             self.take_back(step)
         return step is not None
 
     def failed(self, step: Undoable, *, undoing: bool) -> None:
-        """Note that a step that takes its time was not taken back, or not done again."""
+        """Note that undo or redo of a slow step has failed."""
         source, target = (self._undone, self._past) if undoing else (self._past, self._undone)
         if step in source:
             source.remove(step)
@@ -110,7 +110,7 @@ class UndoStack:
         self.changed.emit()
 
     def forget_places(self) -> None:
-        """Forget what belongs to the open place, as when it is closed; the rest stays."""
+        """Forget the steps of the open place, as when it is closed."""
         for steps in (self._past, self._undone):
             steps[:] = [one for one in steps if one.place is None]
         self.changed.emit()

@@ -1,4 +1,4 @@
-"""The frame around the screens: place, sitter, camera, what is done and what can be undone."""
+"""The frame around the screens: place, sitter, camera, finished steps, undo."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class FrameState:
 
 
 class FramePresenter(Presenter[View]):
-    """Resolves what the frame shows whenever something of it changed."""
+    """Resolves the frame after every change."""
 
     def __init__(self, services: Services) -> None:
         super().__init__(services)
@@ -65,7 +65,7 @@ class FramePresenter(Presenter[View]):
         self._message = ""
 
     def resolve(self) -> FrameState:
-        """Work out what the frame shows now."""
+        """Resolve the frame."""
         model, undo = self._services.model, self._services.undo
         camera = model.camera
         place = model.place
@@ -91,13 +91,13 @@ class FramePresenter(Presenter[View]):
             self._refresh()
 
     def _undone(self, sentence: str) -> None:
-        """Say at the foot what was undone, until something else is done or comes to the front."""
+        """Show at the foot what was undone, until the next change."""
         self._message = sentence
         self._refresh()
 
 
 def camera_words(camera: CameraSeen) -> str:
-    """Say which camera it is: "THETA V, 82 %, 1.9 GB free"."""
+    """Write the camera's status: "THETA V, 82%, 1.9 GB free"."""
     name = camera.device.model.removeprefix("RICOH ") or camera.device.name
     parts = [name, battery_words(camera)]
     if camera.free_bytes is not None:
@@ -106,7 +106,7 @@ def camera_words(camera: CameraSeen) -> str:
 
 
 def _status(services: Services) -> tuple[str, str]:
-    """Say what is to be known on this screen while nothing runs, and with which icon."""
+    """Return the message at the foot while no job runs, with its icon."""
     model = services.model
     if model.step == Step.TURN:
         return sound_words(model.settings.sounds, services.sounds)
@@ -138,12 +138,12 @@ def _status(services: Services) -> tuple[str, str]:
 
 
 def battery_words(camera: CameraSeen | None) -> str:
-    """Say how full the battery is: "82 %"; empty where that is not known."""
+    """Write the battery level: "82%"; empty if unknown."""
     return "" if camera is None or camera.battery is None else percent(camera.battery)
 
 
 def camera_warning(camera: CameraSeen | None) -> str:
-    """Say what is about to run out; empty while nothing is."""
+    """Write what is about to run out; empty if nothing is."""
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:

@@ -32,7 +32,7 @@ _THEMES: Final = {
 }
 
 _FILES: Final = (
-    tr("Panoramas and photographs") + " (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
+    tr("Panoramas and photos") + " (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
 )
 
 
@@ -92,7 +92,7 @@ class Commands:
         self.services.model.update(step=step, painting=None)
 
     def everywhere(self) -> Sequence[Action]:
-        """Give all actions that can be done on every screen."""
+        """List the actions of every screen."""
         undo, asks = self.services.undo, partial(partial, self.ask)
         screens = (
             Action(f"step-{spec.key}", spec.command, partial(self.go, spec.key), spec.icon,
@@ -125,11 +125,11 @@ class Commands:
         )  # fmt: skip
 
     def all_actions(self) -> Sequence[Action]:
-        """Give what can be done now: here first, then everywhere."""
+        """List all actions of now: this screen's first."""
         return (*self.window.screen_actions(), *self.everywhere())
 
     def ask(self, what: str, at: QPoint | None = None) -> None:
-        """Open something that lies over the screen."""
+        """Open an overlay."""
         self.close_overlay()
         if what == "camera":
             self.go(Step.PROBE)
@@ -160,17 +160,17 @@ class Commands:
             reveal(key)
 
     def close_overlay(self) -> None:
-        """Close what lies over the screen."""
+        """Close the overlay."""
         if self.overlay is not None:
             self.overlay.shut()
 
     def reopen(self) -> None:
-        """Make what lies over the screen again, as after a change of theme."""
+        """Rebuild the overlay, as after a change of theme."""
         if self.overlay is not None:
             self.ask(self._question)
 
     def messages(self) -> tuple[Message, ...]:
-        """Give what was told since the start; from now on it counts as read."""
+        """Return all messages since the start, and mark them as read."""
         self._notify.read()
         return self._notify.messages
 
@@ -189,7 +189,7 @@ class Commands:
         menu.popup(at)
 
     def choose_head(self) -> None:
-        """Ask for a head that was baked with ``turnlight bake``, and light it."""
+        """Ask for a head file made by ``turnlight bake``, and load it."""
         title, kinds = tr("Choose a head of your own"), tr("Baked heads (*.npz)")
         path = ask_file(self.window, title, kinds)
         if path is not None:
@@ -208,12 +208,12 @@ class Commands:
             self.open_paths([folder])
 
     def open_paths(self, paths: Sequence[Path]) -> None:
-        """Open files that were chosen or dropped; what lies over the screen makes way."""
+        """Close the overlay and open files that were chosen or dropped."""
         self.close_overlay()
         self.place_controller.open_paths(paths)
 
     def change(self, key: str, value: object) -> None:
-        """Change one setting and keep it."""
+        """Change one setting and save it."""
         self.services.model.set(key, value)
 
     def quit(self) -> None:

@@ -56,7 +56,7 @@ class _RailButton(Pressable):
         self.set_tip(tip, shortcut)
 
     def set_state(self, done: bool, note: str, words: str) -> None:
-        """Mark the step as done, also in its name, and say what was decided there."""
+        """Mark the step as done, and show what was decided there."""
         self._done, self._note = done, "" if self._compact else note
         self.setAccessibleName(tr("{step}, done", step=self.text()) if done else self.text())
         self.setAccessibleDescription(words)
@@ -64,10 +64,10 @@ class _RailButton(Pressable):
         self.update()
 
     def nextCheckState(self) -> None:
-        """Stay as the window says: a click asks, it does not switch."""
+        """Leave the switch to the window."""
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give the rectangle behind icon and label."""
+        """Return the rectangle behind icon and label."""
         return self._box(), px(8)
 
     def _box(self) -> QRect:
@@ -113,7 +113,7 @@ class Rail(Surface):
         for number, (key, title, tip, icon) in enumerate([*steps, *_FOOT], start=1):
             if key == PLACES:
                 lines.addStretch(1)
-            shortcut = f"Ctrl {number}" if number <= len(steps) else ""
+            shortcut = f"Ctrl+{number}" if number <= len(steps) else ""
             button = _RailButton(title, tip, icon, shortcut, compact)
             button.clicked.connect(lambda _=False, key=key: choose(key))
             lines.addWidget(button)
@@ -124,7 +124,7 @@ class Rail(Surface):
     def show_steps(
         self, current: str, done: Collection[str], notes: Mapping[str, tuple[str, str]]
     ) -> None:
-        """Mark the screen in front and those that are done, with what was decided, by keys."""
+        """Mark the screen in front and the finished steps, with their notes."""
         for key, button in self._buttons.items():
             button.setChecked(key == current)
             button.set_state(key in done, *notes.get(key, ("", "")))
@@ -141,7 +141,7 @@ _MOST_HINTS = 4
 
 
 class JobLineBar(Surface):
-    """The job line; `cancel` takes the key of the job that runs."""
+    """The job line; `cancel` receives the key of the running job."""
 
     def __init__(
         self, compact: bool, cancel: Callable[[str], None], show_messages: Callable[[], None]
@@ -168,7 +168,7 @@ class JobLineBar(Surface):
         self.show_job(None)
 
     def show_job(self, job: JobLine | None, stopped_above: bool = False) -> None:
-        """Show what runs, cancelled here or `stopped_above`; None goes back to the last words."""
+        """Show the running job; None shows the last message again."""
         running = job is not None
         for widget in (self._bar, self._time_left):
             widget.setVisible(running)
@@ -177,9 +177,9 @@ class JobLineBar(Surface):
         if job is not None:
             self._key = job.key
             self._words.set_text(job.message or job.title)
-            self._time_left.set_text(f"{round(100 * job.fraction)} %")
+            self._time_left.set_text(f"{round(100 * job.fraction)}%")
             self._bar.set(job.fraction)
-            self._bar.setAccessibleName(f"{job.title}: {round(100 * job.fraction)} %")
+            self._bar.setAccessibleName(f"{job.title}: {round(100 * job.fraction)}%")
             self._cancel.setAccessibleName(tr("Cancel: {title}", title=job.title))
 
     def show_idle(self, words: str, icon: str = "check") -> None:
@@ -191,13 +191,13 @@ class JobLineBar(Surface):
         self.show_job(None)
 
     def show_unread(self, count: int) -> None:
-        """Say how many messages were not read yet; the bell opens all of them."""
+        """Show the number of unread messages at the bell."""
         self._bell.set_text(str(count) if count else "")
         name = tr("Messages, {count} unread", count=count) if count else tr("Messages")
         describe(self._bell, name, tip=name)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
-        """Show the screen's shortcuts: keys and what they do, at most four."""
+        """Show up to four of the screen's shortcuts."""
         clear(self._hint_row)
         for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
             self._hint_row.addWidget(KeyHint(keys, words))
@@ -216,7 +216,7 @@ def fitted(rect: QRect, room: QRect) -> QRect:
 
 
 def room_for(window: QWidget) -> QRect:
-    """Give what a window's content can have on its screen, logical pixels; its frame is outside."""
+    """Return the room for a window's content on its screen, logical pixels, without the frame."""
     return window.screen().availableGeometry().marginsRemoved(_frame_of(window))
 
 
@@ -248,7 +248,7 @@ def dropped_paths(data: QMimeData) -> list[Path]:
 
 
 class DropVeil(PaintedWidget):
-    """Lies over the window while files are held over it."""
+    """Covers the window while files are dragged over it."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -257,7 +257,7 @@ class DropVeil(PaintedWidget):
         self.setAccessibleName(_WORDS)
 
     def set_words(self, words: str) -> None:
-        """Say what may be dropped."""
+        """Show what may be dropped."""
         self._words = words or _WORDS
         self.setAccessibleName(self._words)
         self.update()
@@ -289,7 +289,7 @@ class _PlaceButton(Pressable):
         super().__init__(tr("Places you have measured"), do=do)
         self._place = ""
         self._time = ""
-        self.set_tip(tr("Places you have measured"), "Ctrl P")
+        self.set_tip(tr("Places you have measured"), "Ctrl+P")
         self.setFixedHeight(px(32))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -303,7 +303,7 @@ class _PlaceButton(Pressable):
         self.update()
 
     def _parts(self) -> tuple[QRect, QRect, QRect]:
-        """Where name, time and chevron go; a long name gives way."""
+        """Return the rectangles of name, time and chevron; a long name is shortened."""
         t = theme()
         high, gap, mark = self.height(), px(16), px(16)
         time = text_width(t.font(14), self._time)
@@ -317,12 +317,12 @@ class _PlaceButton(Pressable):
         )
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give the words only, not the free room behind them."""
+        """Return the text only, without the free room behind it."""
         last = self._parts()[2]
         return QRect(0, 0, last.right() + 1, self.height()), px(6)
 
     def hitButton(self, pos: QPoint) -> bool:
-        """Take clicks on the words only."""
+        """Accept clicks on the text only."""
         return self.focus_shape()[0].contains(pos)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -333,7 +333,7 @@ class _PlaceButton(Pressable):
 
 
 class TopBar(Surface):
-    """The head line; for what it asks, see `Window.asked`."""
+    """The top bar; for its requests, see `Window.asked`."""
 
     def __init__(self, compact: bool, undo: UndoStack, ask: Callable[..., None]) -> None:
         super().__init__("panel", ("bottom",))
@@ -343,7 +343,7 @@ class TopBar(Surface):
         self._place = _PlaceButton(lambda: ask("places"))
         self._undo = IconButton("undo", tr("Undo"), kind="quiet", do=undo.undo)
         self._redo = IconButton("redo", tr("Redo"), kind="quiet", do=undo.redo)
-        find = IconButton("search", tr("Find anything"), kind="quiet", shortcut="Ctrl K")
+        find = IconButton("search", tr("Find anything"), kind="quiet", shortcut="Ctrl+K")
         find.clicked.connect(lambda: ask("find"))
         self._sitter = Chip("person", "", menu=not compact, do=self._ask_sitter)
         self._camera = Chip("theta", "", do=lambda: ask("camera"))

@@ -96,13 +96,13 @@ class DemoBar(Surface):
         self._bar.setFixedWidth(px(80))
 
     def show_step(self, number: int, share: float, paused: bool) -> None:
-        """Say what is in front, and how much of the demo is over, 0 to 1."""
+        """Show the step, and how much of the demo is over, 0 to 1."""
         _, title, words = STEPS[number]
         self._title.set_text(title)
         self._words.set_text(words)
         self._count.set_text(tr("{page} of {pages}", page=number + 1, pages=len(STEPS)))
         self._bar.set(share)
-        self._bar.setAccessibleName(tr("Demo: {percent} %", percent=round(100 * share)))
+        self._bar.setAccessibleName(tr("Demo: {percent}%", percent=round(100 * share)))
         self._pause.set_text(tr("Continue") if paused else tr("Pause"))
 
 
@@ -143,7 +143,7 @@ class GuidedDemo(QObject):
         self.deleteLater()
 
     def tick(self) -> None:
-        """Let a tenth of a second pass."""
+        """Advance the demo by a tenth of a second."""
         opening = self._services.runner.running("open")
         ready = self._model.demo_open and self._model.results and not opening
         is_covered = bool(Sheet.over(self._window))

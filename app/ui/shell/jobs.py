@@ -29,7 +29,7 @@ _LARGE = 1 << 20  # bytes
 
 
 def keep_little() -> None:
-    """Have every large array handed back to the system as soon as it is freed.
+    """Make the allocator return large arrays to the system when they are freed.
 
     GNU's C library would keep more and more of them for the next one, and for each thread apart.
     Elsewhere nothing is done.
@@ -41,7 +41,7 @@ def keep_little() -> None:
 
 
 def give_back() -> None:
-    """Hand the memory that was freed back to the system.
+    """Return freed memory to the system.
 
     GNU's C library keeps what a thread has freed for that thread; with several threads at work on
     large pictures that is several times what is in use. Elsewhere nothing is done.
@@ -103,7 +103,7 @@ class JobLine:
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """One piece of work; which it is tells its answers from those of an older one."""
+    """A job; its identity tells its result from that of an older one."""
 
     key: str
     work: Callable[[Token, PhraseReport], Any]
@@ -143,7 +143,7 @@ def _work(job: _Job, bridge: _Bridge) -> None:
 
 
 class QtRunner(QObject):
-    """Runs jobs by purpose: a newer one of the same key takes the older one's place."""
+    """Runs jobs by purpose: a newer job replaces an older one of the same key."""
 
     line_changed = Signal(object)
     """The visible job as `JobLine`, or None when none runs."""
@@ -179,7 +179,7 @@ class QtRunner(QObject):
         self._pool.start(partial(_work, job, self._bridge))
 
     def cancel(self, key: str) -> None:
-        """Ask the work of this key to stop; its ``cancelled`` is called once it has."""
+        """Cancel the job of this key; its ``cancelled`` is called once it has stopped."""
         job = self._jobs.get(key)
         if job is not None:
             job.token.cancel()
@@ -189,7 +189,7 @@ class QtRunner(QObject):
         return key in self._jobs
 
     def shutdown(self, milliseconds: int = 5000) -> bool:
-        """Cancel everything and wait for the threads; nothing is told to anybody any more."""
+        """Cancel everything and wait for the threads; no more results are reported."""
         self._closed = True
         for job in self._jobs.values():
             job.token.cancel()

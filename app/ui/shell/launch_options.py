@@ -1,4 +1,4 @@
-"""How the app is asked to start; imported before Qt."""
+"""The options of the app's start; imported before Qt."""
 
 from __future__ import annotations
 

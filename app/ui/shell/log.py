@@ -1,4 +1,4 @@
-"""The log of the window, and what the interpreter writes when a library crashes.
+"""The log of the window, and the interpreter's report of a crash.
 
 LOGS/turnlight.log   starts, ends and errors; at most two files of 1 MiB
 LOGS/crash.log       written by `faulthandler` while it is open; empty unless a library crashes
@@ -43,7 +43,7 @@ class _PrivateFile(logging.handlers.RotatingFileHandler):
 
 
 def log_to(folder: Path) -> None:
-    """Keep a log there; where that is not possible there is none."""
+    """Write a log to a folder, if possible."""
     with contextlib.suppress(OSError):
         make_folder(folder, private=True)
         # Names of files may hold bytes that are not text.
@@ -104,7 +104,7 @@ class CrashLog:
 
 
 def crash_text(folder: Path) -> str:
-    """Return what is known of the last crash, to be sent to somebody who can mend it."""
+    """Return the report of the last crash, to send to the developers."""
     parts = [f"Turnlight {__version__}, Python {sys.version}, {platform.platform()}"]
     for name in (LAST_CRASH, LOG):
         with contextlib.suppress(OSError), (folder / name).open("rb") as stream:

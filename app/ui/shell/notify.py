@@ -39,7 +39,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """Something that was told. `actions`: tuple of (str, callable). What can be done about it."""
+    """A message. `actions`: tuple of (str, callable), its buttons."""
 
     moment: datetime
     text: str
@@ -62,16 +62,16 @@ class Notify:
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """What was told since the start, the newest last."""
+        """All messages since the start, the newest last."""
         return tuple(self._messages)
 
     @property
     def unread(self) -> int:
-        """How many were told since the list was last looked at; confirmations do not count."""
+        """The number of unread messages; confirmations do not count."""
         return len(self._unread)
 
     def attach(self, toasts: Toasts | None) -> None:
-        """Show messages there from now on; what stands, and what was told before, is shown first.
+        """Show messages in this window from now on, open and earlier ones first.
 
         `toasts`: None while the window is rebuilt.
         """
@@ -123,19 +123,19 @@ class Notify:
         self.tell(words, kind="error", actions=actions, about=about)
 
     def mended(self, about: str) -> None:
-        """Take off the screen what speaks of this: it is over."""
+        """Remove the messages about this: it is over."""
         for message in [each for each in self._standing if each.about == about]:
             self._mark_read(message)
             if self._toasts is not None:
                 self._toasts.drop(message.text)
 
     def read(self) -> None:
-        """Count all messages as read; what stands stays."""
+        """Mark all messages as read; open ones stay."""
         self._unread.clear()
         self.changed.emit()
 
     def dismiss(self) -> None:
-        """Take every message off the screen."""
+        """Close all messages."""
         self._standing.clear()
         if self._toasts is not None:
             self._toasts.clear()
@@ -153,7 +153,7 @@ class Notify:
         )
 
     def _mark_read(self, message: Message) -> None:
-        """Forget what was closed by hand, or is mended."""
+        """Forget a message that was closed or resolved."""
         self._standing = [each for each in self._standing if each is not message]
         self._unread = [each for each in self._unread if each is not message]
         self.changed.emit()
@@ -218,12 +218,12 @@ class Speaker(Sounds):
         return bool(_voice())
 
     def say(self, words: str) -> None:
-        """Say something in the system's own voice."""
+        """Speak a text in the system's voice."""
         if self.speaks:
             threading.Thread(target=_say, args=(words,), name="voice", daemon=True).start()
 
     def _run(self) -> None:
-        """Keep the device running while there is something to hear."""
+        """Run the device while there is sound to play."""
         while self._wake.wait() and not self._closing:
             frames = self._frames()
             next(frames)
@@ -240,7 +240,7 @@ class Speaker(Sounds):
         self._device.close()
 
     def _frames(self) -> Generator[bytes, int, None]:
-        """Give the device what is to be heard next; it adds silence to what is too short."""
+        """Fill the device's buffer; the device pads it with silence."""
         sound, position = b"", 0
         frames = yield b""
         while True:
@@ -273,7 +273,7 @@ _VOICES: Final = {
 
 @cache
 def _voice() -> tuple[str, ...]:
-    """Find the command that says aloud what follows it, or `_SAYS`; empty where there is none."""
+    """Find the command that speaks its argument, or `_SAYS`; empty if there is none."""
     for program, *options in _VOICES.get(sys.platform, ()):
         if (path := shutil.which(program)) is not None:
             return (path, *options)

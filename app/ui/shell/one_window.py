@@ -147,7 +147,7 @@ class WindowServer(QObject):
 
 
 def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) -> WindowLock | None:
-    """Become the window of a data folder, or hand the files over to the one that is open.
+    """Become the window of a data folder, or pass the files to the one already open.
 
     Returns the lock; None where the open window has taken the files and is in front.
     Raises CoreError when another process has the folder and does not answer.
@@ -169,7 +169,7 @@ def enter(home: Path, paths: Sequence[Path], patience_ms: int = _PATIENCE_MS) ->
 
 
 def _hand_over(home: Path, paths: Sequence[Path]) -> bool:
-    """Ask the open window to show itself with these files; whether it did."""
+    """Ask the open window to open these files; return whether it did."""
     address = _read_address(home)
     if address is None:
         return False

@@ -23,7 +23,7 @@ class Shortcuts:
         self._shortcuts: dict[str, QShortcut] = {}
 
     def bind(self, actions: Sequence[Action]) -> None:
-        """Take the place of the group's former shortcuts."""
+        """Replace the group's shortcuts."""
         self._actions = {
             keys.strip(): action
             for action in actions
@@ -37,7 +37,7 @@ class Shortcuts:
         self._enable()
 
     def rest(self, resting: bool) -> None:
-        """Let the keys go to others, as while something lies over the screen."""
+        """Disable the shortcuts, as under an overlay."""
         if resting != self._resting:
             self._resting = resting
             self._enable()
@@ -56,7 +56,7 @@ class Shortcuts:
 
 
 def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
-    """Say which shortcuts the line at the foot shows.
+    """List the shortcuts for the line at the foot.
 
     Returns list of (str, str). Keys and words.
     """
@@ -66,7 +66,7 @@ def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
 
 
 def key_text(shortcut: str) -> str:
-    """Write the first of an action's shortcuts as keys are named on screen: "Ctrl K"."""
+    """Write the first of an action's shortcuts as keys are named on screen: "Ctrl+K"."""
     first = shortcut.split(";")[0].strip()
     names = {"Return": "Enter", "Escape": "Esc"}
-    return " ".join(names.get(part, part) for part in first.split("+"))
+    return "+".join(names.get(part, part) for part in first.split("+"))

@@ -1,4 +1,4 @@
-"""Being asked to end by the system: SIGTERM, SIGHUP and Ctrl-C reach the thread of the screens.
+"""Signals to end: SIGTERM, SIGHUP and Ctrl-C reach the main thread.
 
 Python runs a signal's handler only between two of its own instructions, and Qt's event loop has
 none: the interpreter writes the signal's number into a socket, which wakes the loop.

@@ -68,14 +68,14 @@ _log = logging.getLogger("turnlight")
 
 
 class _Carrier(QObject):
-    """Brings an error from any thread to the one of the screens."""
+    """Brings an error from any thread to the main thread."""
 
     came = Signal(object)
 
 
 @contextlib.contextmanager
 def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
-    """Take every error that would else end a thread or be printed and lost.
+    """Catch every error that would otherwise end a thread or only be printed.
 
     Yields:
         None. While the hooks are set; the former ones come back afterwards.
@@ -155,7 +155,7 @@ def run(
 
 
 class App:
-    """Everything put together: one model, one window, and those who work for them."""
+    """The app: one model, one window and their services."""
 
     def __init__(
         self,
@@ -214,14 +214,14 @@ class App:
             self.notify.tell(note_words(note), kind="warning")
 
     def show(self) -> None:
-        """Show the window as it was last time; work begins once it has been painted."""
+        """Show the window as it was last time; jobs start once it has been painted."""
         _AfterFirstPaint(self.window, self._begin)
         self.window.restore(self._kept_geometry())
         self.window.show()
         self.window.setFocus()
 
     def shut(self) -> None:
-        """End all work; what is not yet on the disk was written before."""
+        """End all jobs; everything was saved before."""
         self._keep_geometry()
         self.commands.shut()
         self.runner.shutdown()
@@ -229,7 +229,7 @@ class App:
         self.application.quit()
 
     def end(self, number: int) -> None:
-        """Save everything and close, as a signal asks for; what cannot be saved holds nothing."""
+        """Save everything possible and close, as after a signal."""
         _log.info("ending by signal %d", number)
         self.ended_by, self._warned = number, True
         try:
@@ -240,7 +240,7 @@ class App:
             self.application.quit()
 
     def show_with(self, paths: Sequence[Path]) -> None:
-        """Bring the window to the front, as another start asks for, and open its files."""
+        """Bring the window to the front and open the files of a second start."""
         window = self.window
         _log.info("shown by another start, with %d files", len(paths))
         window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
@@ -271,7 +271,7 @@ class App:
         self.notify.tell(tr("Log copied."), kind="done")
 
     def _may_close(self) -> bool:
-        """Keep everything; what cannot be kept holds the window open once."""
+        """Save everything; if that fails, keep the window open once."""
         if self.place_controller.keep_all() or self._warned:
             return True
         self._warned = True
@@ -349,7 +349,7 @@ def _folders(home: Path, settings: Settings) -> Folders:
 
 
 def _load_libraries() -> None:
-    """Import what a screen needs a little later, so that the window need not wait for it."""
+    """Import the screens' libraries after the window is visible."""
     for name in ("pyqtgraph", "miniaudio"):
         with contextlib.suppress(ImportError):
             import_module(name)

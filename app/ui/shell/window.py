@@ -1,4 +1,4 @@
-"""The window: frame around the screen in front, nothing of what the screens are about."""
+"""The window: the frame around the screen in front."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class Window(QWidget):
         QTimer.singleShot(0, self._toasts, self._toasts.lay)
 
     def set_foot(self, make: Callable[[], QWidget] | None) -> None:
-        """Show something between the screen and the line at the foot; None takes it away."""
+        """Show a widget between the screen and the line at the foot; None removes it."""
         self._make_foot = make
         if self._foot is not None:
             self._foot.hide()
@@ -172,7 +172,7 @@ class Window(QWidget):
         self._screen_shortcuts.rest(covered)
 
     def screen_actions(self) -> Sequence[Action]:
-        """Give what can be done on the screen in front."""
+        """List the actions of the screen in front."""
         presenter = self.front_presenter
         return () if presenter is None else presenter.actions()
 
@@ -217,7 +217,7 @@ class Window(QWidget):
         self.setUpdatesEnabled(True)
 
     def _take_down(self) -> None:
-        """Take all views away; presenters and what they know stay."""
+        """Remove all views; presenters stay."""
         self._notify.attach(None)
         for key in self._views:
             self._presenters[key].detach()
@@ -276,7 +276,7 @@ class Window(QWidget):
         return self._presenters[key]
 
     def _expect_styles(self) -> None:
-        """Get the gallery ready while the panorama is looked at; its presenter begins at once."""
+        """Prepare the gallery while the user looks at the panorama."""
 
         def ready(_: None) -> None:
             self._presenter_of("styles")
@@ -300,7 +300,7 @@ class Window(QWidget):
         self._show_hints()
 
     def _job_ended(self, title: str, how: str) -> None:
-        """Say at the foot what failed, until something else is to be said there."""
+        """Show at the foot what failed, until the next message."""
         self._failed = tr("{job} failed.", job=title) if how == "failed" else ""
         self._show_job(self._job)
 
@@ -327,14 +327,14 @@ class Window(QWidget):
             self._rebuild()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Take the layout that fits, once the resizing has settled."""
+        """Choose the layout that fits, once resizing has settled."""
         super().resizeEvent(event)
         if self._veil is not None:
             self._veil.setGeometry(self.rect())
         self._relayout.start()
 
     def restore(self, geometry: QByteArray | None) -> None:
-        """Take the size and place of last time, as far as this screen has room for them."""
+        """Restore the size and position of last time, as far as they fit this screen."""
         if geometry is None or not self.restoreGeometry(geometry):
             self.resize(DESIGNED)
             self.move(room_for(self).center() - self.rect().center())
@@ -361,7 +361,7 @@ class Window(QWidget):
             self._veil.raise_()
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        """Take the sign away."""
+        """Hide the veil."""
         self._lift_veil()
 
     def dropEvent(self, event: QDropEvent) -> None:
@@ -379,7 +379,7 @@ class Window(QWidget):
     # -- the end -------------------------------------------------------------------------------
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Let the screens stop their devices, then go."""
+        """Stop the screens' devices, then close."""
         presenter = self.front_presenter
         if presenter is not None:
             presenter.leave()
@@ -393,7 +393,7 @@ class Window(QWidget):
 
 
 def _read_in(screens: Sequence[ScreenSpec]) -> None:
-    """Import screens before they are asked for."""
+    """Import screens before they are needed."""
     with reading_in():
         for spec in screens:
             spec.read_in()

@@ -1,4 +1,4 @@
-"""What controls say of themselves, and how the keyboard reaches them."""
+"""Accessible names and roles of controls, and moving between them by keyboard."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ROLE: Final = "spokenAs"
 
 
 def give_role(widget: QWidget, role: QAccessible.Role) -> None:
-    """Say what a widget is that Qt does not know the kind of: a slider, a picture, a pane."""
+    """Set the accessible role of a widget that Qt has none for: a slider, a picture, a pane."""
     if not _installed:
         QAccessible.installFactory(_interface)
         _installed.append(True)
@@ -39,7 +39,7 @@ def _interface(_kind: str, thing: QObject) -> QAccessibleWidget | None:
 
 
 class OwnKeys(QObject):
-    """Lets Enter and Esc reach a control that has the focus, before they become shortcuts."""
+    """Passes Enter and Esc to the focused control before they act as shortcuts."""
 
     def __init__(self, *widgets: QWidget) -> None:
         super().__init__(widgets[0])
@@ -80,7 +80,7 @@ class Roving(QObject):
         self._members: list[QWidget] = []
 
     def set_members(self, members: Sequence[QWidget]) -> None:
-        """Take the widgets of the group in reading order; the one that was the stop stays it."""
+        """Set the group's widgets in reading order; the Tab stop stays."""
         stop = self.stop
         for old in self._members:
             if shiboken6.isValid(old):
@@ -93,13 +93,13 @@ class Roving(QObject):
 
     @property
     def stop(self) -> QWidget | None:
-        """The widget that Tab comes to."""
+        """The Tab stop."""
         tabbed = Qt.FocusPolicy.TabFocus
         living = [member for member in self._members if shiboken6.isValid(member)]
         return next((m for m in living if m.focusPolicy() & tabbed), None)
 
     def set_stop(self, stop: QWidget | None) -> None:
-        """Choose the member that Tab comes to; None leaves it as it is."""
+        """Set the Tab stop; None leaves it."""
         if stop is None:
             return
         for member in self._members:
@@ -107,7 +107,7 @@ class Roving(QObject):
             member.setFocusPolicy(Qt.FocusPolicy.StrongFocus if here else Qt.FocusPolicy.ClickFocus)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take arrows, Home and End; a member that gets the focus becomes the stop."""
+        """Handle arrows, Home and End; a focused member becomes the Tab stop."""
         if event.type() == QEvent.Type.FocusIn and isinstance(watched, QWidget):
             self.set_stop(watched)
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
@@ -168,7 +168,7 @@ def _wrapped(text: str) -> str:
 
 
 def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
-    """Name a control for those who cannot see it, and give it its tool tip."""
+    """Set the accessible name and the tool tip."""
     widget.setAccessibleName(visible(name))
     text = name if tip is None else tip
     text = f"{text} ({shortcut})" if shortcut and text else text
@@ -179,7 +179,7 @@ def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = N
 
 
 def set_available(widget: QWidget, available: bool, why: str = "") -> None:
-    """Enable or disable a control; a disabled one says why."""
+    """Enable or disable a control; when disabled its tool tip shows why."""
     widget.setEnabled(available)
     tip = str(widget.property("tip") or "")
     widget.setToolTip(tip if available or not why else _wrapped(why))

@@ -91,7 +91,7 @@ class Pressable(Paints, QAbstractButton):
         return self.underMouse() and self.isEnabled()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter presses it as Space does; arrows are left to the group that it stands in."""
+        """Press it by Enter as by Space; arrows are left to its group."""
         if event.key() in _ARROWS:
             # Qt would move the focus to a neighbour of its own choice.
             event.ignore()
@@ -101,7 +101,7 @@ class Pressable(Paints, QAbstractButton):
             super().keyPressEvent(event)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius that the focus ring goes around."""
+        """Rectangle and corner radius for the focus ring."""
         return self.rect(), px(8)
 
 
@@ -167,7 +167,7 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show "Saving…" and a ring at the same size, and take no press, until it is None again."""
+        """Show "Saving…" and a spinner, and ignore presses; None ends that."""
         if label is not None and self._busy is None:
             self._last_size = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
@@ -178,7 +178,7 @@ class Button(Pressable):
 
     @property
     def busy(self) -> bool:
-        """Whether what it started is under way."""
+        """Whether its action is running."""
         return self._busy is not None
 
     def hitButton(self, pos: QPoint) -> bool:
@@ -186,7 +186,7 @@ class Button(Pressable):
         return not self.busy and super().hitButton(pos)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take the keys that it understands."""
+        """Handle its keys."""
         if self.busy and event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
             return
         super().keyPressEvent(event)
@@ -205,12 +205,12 @@ class Button(Pressable):
         return self.sizeHint()
 
     def room(self) -> int:
-        """Give the width that is left for its words."""
+        """Return the width left for its text."""
         icons = bool(self._icon or self.busy) + bool(self._trailing and not self.busy)
         return max(self.width() - 2 * px(8) - icons * px(_ICON[self._size] + 8), 0)
 
     def whole_tip(self) -> str:
-        """Give the tool tip; it begins with the words where they are cut off."""
+        """Return the tool tip; it starts with the text if that is cut off."""
         cut = text_width(self.font(), self.text()) > self.room()
         return f"{self.text()}\n{self.toolTip()}".rstrip() if cut else self.toolTip()
 
@@ -286,13 +286,13 @@ class IconButton(Pressable):
 
 
 _STEPS: Final = {
-    "undo": (tr("Undo"), tr("Undo {step}"), tr("There is nothing to undo."), "Ctrl Z"),
-    "redo": (tr("Redo"), tr("Redo {step}"), tr("There is nothing to redo."), "Ctrl Shift Z"),
+    "undo": (tr("Undo"), tr("Undo {step}"), tr("There is nothing to undo."), "Ctrl+Z"),
+    "redo": (tr("Redo"), tr("Redo {step}"), tr("There is nothing to redo."), "Ctrl+Shift+Z"),
 }
 
 
 def name_step(button: IconButton, verb: Literal["undo", "redo"], what: str) -> None:
-    """Name on a button for undo or redo what it does now: "Undo delete My Rembrandt"."""
+    """Set the tip of an undo or redo button: "Undo delete My Rembrandt"."""
     bare, whole, nothing, shortcut = _STEPS[verb]
     button.set_tip(whole.format(step=what) if what else bare, shortcut)
     button.set_available(bool(what), nothing)
@@ -310,7 +310,7 @@ class Chip(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, icon: str, text: str, warning: str = "") -> None:
-        """Change what it says."""
+        """Change its text."""
         if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
         self._icon, self._warning = icon, warning
@@ -338,7 +338,7 @@ class Chip(Pressable):
         return text_width(theme().font(13), words) if words else px(_CHIP_ICON)
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
+        """Return the design's size."""
         pieces = self._pieces()
         inner = sum(self._width(words) for _icon, words in pieces)
         inner += px(_GAP) * max(len(pieces) - 1, 0)
@@ -346,11 +346,11 @@ class Chip(Pressable):
         return QSize(max(inner + 2 * px(_CHIP_PADDING), height), height)
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
+        """Return the smallest useful size."""
         return self.sizeHint()
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give what the focus ring goes around."""
+        """Return the shape for the focus ring."""
         return self.rect(), self.height() // 2
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:

@@ -39,7 +39,7 @@ _FAST: Final = 10
 
 
 class LabelledSlider(Paints, QSlider):
-    """A slider; its label and value in words stand above the rail, or before and after it.
+    """A slider with label and value above the rail, or before and after it.
 
     Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
     ends, a double click goes back to the default.
@@ -104,7 +104,7 @@ class LabelledSlider(Paints, QSlider):
                 self.settled.emit(self.amount)
 
     def reset(self) -> None:
-        """Go back to the default and tell everybody."""
+        """Return to the default and emit `changed`."""
         self._move(round((self._default - self._low) / self._step))
 
     def sizeHint(self) -> QSize:
@@ -115,12 +115,12 @@ class LabelledSlider(Paints, QSlider):
         return QSize(max(label + self._value_width + px(_GAP), px(120)), px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size: a label above the rail gives way."""
+        """Return the smallest useful size: a label above the rail may be shortened."""
         hint = self.sizeHint()
         return QSize(hint.width() - px(88) if self._inline else px(120), hint.height())
 
     def _rail(self) -> QRectF:
-        """Give the rail between the outermost edges of the knob."""
+        """Return the rail between the outermost edges of the knob."""
         t = theme()
         left, right = 0.0, float(self.width())
         if self._inline:
@@ -136,7 +136,7 @@ class LabelledSlider(Paints, QSlider):
         return QRectF(left, rail.center().y() - side / 2, side, side)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give the knob: that is what the keys move."""
+        """Return the knob, which the keys move."""
         knob = self._knob().toAlignedRect()
         return knob, knob.height() // 2
 
@@ -146,7 +146,7 @@ class LabelledSlider(Paints, QSlider):
         return round(min(max(share, 0.0), 1.0) * self.maximum())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take the knob, or bring it here when the rail is pressed."""
+        """Grab the knob, or move it to the pressed point of the rail."""
         rail, reach = self._rail(), px(_HIT) / 2
         here = event.position()
         outside = abs(here.y() - rail.center().y()) > reach
@@ -255,13 +255,13 @@ class _Part(Pressable):
         return QSize(width + 2 * px(_PADDING), px(height))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size: the words whole, with less around them."""
+        """Return the smallest useful size: the whole text with smaller margins."""
         t, full = theme(), self.sizeHint()
         # Half of the padding, and what a wider edge takes.
         return full - QSize(px(_PADDING), 2 * (t.line_width - 1))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Say in a tool tip what is cut off."""
+        """Put text that is cut off into the tool tip."""
         super().resizeEvent(event)
         cut = self.width() < self.minimumSizeHint().width()
         describe(self, self.accessibleName(), tip=None if cut else "")
@@ -348,7 +348,7 @@ class SegmentedChoice(PaintedWidget):
             part.set_words(text, words)
 
     def part(self, key: str) -> Pressable:
-        """Give the button of a part, for example to disable it."""
+        """Return the button of a part, for example to disable it."""
         return self._parts[key]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

@@ -29,19 +29,19 @@ from app.words.explanations import EXPLANATIONS
 
 
 def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
-    """Ask for files that exist; none where the dialog is dismissed."""
+    """Ask for existing files; empty if the dialog is dismissed."""
     names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
     return [path_from_library(name) for name in names]
 
 
 def ask_file(asker: QWidget, title: str, filters: str) -> Path | None:
-    """Ask for one file that exists."""
+    """Ask for an existing file."""
     name, _ = QFileDialog.getOpenFileName(asker.window(), title, "", filters)
     return path_from_library(name) if name else None
 
 
 def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
-    """Ask for a folder that exists."""
+    """Ask for an existing folder."""
     name = QFileDialog.getExistingDirectory(asker.window(), title, start)
     return path_from_library(name) if name else None
 
@@ -87,7 +87,7 @@ class Sheet(PaintedWidget):
 
     @classmethod
     def over(cls, host: QWidget) -> list[Sheet]:
-        """List the sheets that lie open over a window, the uppermost last."""
+        """List the open sheets of a window, the uppermost last."""
         sheets = [one for one in (each() for each in cls._open) if one is not None]
         visible = [one for one in sheets if shiboken6.isValid(one) and not one.isHidden()]
         cls._open[:] = map(weakref.ref, visible)
@@ -174,7 +174,7 @@ class Sheet(PaintedWidget):
         self._panel.setGeometry(QRect(left, top, wide, high))
 
     def _stops(self) -> list[QWidget]:
-        """List what Tab comes to, in order, the close button last."""
+        """List the Tab stops in order, the close button last."""
         stops: list[QWidget] = []
         widget = self.nextInFocusChain()
         while widget is not None and widget is not self:
@@ -204,7 +204,7 @@ class Sheet(PaintedWidget):
         return False
 
     def event(self, event: QEvent) -> bool:
-        """Lay the panel out again when its content wants another height."""
+        """Lay the panel out again when its content changes height."""
         if event.type() == QEvent.Type.LayoutRequest and not self.isHidden():
             self._lay()
         return super().event(event)
@@ -250,7 +250,7 @@ class SheetHost(QWidget):
             sheet.deleteLater()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Take what lies over it away."""
+        """Close the sheets above it."""
         super().hideEvent(event)
         self.take_back()
 
@@ -267,7 +267,7 @@ class KeysSheet(Sheet):
 
 
 class LineSheet(KeysSheet):
-    """A field, and a button that takes what is in it.
+    """A field, and a button that submits it.
 
     `taken`: Signal(str). The line, by the button or Enter; not while it is busy.
     """
@@ -290,14 +290,14 @@ class LineSheet(KeysSheet):
         self.field.changed.connect(lambda _text: self.field.set_error(""))
 
     def say(self, sentence: str) -> None:
-        """Say what is wrong with the line; nothing to say closes the sheet."""
+        """Show what is wrong with the line; an empty sentence closes the sheet."""
         self.show_busy(False)
         self.field.set_error(sentence)
         if not sentence:
             self.shut()
 
     def show_busy(self, saving: bool) -> None:
-        """Show that what was typed is being written."""
+        """Show that the line is being saved."""
         if saving != self.take.busy:
             self.take.set_busy(tr("Saving…") if saving else None)
 
@@ -307,7 +307,7 @@ class LineSheet(KeysSheet):
 
 
 class Term(Pressable):
-    """The name of a number; pressed, it says what the number means (see `EXPLANATIONS`)."""
+    """The name of a number; a press explains it (see `EXPLANATIONS`)."""
 
     def __init__(
         self, key: str, words: str = "", look: tuple[int, int, Role] = (12, 400, "dim")
@@ -318,7 +318,7 @@ class Term(Pressable):
         self.say(words)
 
     def say(self, words: str, key: str = "") -> None:
-        """Change the name, and what it is the name of; without words it is hidden."""
+        """Change the name and its term; hidden if empty."""
         self.key = key or self.key
         self.setText(words)
         question = tr("{name}: what does it mean?", name=words)
@@ -332,15 +332,15 @@ class Term(Pressable):
         return theme().font(*self._look[:2])
 
     def sizeHint(self) -> QSize:
-        """Give the size of the words."""
+        """Return the size of the text."""
         return QSize(text_width(self._font(), self.text()), theme().line_height(self._look[0]))
 
     def minimumSizeHint(self) -> QSize:
-        """Give way where there is little room."""
+        """Allow the text to be shortened."""
         return QSize(min(self.sizeHint().width(), px(24)), self.sizeHint().height())
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give the words only."""
+        """Return the text only."""
         return QRect(0, 0, min(self.width(), self.sizeHint().width()), self.height()), px(4)
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:

@@ -1,4 +1,4 @@
-"""What shows something and is never pressed: pictures, meters, and how far work has come."""
+"""Displays: pictures, meters and progress."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Beat(QObject):
         self._follow()
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Let nothing move while it cannot be seen."""
+        """Stop the animation while hidden."""
         if event.type() in (QEvent.Type.Show, QEvent.Type.Hide):
             self._follow()
         return False

@@ -54,12 +54,12 @@ class Toggle(Pressable):
         return QSize(width + px(_SWITCH[0]), px(32))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size: a long name gives way, and the tool tip has it."""
+        """Return the smallest useful size: a long name is shortened and shows in the tool tip."""
         hint = self.sizeHint()
         return QSize(min(hint.width(), px(160)), hint.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Tell the name where it is cut."""
+        """Put a shortened name into the tool tip."""
         super().resizeEvent(event)
         if self.width() < self.sizeHint().width() and not self.toolTip():
             self.setToolTip(self.text())
@@ -69,7 +69,7 @@ class Toggle(Pressable):
         return QRect(self.width() - width, (self.height() - height) // 2, width, height)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Give the switch."""
+        """Return the switch."""
         switch = self._switch()
         return switch, switch.height() // 2
 
@@ -129,7 +129,7 @@ class _LabelledField(QWidget):
         add(self._column, field, self._error)
 
     def set_error(self, sentence: str) -> None:
-        """Show what is wrong with what is in the field; "" when all is well."""
+        """Show what is wrong with the field's text; empty if nothing is."""
         self._error.say(sentence)
         self._field.wrong = bool(sentence)
         self._field.setAccessibleDescription(sentence)
@@ -204,7 +204,7 @@ class TextField(_LabelledField):
         self._hold(line)
 
     def text(self) -> str:
-        """Give the text that stands in it."""
+        """Return its text."""
         return self.edit.text()
 
     def set_text(self, text: str) -> None:
@@ -214,7 +214,7 @@ class TextField(_LabelledField):
 
 
 class IconLine(QWidget):
-    """An icon and a sentence beside each other; hidden while there is nothing to say."""
+    """An icon beside a sentence; hidden if the sentence is empty."""
 
     def __init__(self, size: int = 14, gap: int = 8) -> None:
         super().__init__()
@@ -224,7 +224,7 @@ class IconLine(QWidget):
         self.hide()
 
     def say(self, sentence: str, icon: str = "error") -> None:
-        """Say it: what is wrong in its colour, and what is right with its check."""
+        """Show a sentence, in the colour of errors or with a check."""
         wrong = icon == "error"
         self._text.set_text(sentence)
         self._text.set_role("err" if wrong else "text")
@@ -232,7 +232,7 @@ class IconLine(QWidget):
         self.setVisible(bool(sentence))
 
     def text(self) -> str:
-        """Give what it says."""
+        """Return its text."""
         return self._text.text()
 
 
@@ -289,7 +289,7 @@ class _Box(Pressable):
 
 
 class ListField(_LabelledField):
-    """A field that shows what is chosen and drops a list.
+    """A field that shows the choice and opens a list.
 
     Arrows step without opening it; Space, Enter and Alt Down open it. Items are (key, text) with
     a second line and an icon if wanted; a second line makes the field 56 high.
@@ -317,11 +317,11 @@ class ListField(_LabelledField):
 
     @property
     def key(self) -> str:
-        """Key of what is chosen; "" while the list is empty."""
+        """Key of the choice; empty while the list is empty."""
         return self.box.entry.key
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
-        """Change what can be chosen; the choice stays where its key is still there."""
+        """Change the items; the choice stays if its key is among them."""
         entries = [Entry(*item) for item in items]
         if entries == self._entries:
             return
@@ -357,7 +357,7 @@ class ListField(_LabelledField):
             self.chosen.emit(key)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Take arrows and wheel for the closed field."""
+        """Handle arrows and the wheel for the closed field."""
         if isinstance(event, QWheelEvent):
             # Scrolling a column must not change what happens to lie under the mouse.
             event.ignore()

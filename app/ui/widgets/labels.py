@@ -1,4 +1,4 @@
-"""Text on the line heights of the design, icons and signs, and keys with what they do."""
+"""Text on the design's line heights, icons, signs and key hints."""
 
 from __future__ import annotations
 
@@ -49,18 +49,18 @@ class KeyHint(PaintedWidget):
         self.setAccessibleName(f"{self._keys}: {self._words}")
 
     def align(self, column: int) -> None:
-        """Begin the words where those of the hints above and below begin."""
+        """Align the words with those of the hints above and below."""
         self._column = column
         self.updateGeometry()
         self.update()
 
     def cap(self) -> int:
-        """Give the width of the key in its frame, logical pixels."""
+        """Return the width of the framed key, logical pixels."""
         t = theme()
         return max(text_width(t.font(12, 600), self._keys) + 2 * px(_PADDING), px(_HEIGHT))
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
+        """Return the design's size."""
         t = theme()
         words = text_width(t.font(12), self._words) + px(_GAP) if self._words else 0
         return QSize(max(self.cap(), self._column) + words, px(_HEIGHT))
@@ -76,7 +76,7 @@ class KeyHint(PaintedWidget):
 
 
 class Icon(PaintedWidget):
-    """A picture without a function; what it means stands beside it in words."""
+    """An icon without a function, beside text of the same meaning."""
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
         super().__init__()
@@ -119,7 +119,7 @@ _SIGNS: Final = {"plus": tr("plus"), "minus": tr("minus")}
 
 
 class Sign(PaintedWidget):
-    """The sign of a weight in front of what it means."""
+    """The plus or minus sign of a weight, before its meaning."""
 
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
         super().__init__()
@@ -181,7 +181,7 @@ class Text(QLabel):
             self.setSizePolicy(policy)
 
     def set_text(self, text: str) -> None:
-        """Change what it says."""
+        """Change its text."""
         text = visible(text)
         if text != self.text():
             self._lines.clear()
@@ -190,7 +190,7 @@ class Text(QLabel):
             self.updateGeometry()
 
     def say(self, text: str) -> None:
-        """Change what it says; with nothing to say it is hidden."""
+        """Change its text; hidden if empty."""
         self.set_text(text)
         self.setVisible(bool(text))
 
@@ -201,7 +201,7 @@ class Text(QLabel):
             self.update()
 
     def colour(self) -> QColor:
-        """Give the colour that it is painted in now."""
+        """Return its current colour."""
         c = theme().c
         own: QColor = getattr(c, self._role)
         return own if self.isEnabled() else c.dis

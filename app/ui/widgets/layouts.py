@@ -1,4 +1,4 @@
-"""Rows and columns in one call: what stands in them, in its order."""
+"""Rows and columns of widgets in one call."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def boxed(layout: QLayout) -> QWidget:
 
 
 def stacked(*pages: QWidget) -> QStackedWidget:
-    """Lay pages upon each other; the first is in front."""
+    """Stack pages; the first is in front."""
     stack = QStackedWidget()
     for page in pages:
         stack.addWidget(page)

@@ -53,7 +53,7 @@ _LETTER: Final = 24
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table; its title stands in the head, and names the cell when a row is read."""
+    """A column of a table; its title is in the head, and names the cell for a screen reader."""
 
     title: str
     width: int = 0
@@ -61,7 +61,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What stands in one place of a row."""
+    """The content of one cell."""
 
     text: str
     icon: str = ""
@@ -70,7 +70,7 @@ class Cell:
 
 
 def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
-    """Give left edge and width of each column of a table so wide, logical pixels."""
+    """Return left edge and width of each column, logical pixels."""
     fixed = sum(px(one.width) for one in columns)
     free = sum(1 for one in columns if not one.width)
     rest = max(width - fixed, 0) // max(free, 1)
@@ -83,7 +83,7 @@ def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
 
 
 def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture: bool) -> None:
-    """Paint a letter in a ring, as it stands in the table and on the panorama."""
+    """Paint a letter in a ring, as in the table and on the panorama."""
     t = theme()
     area = QRectF(rect)
     fill, ink = (t.c.tag, t.c.ontag) if on_picture else (None, t.c.text)
@@ -102,7 +102,7 @@ class TableHead(PaintedWidget):
         self.setAccessibleName(", ".join(c.title for c in self._columns if c.title))
 
     def sizeHint(self) -> QSize:
-        """Give room for all columns."""
+        """Return the room for all columns."""
         return QSize(sum(px(c.width or 120) for c in self._columns), px(_HEAD))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -128,7 +128,7 @@ class TableRow(Pressable):
         self.set(cells)
 
     def set(self, cells: Sequence[Cell]) -> None:
-        """Change what it says: as many cells as there are columns."""
+        """Change its cells, one for each column."""
         if tuple(cells) == self._cells:
             return
         self._cells = tuple(cells)
@@ -138,7 +138,7 @@ class TableRow(Pressable):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Give the size as designed."""
+        """Return the design's size."""
         return QSize(sum(px(c.width or 120) for c in self._columns), px(_ROW))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -202,7 +202,7 @@ class Lines(QStyledItemDelegate):
     def sizeHint(
         self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
     ) -> QSize:
-        """Give the size as designed."""
+        """Return the design's size."""
         return QSize(0, self._height)
 
     def paint(
@@ -226,7 +226,7 @@ class Lines(QStyledItemDelegate):
         self.paint_line(painter, inner, index.data(THING), (ink, faint))
 
     def paint_line(self, painter: QPainter, inner: QRect, thing: Any, inks: Inks) -> None:
-        """Paint what the line says; nothing here."""
+        """Paint the line; nothing here."""
 
 
 class _Rows(Lines):
@@ -336,7 +336,7 @@ class ListPopup(Paints, QFrame):
             super().keyPressEvent(event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Enter, Space and Tab take the current line."""
+        """Choose the current line by Enter, Space or Tab."""
         if isinstance(event, QKeyEvent) and event.type() == QKeyEvent.Type.KeyPress:
             taking = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space, Qt.Key.Key_Tab)
             item = self._list.currentItem()

@@ -1,4 +1,4 @@
-"""Messages that come and go at the lower right, advice with its button, and empty places."""
+"""Toasts at the lower right, banners with buttons, and empty pages."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Banner(OutlineBox):
         actions: Sequence[str] = (),
         role: Role = "text",
     ) -> None:
-        """Change what it says; parameters as of the class."""
+        """Change its content; parameters as for the class."""
         self._icon.set(icon, role)
         self._title.set_text(title)
         self._text.say(text)
@@ -70,7 +70,7 @@ class Banner(OutlineBox):
         self._buttons.setContentsMargins(0, px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
-        """Give one of its buttons, for example to show that it is busy."""
+        """Return one of its buttons, for example to show that it is busy."""
         return _buttons_in(self._buttons)[number]
 
 
@@ -96,7 +96,7 @@ class Empty(QWidget):
         self.set(sentence, action, second)
 
     def set(self, sentence: str, action: str = "", second: str = "") -> None:
-        """Change what it says."""
+        """Change its text."""
         self._sentence.set_text(sentence)
         self.setAccessibleName(sentence)
         words = tuple(each for each in (action, second) if each)
@@ -105,12 +105,12 @@ class Empty(QWidget):
             _refill(self._buttons, words, self.pressed, centred=True)
 
     def button(self, number: int = 0) -> Button:
-        """Give one of its buttons."""
+        """Return one of its buttons."""
         return _buttons_in(self._buttons)[number]
 
 
 class StaleVeil(PaintedWidget):
-    """Dims a part of a screen while its answer is computed, and says so.
+    """Dims a part of a screen while its answer is being computed.
 
     `fill`: token of the colour behind that part.
     """
@@ -268,7 +268,7 @@ class _Toast(OutlineBox):
 
 
 class Toasts(QObject):
-    """Tells messages: stacked at the lower right of a window, 360 wide, for six seconds.
+    """Shows messages: stacked at the lower right of a window, 360 wide, for six seconds.
 
     A message stays while the mouse or the keyboard is on it, and an error until it is closed. It
     is read out. It never lies over a button: it moves up until it is clear.
@@ -316,17 +316,17 @@ class Toasts(QObject):
         QAccessible.updateAccessibility(QAccessibleEvent(toast, QAccessible.Event.Alert))
 
     def drop(self, message: str) -> None:
-        """Take one message off the screen."""
+        """Close one message."""
         for same in [one for one in self._toasts if one.accessibleName() == message]:
             self._drop(same)
 
     def clear(self) -> None:
-        """Take all messages off the screen; they stay in the list."""
+        """Close all messages; they stay in the list."""
         for toast in tuple(self._toasts):
             self._drop(toast)
 
     def _focus_moved(self) -> None:
-        """Give back a focus that fell here because its owner was hidden or disabled.
+        """Restore a focus that moved here because its owner was hidden or disabled.
 
         What Qt says had it is not taken: it may be half destroyed, and must not be touched.
         """
@@ -371,7 +371,7 @@ class Toasts(QObject):
         ]
 
     def _clear(self, place: QRect, blocks: list[QRect], gap: int) -> QRect:
-        """Move a place up until nothing lies under it; further left where that is much less."""
+        """Move a toast up until it covers no control; to the left if that is much shorter."""
         spots: list[tuple[int, QRect]] = []
         for steps in range(_COLUMNS):
             here = place.translated(-steps * (place.width() + gap), 0)

@@ -23,7 +23,7 @@ else:
 
 
 class Paints(_Widget):
-    """Makes a widget of Qt's, which comes after it, paint itself in the theme of the moment.
+    """Mixin before a Qt widget: paints it in the current theme.
 
     `preferred_size` and `least`: its size hints as designed, width and height; None leaves them to
     Qt.
@@ -59,7 +59,7 @@ _PADDING: Final = 8
 
 
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
-    """Give width and height of a tag, logical pixels."""
+    """Return width and height of a tag, logical pixels."""
     return text_width(theme().font(12, weight), text) + 2 * px(_PADDING), px(_HEIGHT)
 
 
@@ -98,7 +98,7 @@ def mix(first: QColor, second: QColor, share: float) -> QColor:
 
 
 def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
-    """Give a colour that lets so much of the ground through, 1 none."""
+    """Return a colour with an alpha, 0 to 1."""
     shade = QColor(colour)
     shade.setAlphaF(opacity)
     return shade
@@ -107,7 +107,7 @@ def faint(colour: QColor | Qt.GlobalColor, opacity: float) -> QColor:
 def pen(
     colour: QColor | Qt.GlobalColor, width: float, dashes: Sequence[float] = (), ends: str = "flat"
 ) -> QPen:
-    """Give a pen whose lines end flat, or are round at ends and corners.
+    """Return a pen with flat ends, or with round ends and corners.
 
     `dashes` and the gaps between them are counted in widths.
     """
@@ -121,7 +121,7 @@ def pen(
 
 
 def hover_fill(t: Theme) -> QColor:
-    """Give the fill of a control under the mouse; in "contrast" raised would not be seen."""
+    """Return the fill of a control under the mouse; in "contrast", raised would be invisible."""
     return t.c.track2 if t.contrast else t.c.raised
 
 
@@ -134,7 +134,7 @@ def box(
     width: float = 1.0,
     dashed: bool = False,
 ) -> None:
-    """Paint a rectangle with rounded corners whose edge lies inside it."""
+    """Paint a rounded rectangle with its edge inside."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(fill if fill is not None else Qt.BrushStyle.NoBrush)
@@ -151,7 +151,7 @@ def box(
 
 
 def text_width(font: QFont, text: str) -> int:
-    """Give the width of a line of text in whole logical pixels, rounded up."""
+    """Return the width of a line of text in whole logical pixels, rounded up."""
     return int(QFontMetricsF(font).horizontalAdvance(visible(text)) + 0.999)
 
 
@@ -173,5 +173,5 @@ def put_text(
 
 
 def selected_edge(t: Theme | None = None) -> int:
-    """Give the width of a selected or pressed edge, logical pixels: one more than a plain one."""
+    """Return the width of a selected or pressed edge, logical pixels: one more than a plain one."""
     return (t or theme()).line_width + 1

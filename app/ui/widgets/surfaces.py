@@ -1,4 +1,4 @@
-"""What other things lie on: areas, frames, cards, dividers, menus, and areas that scroll."""
+"""Surfaces: areas, frames, cards, dividers, menus and scroll areas."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.ui.widgets.paint import PaintedWidget, box, hover_fill, selected_edge
 
 
 class Menu(QMenu):
-    """A menu with round corners; entries have an icon and say why they are disabled."""
+    """A menu with round corners; entries have an icon, and a tool tip if they are disabled."""
 
     def __init__(self, parent: QWidget, name: str = tr("Menu")) -> None:
         super().__init__(parent)
@@ -108,7 +108,7 @@ class Surface(PaintedWidget):
 
 
 class Scroll(QScrollArea):
-    """A named area that scrolls up and down with a slim bar, and lets the background through."""
+    """A named area that scrolls vertically with a slim bar, on a clear background."""
 
     bar_changed = Signal(int)
     """The bar came or went: its width, logical pixels, 0 without one."""
@@ -133,12 +133,12 @@ class Scroll(QScrollArea):
             self.setWidget(content)
 
     def sizeHint(self) -> QSize:
-        """Ask for the designed height, if there is one."""
+        """Return the designed height, if there is one."""
         hint = super().sizeHint()
         return QSize(hint.width(), self._high or hint.height())
 
     def setWidget(self, widget: QWidget) -> None:
-        """Take what is scrolled; what was before is deleted once nothing uses it any more."""
+        """Set the content; the old one is deleted once nothing uses it."""
         before = self.widget()
         if before is not None:
             # Qt would delete it at once, with the focus in it: whoever follows the focus then
@@ -155,7 +155,7 @@ class Scroll(QScrollArea):
             self.bar_changed.emit(bar.sizeHint().width() if high > 0 else 0)
 
     def lend(self, layout: QLayout, margin: int, least: int = 0) -> None:
-        """Let the bar lie in the right margin of a layout inside, whose content keeps its edge.
+        """Put the bar into the right margin of an inner layout, whose content keeps its edge.
 
         `margin`, `least`: without a bar, and the least that is left beside it, logical pixels.
         """
@@ -169,7 +169,7 @@ class Scroll(QScrollArea):
         self.bar_changed.connect(make_way)
 
     def settle(self, layout: QLayout, new: Iterable[QWidget]) -> None:
-        """Show what is new in a layout inside; Qt would first paint it squeezed."""
+        """Show new widgets of an inner layout; Qt would first paint them squeezed."""
         layout.setEnabled(False)
         for part in new:
             part.show()
@@ -200,11 +200,11 @@ class Room(Scroll):
         self.horizontalScrollBar().setSingleStep(px(24))
 
     def minimumSizeHint(self) -> QSize:
-        """Leave the width to what stands beside it."""
+        """Leave the width to its neighbours."""
         return QSize(px(120), px(120))
 
     def sizeHint(self) -> QSize:
-        """Ask for no more than the least."""
+        """Return the least size."""
         return self.minimumSizeHint()
 
 
@@ -301,12 +301,12 @@ class PictureLine(OutlineBox):
         self._can_press = False
 
     def set_can_press(self) -> None:
-        """Let the mouse press the whole line."""
+        """Make the whole line clickable."""
         self._can_press = True
         self.setCursor(Qt.CursorShape.PointingHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Take a click anywhere but on the buttons."""
+        """Handle a click anywhere but on the buttons."""
         inside = self.rect().contains(event.position().toPoint())
         if self._can_press and event.button() == Qt.MouseButton.LeftButton and inside:
             self.pressed.emit()

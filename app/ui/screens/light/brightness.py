@@ -44,7 +44,7 @@ _SAME = 0.01  # of an answer's lux
 
 
 class PlaceScale:
-    """Luminance of radiance 1 at the open place; what the user says is kept with the place."""
+    """Luminance of radiance 1 at the open place; the user's own value is saved with the place."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services
@@ -81,7 +81,7 @@ class PlaceScale:
         return tr("{lux} at the face, as you said", lux=lux)
 
     def state(self) -> BrightState:
-        """Make what the question shows."""
+        """Resolve the question."""
         white, measured = self.white, self._measured
         if white is None:
             return BrightState(error=self._error)
@@ -99,7 +99,7 @@ class PlaceScale:
         )
 
     def ask(self) -> None:
-        """Ask although an answer is known."""
+        """Ask again although there is an answer."""
         self.asking, self._error = True, ""
         self._changed()
 
@@ -109,11 +109,11 @@ class PlaceScale:
         self._changed()
 
     def choose(self, key: str) -> None:
-        """Take one of the answers of `BRIGHTNESS`."""
+        """Use one of the answers of `BRIGHTNESS`."""
         self._say(next(lux for name, _, lux in BRIGHTNESS if name == key))
 
     def type(self, text: str) -> None:
-        """Take what a light meter reads, as it was typed."""
+        """Use a typed light meter reading."""
         try:
             lux = read_lux(text)
         except CoreError as error:
@@ -123,11 +123,11 @@ class PlaceScale:
         self._say(lux)
 
     def measure(self) -> None:
-        """Go back to what was measured."""
+        """Return to the measured value."""
         self._keep(None)
 
     def place_changed(self) -> None:
-        """Ask no more: another place is open."""
+        """Close the question: another place is open."""
         self.asking, self._error = False, ""
 
     @property

@@ -77,7 +77,7 @@ class Brightness(_SheetPage):
         self.column.addStretch(2)
 
     def show_state(self, state: BrightState) -> None:
-        """Show which answer counts; what is being typed is left alone."""
+        """Show which answer is set; text being typed is left alone."""
         if state == self._last:
             return
         self._last = state
@@ -94,7 +94,7 @@ class Brightness(_SheetPage):
 
 
 class MeterPage(_SheetPage):
-    """The question how bright a captured lamp is whose files do not say so."""
+    """Asks for the brightness of a captured lamp if its files do not state it."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__(tr("How bright is this lamp?"))
@@ -106,6 +106,6 @@ class MeterPage(_SheetPage):
         self.column.addStretch(2)
 
     def show_state(self, sentence: str, error: str) -> None:
-        """Show why the lamp cannot be compared, and what is wrong with what was typed."""
+        """Show why the lamp cannot be compared, and the error in the typed value."""
         self.words.set_text(sentence)
         self.lux.set_error(error)

@@ -57,7 +57,7 @@ class LampDetailState:
 
 
 def _lens(result: LampResult) -> str:
-    """Say from where the lens sees the style best with the lamp at its best place."""
+    """Write where the lens sees the style best with the lamp at its best place."""
     lens = result.lens
     if lens is None:
         return ""
@@ -125,7 +125,7 @@ _GRADED: Final = {
 
 
 def verdict_at(match: float, strength: float) -> tuple[Verdict, str]:
-    """Say whether a style is in reach at a match and a strength."""
+    """Return whether a style is in reach at a match and a strength, and the words for it."""
     if match < LIMITS.match:
         return "out", tr("out of reach, under {limit:.0f}", limit=LIMITS.match)
     if strength < LIMITS.strength:

@@ -132,7 +132,7 @@ class DetailColumn(Surface):
         return grid(*cells, across=2, gap=(16, 4), stretched=1)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give pictures their proportions."""
+        """Keep the pictures' proportions."""
         super().resizeEvent(event)
         size = portrait_size(self.width(), self._compact)
         for widget in (self.target, self.with_lamp, self.without, self.tile):

@@ -84,19 +84,19 @@ def turn_title(turn_deg: float) -> str:
 
 
 def go_words(turn_deg: float) -> str:
-    """Write what the button does that leads on: there may be no turn to make."""
+    """Return the label of the main button; there may be no turn to make."""
     return tr("Hold it now") if whole(turn_deg) == 0 else tr("Turn first")
 
 
 def way_icon(turn_deg: float) -> str:
-    """Give the icon that shows which way round a turn goes."""
+    """Return the icon for the direction of a turn."""
     return {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}.get(
         direction_of(turn_deg), "bulb"
     )
 
 
 def place_words(azimuth_deg: float | None) -> str:
-    """Say from where the place lights the face after the turn.
+    """Write from where the place lights the face after the turn.
 
     `azimuth_deg`: relative to the face, positive toward the sitter's left; None for all around.
     """
@@ -113,7 +113,7 @@ def place_words(azimuth_deg: float | None) -> str:
 
 
 def move_words(now: LampPosition, best: LampPosition, kind: str = "") -> str:
-    """Say how the lamp gets from where it is held to its best place and power.
+    """Write how to move the lamp to its best place and power.
 
     Args:
         now, best: Azimuth toward the sitter's left and altitude, deg, and power.

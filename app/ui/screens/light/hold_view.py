@@ -129,7 +129,7 @@ class Middle(QWidget):
         return whole
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Let the map keep its proportions as it grows."""
+        """Keep the map's proportions as it grows."""
         super().resizeEvent(event)
         wide = min(self.width() - 2 * px(_MARGIN), px(_WIDEST_OF_ALL))
         least = px(_MAP[1] if self._compact else _MAP[0])

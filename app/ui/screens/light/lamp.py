@@ -27,7 +27,7 @@ DISTANCES_M: tuple[float, ...] = (
 
 @dataclass(frozen=True, slots=True)
 class LampState:
-    """The lamp in hand, and what the user says about the place.
+    """The lamp in hand, its limits, and the place's brightness.
 
     Attributes:
         items: tuple of (str, str, str, str). Lamps to choose from: key, title, what it is, icon.
@@ -45,7 +45,7 @@ class LampState:
 
 
 def nearest_stop(distance_m: float) -> int:
-    """Give the stop of the distance slider nearest to a distance.
+    """Return the stop of the distance slider nearest to a distance.
 
     Examples:
         >>> DISTANCES_M[nearest_stop(0.31)]

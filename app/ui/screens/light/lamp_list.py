@@ -50,7 +50,7 @@ _FIXED: Final = tr("A captured lamp holds for the distance that it was captured 
 
 
 def lamps_of(folders: Folders) -> Path:
-    """Where the user's lamps are kept."""
+    """Return the folder of the user's lamps."""
     return folders.home / _FOLDER
 
 
@@ -60,7 +60,7 @@ def own_key(name: str) -> str:
 
 
 class LampList:
-    """The lamps, and which of them is in hand."""
+    """The list of lamps, and the one in hand."""
 
     def __init__(
         self, services: Services, changed: Callable[[], None], on_new: Callable[[str], None]
@@ -106,7 +106,7 @@ class LampList:
             self._read(key)
 
     def take_own(self, name: str) -> None:
-        """Take a captured lamp in hand that has just come into the library."""
+        """Take a captured lamp in hand that was just added to the library."""
         self.refresh()
         self._on_new(f"{_OWN}{name}")
 
@@ -148,7 +148,7 @@ class LampList:
     # -- a lamp of one's own -------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Say how a lamp is captured, and ask for what there is of it."""
+        """Open the sheet that explains how to capture a lamp."""
         if self.view is None or self.capturing:
             return
         place = self._services.model.place
@@ -158,7 +158,7 @@ class LampList:
         self.view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
-        """Make a lamp of pictures that are asked for next, or of the open place."""
+        """Make a lamp of the open place, or ask for its photos."""
         if self.view is None:
             return
         try:
@@ -181,7 +181,7 @@ class LampList:
         return model.place_folder / model.place.environment
 
     def take(self, paths: Sequence[Path]) -> None:
-        """Make a lamp of pictures from a dark room, keep it, and take it in hand.
+        """Make a lamp of photos from a dark room, save it, and take it in hand.
 
         `paths`: exposures, or one linear panorama.
         """

@@ -18,7 +18,7 @@ from app.ui.screens.styles.gallery import ValueCache
 
 
 class Resolver:
-    """Makes the parts of the state; keeps what does not depend on where the lamp is held."""
+    """Makes parts of the state; caches those that do not depend on the lamp's position."""
 
     def __init__(self) -> None:
         self._cache = ValueCache()

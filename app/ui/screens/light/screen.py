@@ -83,7 +83,7 @@ class LightView(LampSheets, Protocol):
         """Show it."""
 
     def take_lamp_focus(self) -> None:
-        """Give the keyboard to the lamp."""
+        """Focus the lamp."""
 
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
@@ -93,7 +93,7 @@ _NO_LIGHT: Final = tr("No light measured yet. A lamp is placed in the light of a
 
 
 class LightPresenter(Presenter[LightView]):
-    """Resolves the screen, and takes what the user does there."""
+    """Resolves the screen, and handles the user's actions."""
 
     def __init__(self, services: Services, place_controller: PlaceController) -> None:
         super().__init__(services)
@@ -118,11 +118,11 @@ class LightPresenter(Presenter[LightView]):
         self._pursue()
 
     def detach(self) -> None:
-        """Show nothing any more."""
+        """Stop showing anything."""
         self._view = self.lamps.view = None
 
     def enter(self) -> None:
-        """Take in what has changed meanwhile."""
+        """Catch up with changes made on other screens."""
         self._in_front = True
         self._pursue()
 
@@ -131,7 +131,7 @@ class LightPresenter(Presenter[LightView]):
         self._in_front = self._going = False
 
     def actions(self) -> Sequence[Action]:
-        """List what can be done here; what has hints comes first."""
+        """List the actions of this screen; those with hints come first."""
         works = self._works
         way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
         # Without a lamp there is nothing to move.
@@ -181,22 +181,22 @@ class LightPresenter(Presenter[LightView]):
             self._begin_anew()
 
     def come_closer(self) -> None:
-        """Hold the lamp where it would rescue something."""
+        """Move the lamp to where it brings a style within reach."""
         if self.work.nearer is not None:
             self.move_away(nearest_stop(self.work.nearer.distance_m))
 
     def set_arm(self, on: bool) -> None:
-        """Allow only what an arm can reach."""
+        """Allow only positions within arm's reach."""
         self._hand.arm = on
         self._begin_anew()
 
     def set_floor(self, on: bool) -> None:
-        """Allow nothing under the floor."""
+        """Allow only positions above floor level."""
         self._hand.floor = on
         self._begin_anew()
 
     def press(self, key: str) -> None:
-        """Do what a button of the empty screen says."""
+        """Run the action of a button of the empty screen."""
         if key == "phone":
             self.take_lamp("phone")
         elif key == "probe":
@@ -214,7 +214,7 @@ class LightPresenter(Presenter[LightView]):
         self._pursue()
 
     def hold_at(self, azimuth_deg: float, altitude_deg: float) -> None:
-        """Hold the lamp elsewhere: drawings, words and pictures follow.
+        """Move the lamp; drawings, text and pictures follow.
 
         `azimuth_deg`, `altitude_deg`: Deg, positive toward the sitter's left and upward; the latter
         is kept within the band that is searched.
@@ -246,7 +246,7 @@ class LightPresenter(Presenter[LightView]):
         self._go()
 
     def _go(self) -> None:
-        """Take the lamp along, as soon as it is known what it gives where it is held."""
+        """Go to the turn as soon as the match at the lamp's position is computed."""
         result = self._result if self._going and not self.stale else None
         match = None if result is None else result.match
         if result is None or match is None:
@@ -262,7 +262,7 @@ class LightPresenter(Presenter[LightView]):
 
     @property
     def stale(self) -> bool:
-        """Whether the answers for the lamp are not of what is selected."""
+        """Whether the answers are for another selection."""
         model = self._services.model
         is_loaded = model.head is not None and model.head.name == model.head_name
         head = model.head if is_loaded else None
@@ -277,14 +277,14 @@ class LightPresenter(Presenter[LightView]):
         self._position = position
 
     def focus_lamp(self) -> None:
-        """Give the keyboard to the lamp."""
+        """Focus the lamp."""
         if self._view is not None:
             self._view.take_lamp_focus()
 
     # -- resolving -----------------------------------------------------------------------------
 
     def resolve(self) -> LightState:
-        """Work out what the screen shows now."""
+        """Resolve the state of the screen."""
         state = LightState(
             lamp=self._hand.state(), bright=self.scale.state(), capturing=self.lamps.capturing
         )
@@ -331,7 +331,7 @@ class LightPresenter(Presenter[LightView]):
         )
 
     def _hold_state(self, result: LampResult, heads: HeadsState) -> HoldState:
-        """Write the two steps; while another lamp is being tried, none is told to be held."""
+        """Write the two steps; while another lamp is being tried, say so instead."""
         hold, lamp, lamp_in_hand = (
             hold_of(result, heads),
             self._hand.lamp(),
@@ -350,7 +350,7 @@ class LightPresenter(Presenter[LightView]):
         self._pursue()
 
     def _pursue(self) -> None:
-        """Begin whatever is missing, and show what there is."""
+        """Start the jobs that are missing, and show the results so far."""
         if self._in_front and self._view is not None:
             head, lamp, question = (
                 self._services.model.head,
@@ -371,7 +371,7 @@ class LightPresenter(Presenter[LightView]):
             self.work.find_lens(result.answers, result.one)
 
     def _answered(self) -> None:
-        """There are new answers: the lamp goes to its best place."""
+        """Move the lamp to the best place of new answers."""
         self._position = None
         self._pursue()
 

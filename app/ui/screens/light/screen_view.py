@@ -1,4 +1,4 @@
-"""View of the Light screen: the lamp at the left, where it goes in the middle, what it does.
+"""The Light screen as a whole: the lamp, where to hold it, and what it does.
 
 The two questions of the Light screen: how bright the place is, and how bright the lamp.
 """
@@ -105,7 +105,7 @@ class LightScreen(SheetHost):
 
     @cached_property
     def meter(self) -> MeterPage:
-        """The page that asks what a light meter says of the lamp."""
+        """The page that asks for a light meter reading of the lamp."""
         return self._added(MeterPage(self.presenter))
 
     def _added(self, page: _Page) -> _Page:
@@ -127,7 +127,7 @@ class LightScreen(SheetHost):
         self.detail.setVisible(bool(state.detail.key))
 
     def _show_page(self, state: LightState) -> None:
-        """Show schematics, question or what is missing; the keyboard stays on the page."""
+        """Show drawings, question or empty page; the focus stays on the page."""
         page: QWidget = self._room
         if state.meter:
             self.meter.show_state(state.meter, state.meter_error)
@@ -153,7 +153,7 @@ class LightScreen(SheetHost):
             self._first_of(page).setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _first_of(self, page: QWidget) -> QWidget:
-        """Give the widget of a page that the keyboard comes to."""
+        """Return the first widget of a page to focus."""
         if page is self._room:
             return self.middle.map
         if isinstance(page, Brightness):
@@ -163,11 +163,11 @@ class LightScreen(SheetHost):
         return self.empty.button() if self._actions else self
 
     def take_lamp_focus(self) -> None:
-        """Give the keyboard to the lamp."""
+        """Focus the lamp."""
         self.middle.map.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def ask_pictures(self) -> None:
-        """Ask for the pictures of a lamp and hand them to the presenter."""
+        """Ask for the photos of a lamp."""
         paths = ask_files(self, tr("Pictures of your lamp in a dark room"), _PICTURES)
         if paths:
             self.presenter.lamps.take(paths)
@@ -175,12 +175,12 @@ class LightScreen(SheetHost):
     # -- over the screen -----------------------------------------------------------------------
 
     def ask_capture(self, ask: CaptureAsk) -> None:
-        """Say how a lamp is captured."""
+        """Open the sheet that explains how to capture a lamp."""
         sheet = CaptureSheet(self.window(), self.presenter, ask)
         self.put_over(sheet, sheet.name.edit)
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Ask for a line about the lamp."""
+        """Open the sheet that asks for a line about the lamp."""
         words = (ask.title, ask.label, ask.button, ask.text, ask.example)
         sheet = LineSheet(self.window(), *words)
 
@@ -192,12 +192,12 @@ class LightScreen(SheetHost):
         self.put_over(sheet)
 
     def ask_mask(self, edit: MaskEdit) -> None:
-        """Let the user paint where the lamp is."""
+        """Open the sheet in which the mask is painted."""
         sheet = MaskSheet(self.window(), edit)
         self.put_over(sheet, sheet.canvas)
 
     def say(self, sentence: str) -> None:
-        """Say in the sheet what is wrong with its answer."""
+        """Show in the sheet what is wrong with its answer."""
         say = getattr(self.sheet, "say", None)
         if say is not None:
             say(sentence)
@@ -216,7 +216,7 @@ class LightScreen(SheetHost):
         super().resizeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Give the keyboard to the lamp, unless somebody else has it."""
+        """Focus the lamp, unless another widget has the focus."""
         super().showEvent(event)
         QTimer.singleShot(0, self, self._take_keys)
 

@@ -23,7 +23,7 @@ from app.words.verdict import whole_of
 
 @dataclass(frozen=True, slots=True)
 class RowState:
-    """A style in the list. Two that are equal look the same.
+    """A row of the list. Equal rows look the same.
 
     `picture`, (h, w, 3) uint8 or None: target, sRGB; not compared.
     """
@@ -55,13 +55,13 @@ GAIN: Final = 10
 
 
 def rescued(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Give the styles that only the lamp brings within reach, the best first."""
+    """Return the styles that only the lamp brings within reach, the best first."""
     winners = [one for one in placements if one.attainable and not one.before.attainable]
     return tuple(sorted(winners, key=lambda one: -one.match))
 
 
 def better(placements: Sequence[LampPlacement]) -> tuple[LampPlacement, ...]:
-    """Give the styles in reach that the lamp makes clearly better, the best gain first."""
+    """Return the styles in reach that the lamp clearly improves, the largest gain first."""
     winners = [one for one in placements if one.before.attainable and _gain(one) >= GAIN]
     return tuple(sorted(winners, key=lambda one: (-_gain(one), -one.match)))
 
@@ -71,7 +71,7 @@ def _gain(one: LampPlacement) -> int:
 
 
 def front_of(answers: Answers, style_name: str | None) -> LampPlacement | None:
-    """Give the style to show: the chosen one, unless a lamp has more to say about another."""
+    """Return the style to show: the chosen one, unless the lamp changes only others."""
     candidates = (*rescued(answers.placements), *better(answers.placements))
     one = answers.of(style_name)
     if one is not None and (not one.before.attainable or one in candidates):
@@ -152,7 +152,7 @@ def _row(one: LampPlacement, style: Style, how: str, answers: Answers) -> RowSta
 def note_of(
     answers: Answers, distance_m: float, busy: bool, coming_closer: bool, nearer: Nearer | None
 ) -> tuple[str, str]:
-    """Say what the list alone does not: sentences, and the words of a button; maybe empty."""
+    """Write the note above the list, and the label of its button; both may be empty."""
     if all(one.before.attainable for one in answers.placements):
         return tr("Every style is in reach here. A lamp can still make some better."), ""
     if rescued(answers.placements) or busy:

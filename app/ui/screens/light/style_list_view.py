@@ -88,7 +88,7 @@ class RowCard(Card):
         painter.setOpacity(1.0)
 
     def _numbers(self, painter: QPainter, line: QRectF) -> float:
-        """Paint "29 → 63" at the right, and give where it begins."""
+        """Paint "29 → 63" at the right; return its left edge."""
         t, state = theme(), self.state
         strong, plain = t.font(14, 700), t.font(14)
         after, before = str(state.after), str(state.before)

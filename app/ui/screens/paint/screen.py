@@ -110,7 +110,7 @@ class PaintPresenter(Presenter[PaintView]):
             take,
             larger,
             Action("undo-here", tr("Undo"), undo.undo, "undo", "",
-                   lambda: bool(undo.undo_words), tr("undo"), "Ctrl Z", undo.undo_words),
+                   lambda: bool(undo.undo_words), tr("undo"), "Ctrl+Z", undo.undo_words),
             Action("paint-back", tr("Back to styles"), self.back, "styles", "Escape",
                    hint=tr("back to styles")),
             *brush,

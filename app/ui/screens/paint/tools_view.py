@@ -146,8 +146,8 @@ class _Common(Surface):
         super().__init__("panel", ("right",), tr("Tools"))
         self._presenter = presenter
         self._tools = _Tools(presenter, compact)
-        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl Z", do=presenter.undo)
-        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl Shift Z", do=presenter.redo)
+        self._undo = IconButton("undo", tr("Undo"), shortcut="Ctrl+Z", do=presenter.undo)
+        self._redo = IconButton("redo", tr("Redo"), shortcut="Ctrl+Shift+Z", do=presenter.redo)
         self.sliders = BrushSliders(presenter, across=compact)
         self._switches = {"mirror": mirror, "pen_pressure": pressure}
         for field, switch in self._switches.items():

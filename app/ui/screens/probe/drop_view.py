@@ -38,7 +38,7 @@ class DropRow(QWidget):
         self._icon = Icon("folder", 20, "dim")
         row(self._icon, (self._words, 1), into=self._zone, gap=12, margins=(20, 0, 16, 0))
         self.open_button = Button(tr("Open files…"), do=ask_files)
-        self.open_button.set_tip(tr("Open panoramas, brackets or photographs"), "Ctrl O")
+        self.open_button.set_tip(tr("Open panoramas, brackets or photos"), "Ctrl+O")
         self.watch_button = Button(tr("Watch a folder…"), do=self._watch)
         self.watch_button.set_tip(tr("Brackets that arrive in a folder become places"))
         row((self._zone, 1), self.open_button, self.watch_button, into=self, gap=8)

@@ -1,4 +1,4 @@
-"""Filming a turn with the live camera: what it sees, how far it has come, and the place it makes.
+"""Filming a turn with the live camera: its picture, the progress, and the place made of it.
 
 The camera's newest picture is put into a queue a few times a second; a job looks at each and keeps
 it in a video, which becomes the place's source.
@@ -36,7 +36,7 @@ _TURN: Final = tr("Turn slowly, once around, with the face in the picture. Then 
 
 @dataclass(slots=True, eq=False)
 class _Roll:
-    """Pictures on their way to the job that looks at them, whether they end, and what it says."""
+    """Pictures queued for the job that reads them, and the job's message."""
 
     pictures: queue.Queue[tuple[float, Bytes]]
     over: threading.Event = field(default_factory=threading.Event)
@@ -46,7 +46,7 @@ class _Roll:
 
 
 class Filming:
-    """A film, while it is taken."""
+    """Films a turn."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, changed: Callable[[], None]
@@ -57,7 +57,7 @@ class Filming:
         self.live: Live | None = None
 
     def toggle(self) -> None:
-        """Begin a film, or end it and find its light."""
+        """Start a film, or end it and find its light."""
         if self.live is not None:
             self._find_light(self.live)
             return
@@ -75,12 +75,12 @@ class Filming:
         self._changed()
 
     def stop(self) -> None:
-        """Give a film up; none being taken is no fault."""
+        """Discard the film; no-op without one."""
         if self.live is not None:
             self._services.runner.cancel(KEY)
 
     def tick(self) -> None:
-        """Take the camera's newest picture; called by the view."""
+        """Queue the camera's newest picture; called by the view."""
         roll = self._roll
         if self.live is None or roll.over.is_set() or not self._camera.tick():
             return
@@ -122,7 +122,7 @@ class Filming:
 def _take(
     roll: _Roll, token: Token, report: PhraseReport
 ) -> tuple[Film, Path, tempfile.TemporaryDirectory[str]]:
-    """Read a film as it comes; with it a video, in a folder that goes when it is not wanted."""
+    """Read the pictures of a film; return it with its video in a temporary folder."""
     folder = tempfile.TemporaryDirectory(prefix="turnlight-")
     video = Path(folder.name) / "film.mp4"
     due_s = _TOLD_S

@@ -18,7 +18,7 @@ class LampRow:
 
     Attributes:
         letter, name: "A", "Window".
-        azimuth, elevation, share: "47°", "30° up", "at least 64 %".
+        azimuth, elevation, share: "47°", "30° up", "at least 64%".
         azimuth_deg, elevation_deg: Of the panorama as captured, deg.
         spoken: The whole row, for a screen reader.
     """
@@ -36,7 +36,7 @@ class LampRow:
 
 
 def lamp_rows(findings: Findings, front_deg: float, *, rough: bool = False) -> tuple[LampRow, ...]:
-    """Write the table of lamps; at a `rough` place what is clipped is a guess."""
+    """Make the rows of the lamp table; at a `rough` place clipped light is a guess."""
     return tuple(_lamp_row(lamp, front_deg, rough) for lamp in findings.lamps)
 
 

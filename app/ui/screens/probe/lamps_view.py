@@ -40,7 +40,7 @@ class _WholeRows(Scroll):
     """Shows whole rows only."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave out what would be part of a row."""
+        """Hide a row that would be cut off."""
         high = px(_ROW)
         self.setViewportMargins(0, 0, 0, self.height() % high if self.height() > high else 0)
         super().resizeEvent(event)

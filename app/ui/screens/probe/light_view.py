@@ -77,7 +77,7 @@ class LightColumn(QWidget):
         return self._stack
 
     def resizeEvent(self, event: object) -> None:
-        """Give the panorama as much height as its width asks for."""
+        """Keep the panorama at 2:1."""
         self._give_height()
 
     def _give_height(self) -> None:
@@ -90,7 +90,7 @@ class LightColumn(QWidget):
         self._stack.setFixedHeight(max(min(height, most), px(120)))
 
     def _keep_to_panorama(self) -> None:
-        """Let nothing here become wider than the panorama may; all keep one left and right edge."""
+        """Align everything with the left and right edge of the panorama."""
         free = max(self.width() - self.widest(), 0)
         left = free // 2 if free > 2 * self._side else 0
         margins = self._body.contentsMargins()
@@ -111,7 +111,7 @@ class LightColumn(QWidget):
         return self.height() - margins.top() - margins.bottom() - px(rest)
 
     def _below(self) -> QWidget:
-        """Stack the table of lamps, the recent places, and what the live preview tells."""
+        """Stack the lamp table, the recent places and the cards of the live preview."""
         self.lamps = LampTable(self._compact)
         self.recent = RecentPlaces(self._presenter.places.open)
         self.rough = RoughCards(self._compact)
@@ -126,7 +126,7 @@ class LightColumn(QWidget):
         return line
 
     def show_state(self, state: ProbeState) -> None:
-        """Show it; what is the same as before is left alone."""
+        """Show the state; parts that have not changed are left alone."""
         before, self._state = self._state, state
         self.tools.show_state(state)
         self._show_panorama(state, before)

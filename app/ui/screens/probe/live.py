@@ -1,4 +1,4 @@
-"""The live preview on the way to a spot: what the camera sees, and the three best styles there.
+"""The live preview on the way to a spot: the camera's picture and the three best styles there.
 
 One job reads the camera and puts the newest picture into a mailbox; another, one at a time, makes
 an answer of the newest there is. So a slow computer gives fewer answers, never late ones.
@@ -89,7 +89,7 @@ _ROUGH: Final = tr("Rough, from the live preview")
 
 
 class LivePreview:
-    """The preview, while it is wanted."""
+    """Runs the preview of the camera in use."""
 
     def __init__(
         self, services: Services, cameras: CameraFinder, changed: Callable[[], None]
@@ -183,7 +183,7 @@ class LivePreview:
         token: Token,
         report: PhraseReport,
     ) -> None:
-        """Pass on pictures until the camera ends them or goes away."""
+        """Read pictures until the camera stops sending them."""
         assert self._link is not None
         try:
             client = OscClient(self._link, self._services.clock, token)

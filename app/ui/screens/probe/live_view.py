@@ -17,7 +17,7 @@ _CARDS: Final = 3
 
 
 class _RoughView(OutlineBox):
-    """One style by the preview: what it is, how far to turn, and how sure that is."""
+    """A style in the live preview: its name, the turn, and how certain it is."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__("panel", "line")

@@ -40,8 +40,8 @@ class PanoramaTools(QWidget):
         self.whole.set_tip(tr("Drag to look around; press to show it whole"), "0")
         self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
         self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
-        self.percent = Text("100 %", align=Qt.AlignmentFlag.AlignHCenter)
-        self.percent.setFixedWidth(text_width(t.font(14), "800 %") + px(8))
+        self.percent = Text("100%", align=Qt.AlignmentFlag.AlignHCenter)
+        self.percent.setFixedWidth(text_width(t.font(14), "800%") + px(8))
         self.exposure = LabelledSlider(
             tr("Exposure"), -6.0, 6.0, 0.0, 0.1, partial(ev_words, tenths=True), inline=True
         )
@@ -64,7 +64,7 @@ class PanoramaTools(QWidget):
         self.out.clicked.connect(lambda: panorama.zoom_by(-1.0))
         self.near.clicked.connect(lambda: panorama.zoom_by(1.0))
         self.exposure.changed.connect(presenter.panorama.expose)
-        panorama.zoom_changed.connect(lambda z: self.percent.set_text(f"{round(100 * z)} %"))
+        panorama.zoom_changed.connect(lambda z: self.percent.set_text(f"{round(100 * z)}%"))
         Roving(self).set_members([self.whole, self.out, self.near])
         Roving(self).set_members(list(self.layers.values()))
 

@@ -30,7 +30,7 @@ _WIDEST_ROW: Final = 304
 
 
 class _Tile(Card):
-    """One place: small picture, name, and when it was made or what is missing."""
+    """A place: small picture, name, and its time or what is missing."""
 
     preferred_size = (_WIDEST_ROW, _HIGH)
 
@@ -92,7 +92,7 @@ class RecentPlaces(QWidget):
         QCoreApplication.postEvent(self.window(), QEvent(QEvent.Type.LayoutRequest))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave out what would have too little room for its words."""
+        """Hide tiles that would be too narrow for their text."""
         super().resizeEvent(event)
         self._fit()
 

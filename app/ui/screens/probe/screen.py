@@ -79,16 +79,16 @@ class ProbeView(Protocol):
     """Shows a `ProbeState`."""
 
     def show_state(self, state: ProbeState) -> None:
-        """Show it; what is the same as before is left alone."""
+        """Show the state; parts that have not changed are left alone."""
 
     def zoom_by(self, steps: float) -> None:
         """Zoom the panorama, positive is nearer."""
 
     def take_marker(self) -> None:
-        """Give the marker the keyboard."""
+        """Focus the marker."""
 
     def ask_folder(self) -> None:
-        """Ask which folder is to be watched."""
+        """Ask for the folder to watch."""
 
     def ask_measured(self, way: str) -> None:
         """Ask for the files of one of `WAYS`."""
@@ -140,7 +140,7 @@ class ProbePresenter(Presenter[ProbeView]):
     # -- screen --------------------------------------------------------------------------------
 
     def enter(self) -> None:
-        """Look for cameras, and for what was interrupted."""
+        """Look for cameras and interrupted captures."""
         if not self.taking.active:
             self.cameras.begin()
             self.taking.look_for_unfinished()
@@ -155,7 +155,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.filming.stop()
 
     def tick(self) -> None:
-        """Take what a capture has to show, and say how old the light is; called by the view."""
+        """Update the preview, the capture's progress and the light's age; called by the view."""
         now = self._services.clock.now()
         self.live.tick()
         self.filming.tick()
@@ -164,7 +164,7 @@ class ProbePresenter(Presenter[ProbeView]):
             self._refresh()
 
     def actions(self) -> Sequence[Action]:
-        """Give what can be done here."""
+        """List the actions of this screen."""
 
         def has_light() -> bool:
             return self._services.model.light is not None
@@ -195,7 +195,7 @@ class ProbePresenter(Presenter[ProbeView]):
     # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> ProbeState:
-        """Work out what the screen shows now."""
+        """Resolve the state of the screen."""
         model = self._services.model
         place, light, settings = model.place, model.light, model.settings
         block = self.cameras.block()
@@ -277,7 +277,7 @@ class ProbePresenter(Presenter[ProbeView]):
     # -- what the user does --------------------------------------------------------------------
 
     def main(self) -> None:
-        """Do what the amber button says."""
+        """Run the action of the amber button."""
         if self._services.model.light is not None and not self.taking.active:
             self.see_styles()
         elif self.resolve().can_capture or self.taking.active:
@@ -290,7 +290,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self._services.model.update(step=Step.STYLES, painting=None)
 
     def capture(self) -> None:
-        """Capture with the chosen plan, or ask for what was taken in another way."""
+        """Capture with the chosen plan, or ask for files of the chosen way."""
         settings = self._services.model.settings
         if settings.measure_with != "camera" and not self.taking.active:
             self._on_view(lambda view: view.ask_measured(settings.measure_with))()
@@ -298,14 +298,14 @@ class ProbePresenter(Presenter[ProbeView]):
         self.taking.start(settings.plan, self.resolve().timer_s)
 
     def preview(self) -> None:
-        """Open what the camera sees, or close it; for a film, begin it or end it."""
+        """Start or stop the live preview, or the film."""
         if self._services.model.settings.measure_with == "film" or self.filming.live is not None:
             self.filming.toggle()
         else:
             self.live.toggle()
 
     def press(self, key: str) -> None:
-        """Do what a button of the notice says."""
+        """Run the action of one of the notice's buttons."""
         settings = self._services.model.settings
         if key == "capture-full":
             self.taking.start("full", self.resolve().timer_s)
@@ -323,7 +323,7 @@ class ProbePresenter(Presenter[ProbeView]):
         self.set("self_timer_s", seconds)
 
     def tick_off(self, key: str) -> None:
-        """Mark a line of the list as done, or take that back."""
+        """Tick or untick a line of the checklist."""
         self._ticked = self._ticked ^ {key}
         self._refresh()
 
@@ -335,7 +335,7 @@ class ProbePresenter(Presenter[ProbeView]):
     # -- inside --------------------------------------------------------------------------------
 
     def _watch_as_set(self) -> None:
-        """Begin to watch the folder of the settings, once for each that is set."""
+        """Watch the folder of the settings, once for each new one."""
         folder = self._services.model.settings.watch_folder
         if folder and folder != self._watched:
             self._watched = folder
@@ -372,7 +372,7 @@ class ProbePresenter(Presenter[ProbeView]):
 
 
 def _kind(place: Place, findings: Findings | None) -> Kind:
-    """Say what lights a place, for how soon that changes; nothing where it is not certain."""
+    """Return what lights the place, which decides how soon its light is old."""
     location = place.location
     if location.sun:
         return "sun"

@@ -22,7 +22,7 @@ _LEAST = (512, 480)  # of the left side
 
 
 class ProbeScreen(QWidget):
-    """Shows a `ProbeState` and tells the presenter what the user does."""
+    """Shows a `ProbeState` and passes the user's actions to the presenter."""
 
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__()
@@ -38,12 +38,12 @@ class ProbeScreen(QWidget):
         self._beat.timeout.connect(presenter.tick)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the camera's side what the panorama does not need."""
+        """Widen the right column by what the panorama leaves."""
         super().resizeEvent(event)
         self.camera.take_width(self.width() - self.light.widest())
 
     def show_state(self, state: ProbeState) -> None:
-        """Show it; what is the same as before is left alone."""
+        """Show the state; parts that have not changed are left alone."""
         self.light.show_state(state)
         self.camera.show_state(state)
         self._left.setCurrentIndex(0 if state.running is None else 1)
@@ -54,7 +54,7 @@ class ProbeScreen(QWidget):
             self._keep_time()
 
     def _keep_time(self) -> None:
-        """Ask often only for what the camera has to show; behind another screen only to be heard.
+        """Update often only while the camera is busy and the screen is visible.
 
         Otherwise only the age of the light changes, and that where it can be seen.
         """
@@ -65,13 +65,13 @@ class ProbeScreen(QWidget):
             self._beat.stop()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Take up the time again."""
+        """Update at once, and restart the timer."""
         super().showEvent(event)
         self._presenter.tick()
         self._keep_time()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Let the time go by."""
+        """Slow the timer down, or stop it."""
         super().hideEvent(event)
         self._keep_time()
 
@@ -80,7 +80,7 @@ class ProbeScreen(QWidget):
         self.light.panorama.zoom_by(steps)
 
     def take_marker(self) -> None:
-        """Give the marker the keyboard."""
+        """Focus the marker."""
         self.light.panorama.take_marker()
 
     def ask_measured(self, way: str) -> None:
@@ -90,7 +90,7 @@ class ProbeScreen(QWidget):
             self._presenter.open_files(paths)
 
     def ask_folder(self) -> None:
-        """Ask which folder is to be watched."""
+        """Ask for the folder to watch."""
         folder = ask_folder(self, tr("Watch a folder"))
         if folder is not None:
             self._presenter.watching.start(folder)

@@ -17,7 +17,7 @@ from app.ui.widgets.paint import box
 
 
 class _WayButton(Pressable):
-    """A way to begin: an icon, what it is, and what it needs."""
+    """A way to begin: an icon, its name, and what it needs."""
 
     def __init__(
         self, title: str, words: str, icon: str, do: Callable[[], None], compact: bool
@@ -51,7 +51,7 @@ class _WayButton(Pressable):
 
 
 class Start(QWidget):
-    """One sentence that says what the program does, and three ways to begin."""
+    """What the program does, in one sentence, and three ways to begin."""
 
     def __init__(
         self,
@@ -85,7 +85,7 @@ class Start(QWidget):
         self.setAccessibleDescription(what)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Say less where there is little room."""
+        """Hide the details if there is little room."""
         super().resizeEvent(event)
         for part in (self._more, *(part for way in self.ways for part in (way.drawing, way.more))):
             part.setVisible(self.height() >= px(330))

@@ -49,7 +49,7 @@ class Watching:
         self._relay = _Relay()
 
     def start(self, folder: Path) -> None:
-        """Watch a folder; what lies in it already is left alone."""
+        """Watch a folder; files already in it are ignored."""
         self.stop()
         self.folder = folder
         self._relay = _Relay()
@@ -57,7 +57,7 @@ class Watching:
         self._changed()
 
     def stop(self) -> None:
-        """Watch nothing any more."""
+        """Stop watching."""
         if self.folder is not None:
             self.folder = None
             self._services.runner.cancel(KEY)

@@ -21,8 +21,8 @@ class Way:
 
     title: str
     steps: tuple[str, ...] = ()
-    button: str = tr("Choose photographs…")
-    files: str = tr("Photographs (*.jpg *.jpeg *.png *.tif *.tiff *.dng)")
+    button: str = tr("Choose photos…")
+    files: str = tr("Photos (*.jpg *.jpeg *.png *.tif *.tiff *.dng)")
     live: tuple[()] | tuple[str, str, str] = ()
 
 
@@ -64,7 +64,7 @@ WAYS: Final = {
         tr("Photos"),
         (
             tr("Stand where the sitter will be, and turn on the spot."),
-            tr("Take 12 to 40 photographs that overlap by a third, level, up and down."),
+            tr("Take 12 to 40 photos that overlap by a third, level, up and down."),
             tr("Two or three exposures of each hold windows and lamps."),
             tr("Choose them here, or a phone’s panorama."),
         ),
@@ -76,7 +76,7 @@ WAYS: Final = {
             tr("A single panorama without exposures gives a rough answer."),
         ),
         tr("Choose files…"),
-        tr("Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
+        tr("Panoramas and photos (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"),
     ),
 }
 """The ways to measure, by the setting's key."""

@@ -46,7 +46,7 @@ _QUESTIONS: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
 
 
 class LampActions:
-    """Changes the files of the lamp in hand; files are changed one after the other."""
+    """Changes the files of the lamp in hand, one after the other."""
 
     def __init__(
         self, services: Services, place_controller: PlaceController, lamps: LampList
@@ -58,13 +58,13 @@ class LampActions:
 
     @property
     def trouble(self) -> str:
-        """What was wrong with the last answer that was given for the lamp in hand."""
+        """The error in the last answer about the lamp in hand."""
         about, sentence = self._trouble
         own = self._lamps.own
         return sentence if own is not None and own.name == about else ""
 
     def actions(self) -> Sequence[Action]:
-        """List what can be done with a lamp of the user's own."""
+        """List the actions for a captured lamp."""
         own = self._has_own
         return (
             Action("lamp-rename", tr("Rename the lamp…"), lambda: self.ask("rename"),
@@ -97,7 +97,7 @@ class LampActions:
         view.ask_words(WordsAsk(wish, title, label, button, text, example))
 
     def answer(self, wish: WordsWish, text: str) -> None:
-        """Take the line; what is wrong with it is said beside it."""
+        """Apply the typed line; an error shows beside it."""
         lamp, folder = self._lamps.own, self._lamps.folder
         if lamp is None:
             return
@@ -144,7 +144,7 @@ class LampActions:
     # -- all of it -----------------------------------------------------------------------------
 
     def ask_mask(self) -> None:
-        """Let the user paint where the lamp is."""
+        """Open the sheet in which the mask is painted."""
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return
@@ -158,7 +158,7 @@ class LampActions:
         self._services.runner.submit("light-mask-look", lambda *_: look_at_mask(lamp), done=ready)
 
     def delete(self) -> None:
-        """Put the lamp in hand away; undo, or the message that tells so, brings it back."""
+        """Delete the lamp in hand; undo restores it."""
         lamp, lamps = self._lamps.own, self._lamps
         if lamp is None:
             return

@@ -21,7 +21,7 @@ _ALONE: Final = tr("Without a distance the lamp can be held anywhere; measure it
 
 
 class CaptureSheet(KeysSheet):
-    """How a lamp is captured, and what is made one now."""
+    """Explains how to capture a lamp, and asks for its name and distance."""
 
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: CaptureAsk) -> None:
         super().__init__(host, tr("Capture a lamp of your own"), 600)
@@ -49,7 +49,7 @@ class CaptureSheet(KeysSheet):
             self.place.hide()
 
     def say(self, sentence: str) -> None:
-        """Say what is wrong with the distance; nothing to say closes the sheet."""
+        """Show what is wrong with the distance; an empty sentence closes the sheet."""
         self.distance.set_error(sentence)
         if not sentence:
             self.shut()

@@ -71,7 +71,7 @@ class MaskView(Protocol):
 
 
 class MaskLook(NamedTuple):
-    """What the sheet of a lamp's mask begins with, from `look_at_mask`.
+    """What the sheet shows first, from `look_at_mask`.
 
     `picture`, (H, 2 H, 3) uint8: see `MaskState`.
     """
@@ -124,24 +124,24 @@ class MaskEdit:
         self._show()
 
     def detach(self) -> None:
-        """The page is closed; what was not saved is gone."""
+        """Close; unsaved changes are lost."""
         self._view = None
         self._services.runner.cancel(_FIND)
         self._services.runner.cancel(_MEASURE)
 
     def state(self) -> MaskState:
-        """Make what the sheet shows."""
+        """Resolve the sheet."""
         changed = self._state.alpha is not self._lamp.alpha
         return replace(self._state, can_undo=bool(self._before), changed=changed)
 
     def _show(self, **changes: Any) -> None:
-        """Change what the sheet shows; see `MaskState`."""
+        """Change fields of the `MaskState`."""
         self._state = replace(self._state, **changes)
         if self._view is not None:
             self._view.show_state(self.state())
 
     def set_lit(self, adds_lamp: bool) -> None:
-        """Let the brush add, or take away."""
+        """Set whether the brush adds to the mask or erases."""
         self._show(adds_lamp=adds_lamp)
 
     def set_radius(self, radius_deg: float) -> None:
@@ -149,7 +149,7 @@ class MaskEdit:
         self._show(radius_deg=min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1]))
 
     def press(self, at: Point) -> None:
-        """Begin a stroke at an azimuth and elevation, deg; it can be undone as a whole."""
+        """Start a stroke at an azimuth and elevation, deg; it is undone as a whole."""
         if self._state.busy:
             return
         self._untouched = self._state.alpha
@@ -170,7 +170,7 @@ class MaskEdit:
             self._settled()
 
     def undo(self) -> None:
-        """Take the last stroke back."""
+        """Undo the last stroke."""
         self.lift()
         if self._before and not self._state.busy:
             *self._before, patch = self._before
@@ -181,7 +181,7 @@ class MaskEdit:
             self._settled(alpha=self._lamp.alpha if same else earlier)
 
     def find_again(self) -> None:
-        """Let the program find the lamp; that can be undone too."""
+        """Detect the lamp again; can be undone."""
         radiance = self._lamp.radiance
         self._show(busy=True)
         self._services.runner.submit(
@@ -189,7 +189,7 @@ class MaskEdit:
         )
 
     def save(self) -> None:
-        """Keep the mask with the lamp; the one before is put into the trash."""
+        """Save the mask with the lamp; the old one is moved to the trash."""
         lamp, alpha, folder = self._lamp, self._state.alpha, self._folder
         if self._state.busy or alpha is lamp.alpha:
             return
@@ -230,7 +230,7 @@ class MaskEdit:
         self._settled()
 
     def _settled(self, **changes: Any) -> None:
-        """Show what was done, and find out what the lamp gives now."""
+        """Show the change, and compute the lamp's illuminance."""
         self._show(busy=False, error="", **changes)
         lamp, alpha = self._lamp, self._state.alpha
         self._services.runner.submit(
@@ -240,7 +240,7 @@ class MaskEdit:
         )
 
     def _remember(self, before: Float32) -> None:
-        """Keep what has changed since, so that it can be undone."""
+        """Remember the changed part, for undo."""
         changed = before != self._state.alpha
         rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
         if not rows.size:
@@ -269,7 +269,7 @@ class MaskEdit:
 
 
 def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
-    """Say what a lamp gives under a mask; empty where its exposure is not known."""
+    """Write the illuminance of a lamp with a mask; empty if its exposure is unknown."""
     if lamp.white_cd_m2 is None:
         return ""
     draft = replace(lamp, alpha=alpha)
@@ -278,7 +278,7 @@ def _size_words(lamp: CapturedLamp, alpha: Float32) -> str:
 
 
 def _picture(lamp: CapturedLamp) -> Bytes:
-    """Picture of a capture in which the lamp keeps its form and the dark room can be seen."""
+    """Make the picture of a capture: the lamp keeps its shape, and the dark room is visible."""
     light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
     lamp_pixels = light[lamp.alpha > 0.5]
     top = float(np.percentile(lamp_pixels, 95.0)) if lamp_pixels.size else float(light.max())

@@ -1,4 +1,4 @@
-"""A lamp placed for every style: what was asked, and the answers."""
+"""A lamp placed for every style: the question and the answers."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class InHand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampQuestion:
-    """What places are asked for. `gain`: luminance of radiance 1, cd/m2."""
+    """The question of a search. `gain`: luminance of radiance 1, cd/m2."""
 
     light: PlaceLight
     gain: float
@@ -83,7 +83,7 @@ class Answers:
     is_open: NDArray[np.bool_] = field(repr=False)
 
     def of(self, name: str | None) -> LampPlacement | None:
-        """Give the answer for a style."""
+        """Return the answer for a style; None if there is none."""
         return next((one for one in self.placements if one.name == name), None)
 
 
@@ -102,21 +102,21 @@ def powers_for(answers: Answers) -> tuple[float, ...]:
 
 
 def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
-    """As the ``light`` command: the paper's objective takes lamps as their numbers say."""
+    """Return the powers to try; the paper's objective tries full power only."""
     if objective == "paper" or not isinstance(lamp, NumbersLamp):
         return FULL
     return powers_of(lamp.kind)
 
 
 def best_held(placement: LampPlacement) -> LampPosition:
-    """Give the best place of a lamp, between the placements of the search, and its power."""
+    """Return the best position and power, refined between the placements of the search."""
     return LampPosition(
         placement.lamp_azimuth_refined_deg, placement.lamp_altitude_refined_deg, placement.power
     )
 
 
 def seen_from(answers: Answers, one: LampPlacement) -> LampPlacement:
-    """Give an answer with the lens where it is asked for and sees the best match."""
+    """Return the answer with the lens where the match is best, within the limits set."""
     hand, head, question = answers.hand, answers.hand.head, answers.question
     if not head.views:
         return one
@@ -140,7 +140,7 @@ def take_in_hand(
     report: Report,
     grey: bool = False,
 ) -> InHand:
-    """Get a lamp ready; the head's part is taken over where it is known.
+    """Prepare a lamp; the head's part is reused from `hand` if possible.
 
     With `grey` it is searched without its colours, as in the paper.
 
@@ -200,7 +200,7 @@ def _open_spots(question: LampQuestion) -> NDArray[np.bool_]:
 def closer(
     answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
 ) -> LampPlacement | None:
-    """Find what a lamp would rescue from nearer by.
+    """Find the style that a lamp would bring within reach from nearer by.
 
     Returns the style that comes out best; None without any.
     """

@@ -121,7 +121,7 @@ def _matches(head: Head, name: str, grey: Float64) -> Float64:
 
 
 def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
-    """Follow a curve from a turn both ways, by degrees, as long as it gives enough."""
+    """Return the arc around a turn where a curve is at least `least`, deg."""
     steps = np.arange(360)
     nodes = np.arange(TURNS + 1) * _STEP_DEG
     around = np.interp((turn_deg + steps) % 360.0, nodes, np.append(curve, curve[0])) >= least
@@ -151,13 +151,13 @@ def _parts(
 def _picture(
     hand: InHand, position: LampPosition, here: Facing, parts: Sequence[Float32], size: Size
 ) -> Bytes:
-    """Portrait of what `_parts` gives."""
+    """Make the portrait from `_parts`."""
     pictures = [to_image(hand.head.transport, part) for part in parts]
     return hand.head.portrait_with(here, [*pictures, _far(hand, position)], size)
 
 
 def _far(hand: InHand, position: LampPosition) -> FloatImage:
-    """Light (H, W, 3) of the lamp, were it as far away as it looks large."""
+    """Return the lamp as distant light (H, W, 3) of the same apparent size."""
     lamp, spot = hand.lamp, (position.azimuth_deg, position.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         return placed_at(lamp, *spot)[0]

@@ -59,7 +59,7 @@ _LITTLE_M: Final = 0.02
 
 
 class LightWork:
-    """Tries lamps, places them and makes pictures; nothing is asked for twice.
+    """Tries lamps, places them and makes pictures; nothing is computed twice.
 
     `rows` are the target portraits for the list, `version` counts how often they were made.
     """
@@ -102,7 +102,7 @@ class LightWork:
 
     @property
     def coming_closer(self) -> bool:
-        """Whether it is being tried what the lamp does from nearer by."""
+        """Whether the search from nearer by is running."""
         return self._services.runner.running(_CLOSER)
 
     @property
@@ -112,11 +112,11 @@ class LightWork:
         return nearer if nearer is not None and nearer.answers is self.answers else None
 
     def clear(self) -> None:
-        """Forget what was worked out for another place or sitter."""
+        """Forget the results for another place or sitter."""
         self.answers = self.view = self._view_key = None
 
     def forget(self) -> None:
-        """Ask again for what was asked for already."""
+        """Forget the last question, so that it is asked again."""
         self._asked_lamp = self._asked_places = ()
         self.trouble = ""
 
@@ -174,7 +174,7 @@ class LightWork:
         self._changed()
 
     def _stopped(self) -> None:
-        """Say that the user cancelled it, unless a newer lamp has taken its place already."""
+        """Report that the user cancelled, unless a newer lamp is being tried."""
         if not self._services.runner.running(_LAMP):
             self.trouble = tr("Stopped before all places were tried.")
             self._changed()
@@ -195,7 +195,7 @@ class LightWork:
             self._answered()
 
     def _come_closer(self, answers: Answers) -> None:
-        """Where a lamp rescues nothing, find what it does from half as far."""
+        """If a lamp brings nothing within reach, try it from half the distance."""
         lamp = answers.hand.lamp
         out = [one.name for one in answers.placements if not one.before.attainable]
         if rescued(answers.placements) or not out or not isinstance(lamp, NumbersLamp):
@@ -217,11 +217,11 @@ class LightWork:
         )
 
     def lens_of(self, one: LampPlacement) -> LampPlacement | None:
-        """Give an answer from where the lens may stand, once that is known."""
+        """Return the answer with the lens aside; None until it is computed."""
         return self._lens[1] if self._lens[0] is one else None
 
     def find_lens(self, answers: Answers, one: LampPlacement) -> None:
-        """Find where the lens sees a style best, where it may stand beside the nose."""
+        """Find where the lens sees a style best, if it may be off the nose."""
         if answers.question.lens == STRAIGHT or self._lens[0] is one:
             return
         self._lens = (one, None)

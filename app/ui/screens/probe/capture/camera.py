@@ -31,7 +31,7 @@ class CameraBlock:
     """The camera, and the panel in which another one is chosen.
 
     Attributes:
-        title, second: "RICOH THETA V", "Wi-Fi, battery 82 %, 1.9 GB free".
+        title, second: "RICOH THETA V", "Wi-Fi, battery 82%, 1.9 GB free".
         missing: Whether there is no camera; `second` says what to do then.
     """
 
@@ -61,7 +61,7 @@ def is_loopback(host: str) -> bool:
 
 
 def camera_second(camera: CameraSeen, *, short: bool = False) -> str:
-    """Say how the camera is: "Wi-Fi, battery 82 %, 1.9 GB free", or "82 %, 1.9 GB free"."""
+    """Write the camera's status: "Wi-Fi, battery 82%, 1.9 GB free", or "82%, 1.9 GB free"."""
     parts = []
     if not short:
         # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
@@ -96,7 +96,7 @@ class CameraFinder:
     # -- what is shown -------------------------------------------------------------------------
 
     def block(self) -> CameraBlock:
-        """Work out what is shown of the camera."""
+        """Resolve the camera block."""
         status, block = self._services.model.camera, self._block
         block = replace(block, rows=tuple(_row(camera) for camera in self._cameras))
         if status is None:
@@ -118,7 +118,7 @@ class CameraFinder:
         )
 
     def _say(self, **changes: Any) -> None:
-        """Change what is shown; see `CameraBlock`."""
+        """Change fields of the `CameraBlock`."""
         self._block = replace(self._block, **changes)
         self._changed()
 
@@ -138,7 +138,7 @@ class CameraFinder:
         self.search()
 
     def ask_password(self, error: Exception) -> None:
-        """Ask for a password: the camera wants one, or did not take it."""
+        """Ask for a password: the camera needs one, or refused the last one."""
         camera = self._services.model.camera
         again = camera is not None and self.credentials(camera.device) is not None
         wrong = getattr(error, "message", str(error)) if again else ""
@@ -164,7 +164,7 @@ class CameraFinder:
         self._services.runner.cancel("cameras")
 
     def begin(self) -> None:
-        """Search when there is no camera yet, else ask how the one in use is."""
+        """Search if there is no camera yet, otherwise refresh its status."""
         if self._services.model.camera is None:
             if not self._services.runner.running("cameras"):
                 self.search()
@@ -172,7 +172,7 @@ class CameraFinder:
             self.refresh()
 
     def look_at(self, address: str) -> None:
-        """Ask an address that was typed."""
+        """Look for a camera at a typed address."""
         devices = self._services.devices
         if not address.strip():
             self._say(address_error=tr("Type an address, for example 192.168.1.1."))
@@ -185,14 +185,14 @@ class CameraFinder:
         )
 
     def choose(self, key: str) -> None:
-        """Use one of the cameras that were found."""
+        """Use one of the cameras in the list."""
         for camera in self._cameras:
             if _key(camera) == key:
                 self._use(camera)
                 self._changed()
 
     def give_password(self, user: str, password: str) -> None:
-        """Try a password; one that is right goes into the system's keyring and nowhere else."""
+        """Try a password; a correct one is saved in the system's keyring and nowhere else."""
         camera = self._services.model.camera
         if camera is None:
             return
@@ -204,7 +204,7 @@ class CameraFinder:
         self._read(camera.device, keep=True)
 
     def refresh(self) -> None:
-        """Ask the camera in use how it is."""
+        """Refresh the status of the camera in use."""
         camera = self._services.model.camera
         if camera is not None and not camera.busy:
             self._read(camera.device)
@@ -320,7 +320,7 @@ class CameraFinder:
 
 
 def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: Token) -> CameraSeen:
-    """Ask a camera as `_ask` does; cut and garbled replies are asked for again."""
+    """Read a camera's status; try again after a cut or garbled reply."""
     first = FirstContact(clock, silences=1)
     while True:
         try:
@@ -332,7 +332,7 @@ def _asked_again(client: OscClient, camera: FoundCamera, clock: Clock, token: To
 
 
 def _ask(client: OscClient, camera: FoundCamera) -> CameraSeen:
-    """Ask a camera who and how it is; what it does not tell is left out."""
+    """Read a camera's model, battery and free space; what it does not report is left out."""
     info = client.info()
     with contextlib.suppress(DeviceError):
         client.use_api_2()

@@ -57,7 +57,7 @@ class CameraHead(QWidget):
 
 
 class CameraPanel(QWidget):
-    """Cameras found, an address, and a password where one is wanted."""
+    """The list of cameras, a field for an address, and the password if one is needed."""
 
     def __init__(self, cameras: CameraFinder) -> None:
         super().__init__()
@@ -67,7 +67,7 @@ class CameraPanel(QWidget):
         self.hide()
 
     def _build(self) -> None:
-        """Make its controls, which a camera that is found at once never needs."""
+        """Make the controls, late: a camera found right away never needs them."""
         cameras = self._cameras
         self.trouble = Text("", 14, wrap=True)
         self.note = Text("", 12, role="dim", wrap=True)
@@ -95,7 +95,7 @@ class CameraPanel(QWidget):
         self._cameras.give_password(self.user.text(), self.password.text())
 
     def show_block(self, block: CameraBlock) -> None:
-        """Show it; what is typed stays."""
+        """Show the block; typed text stays."""
         before, self._block = self._block, block
         if before == block or not (block.open or self.layout()):
             return

@@ -61,7 +61,7 @@ _STOPPING: Final = tr("Giving the camera its settings back")
 
 @dataclass(frozen=True, slots=True)
 class _CarryOver:
-    """What a new capture of a spot takes over from the one before."""
+    """What a new capture of the same spot keeps from the last one."""
 
     folder: Path
     place: Place
@@ -72,7 +72,7 @@ class _CarryOver:
 
 
 class CaptureControl:
-    """The capture that runs, and what is to be said of the last one."""
+    """The running capture, and the notice about the last one."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class CaptureControl:
         return [each for each in self._offers if (each.session or each.folder) not in self._skips]
 
     def running(self) -> Running | None:
-        """Say how far the capture is; None while none runs."""
+        """Resolve the running capture; None if none runs."""
         recording, progress = self._recording, self._progress
         if recording is None:
             return None
@@ -158,7 +158,7 @@ class CaptureControl:
     # -- what the user does --------------------------------------------------------------------
 
     def start(self, plan: str, delay_s: int, *, back: bool = False) -> None:
-        """Capture here, again if there is a place; what is known of it is carried over.
+        """Start a capture; if a place is open, its name, spot and notes are kept.
 
         `back`: lead to the styles again afterwards.
         """
@@ -182,7 +182,7 @@ class CaptureControl:
             self._changed()
 
     def press(self, key: str, plan: str, delay_s: int) -> None:
-        """Do what a button of `notice` says."""
+        """Run the action of one of the notice's buttons."""
         if key == "again":
             self.start(plan, delay_s)
         elif key in ("resume", "merge") and self._last is not None:
@@ -193,7 +193,7 @@ class CaptureControl:
             self._take_offer(key)
 
     def finish(self, offer: UnfinishedPlace) -> None:
-        """Resume a capture; where frames are missing, say first what can be done."""
+        """Resume a capture; if frames are missing, offer the choices first."""
         if self.active or offer.session is None:
             return
         self._trouble = None
@@ -205,7 +205,7 @@ class CaptureControl:
         self._changed()
 
     def look_for_unfinished(self) -> None:
-        """Look whether a capture was interrupted, by a crash for instance."""
+        """Look for interrupted captures, as after a crash."""
         places = self._services.folders.places
         self._services.runner.submit(
             "unfinished",
@@ -215,7 +215,7 @@ class CaptureControl:
         )
 
     def tick(self) -> bool:
-        """Take the newest that is to be seen; whether there was anything."""
+        """Read the capture's progress; return whether anything changed."""
         recording, now = self._recording, self._services.clock.now()
         if recording is None:
             return False

@@ -168,7 +168,7 @@ class CameraColumn(Surface):
         return boxed((row if fits else column)(*parts, gap=8))
 
     def show_state(self, state: ProbeState) -> None:
-        """Show it; what is the same as before is left alone."""
+        """Show the state; parts that have not changed are left alone."""
         before, self._state = self._state, state
         if before is None or state.way != before.way:
             self._show_way(state.way)
@@ -191,7 +191,7 @@ class CameraColumn(Surface):
         self._show_buttons(state)
 
     def _show_way(self, key: str) -> None:
-        """Show what a way to measure needs, and nothing of the others."""
+        """Show only what this way to measure needs."""
         way, camera = WAYS[key], key == "camera"
         self.way.choose(key)
         clear(self._steps)

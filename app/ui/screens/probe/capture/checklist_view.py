@@ -44,7 +44,7 @@ class CheckTile(Pressable):
         self.setAccessibleDescription(tr("done") if ticked else tr("not yet done"))
 
     def nextCheckState(self) -> None:
-        """Stay as the presenter says: a click asks, it does not tick."""
+        """Leave the tick to the presenter."""
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
         """Paint it in the current theme."""

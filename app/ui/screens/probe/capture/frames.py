@@ -20,7 +20,7 @@ class FrameTile:
     """One exposure.
 
     Attributes:
-        ev, shutter, clipped: "+2 EV", "1/15 s", "41 % clipped"; empty where not known.
+        ev, shutter, clipped: "+2 EV", "1/15 s", "41% clipped"; empty where not known.
         picture: (h, 2 h, 3) uint8 or None. SRGB, small; not compared.
         arrived: Share of its file that is here, 0 to 1.
     """
@@ -51,17 +51,17 @@ def tile_of(
 
 
 def _clip_words(share: float) -> tuple[str, str]:
-    """Say how much of a frame is clipped, in full and as a narrow tile has room for."""
+    """Write the clipped share of a frame, in full and short for a narrow tile."""
     if share <= 0.0:
         return tr("nothing clipped"), tr("nothing")
     of_hundred = 100.0 * share
-    number = f"{of_hundred:.1f} %" if of_hundred < 9.95 else f"{round(of_hundred)} %"
-    brief = tr("under 0.1 %") if of_hundred < 0.1 else number
+    number = f"{of_hundred:.1f}%" if of_hundred < 9.95 else f"{round(of_hundred)}%"
+    brief = tr("under 0.1%") if of_hundred < 0.1 else number
     return tr("{share} clipped", share=brief), brief
 
 
 def frames_note(place: Place, today: datetime) -> str:
-    """Say how the frames were taken: "ISO 100, f/2, taken 14:05"."""
+    """Write how the frames were taken: "ISO 100, f/2, taken 14:05"."""
     capture = place.capture
     if capture is None or not capture.frames:
         return ""

@@ -65,7 +65,7 @@ class FramesGrid(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def resizeEvent(self, event: object) -> None:
-        """Keep all pictures at 2:1 and equally high."""
+        """Keep all pictures at 2:1 and the same height."""
         self._fit()
 
     def _fit(self) -> None:

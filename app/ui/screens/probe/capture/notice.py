@@ -1,4 +1,4 @@
-"""The notice in the right column: what went wrong, what can be better, what can be resumed."""
+"""The notice in the right column: errors, advice, and captures to resume."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """What is to be said in the right column, with what can be done about it.
+    """A message in the right column, with buttons.
 
     `buttons`: tuple of (str, str). Key for `ProbePresenter.press`, and words.
     """
@@ -62,7 +62,7 @@ _AGAIN: Final = ("again", tr("Try again"))
 
 @dataclass(frozen=True, slots=True)
 class HowFar:
-    """How far a capture had come."""
+    """The progress of a failed capture."""
 
     here: int = 0
     total: int = 0
@@ -71,7 +71,7 @@ class HowFar:
 
 
 def trouble_notice(error: Exception, far: HowFar) -> Notice:
-    """Say what went wrong with a capture."""
+    """Make the notice for a failed capture."""
     if getattr(error, "code", "") in DISK or is_full(error):
         return _disk(far)
     if isinstance(error, Unreachable) or (
@@ -165,13 +165,13 @@ _MOST: Final = 0.5
 def advice_notice(
     place: Place | None, findings: Findings | None, full: ChoiceRow | None, camera: CameraBlock
 ) -> Notice | None:
-    """Say what could be better about a capture, and offer what is possible."""
+    """Make the notice with advice about a capture; None if there is none."""
     capture = None if place is None else place.capture
     if capture is None or findings is None:
         return None
     if capture.plan == "rough":
         advice = [each for each in capture.advice if not isinstance(each, RoughTurns)]
-        title, *body = sentences(advice) or (tr("A rough answer: one photograph."),)
+        title, *body = sentences(advice) or (tr("A rough answer from a single photo."),)
         if capture.doubtful:
             body.append(tr("The cards of the styles say which turns depend on that."))
         return Notice("advice", title, " ".join((*sentences(capture.warnings), *body)))

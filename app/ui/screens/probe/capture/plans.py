@@ -25,7 +25,7 @@ PLAN_TITLES: Final[dict[str, str]] = {"paper": tr("Quick"), "full": tr("Full ran
 
 
 def plan_parts(camera: CameraSeen | None, auto_exposure: Exposure | None) -> tuple[ChoiceRow, ...]:
-    """Say how many frames and seconds each plan takes."""
+    """Make a row for each plan: "3 frames, 9 s"."""
     model = camera.device.model if camera is not None else ""
     parts = []
     for kind in ("paper", "full"):
@@ -65,7 +65,7 @@ def _estimate(model: str, auto_exposure: Exposure, kind: Literal["paper", "full"
 
 
 def metered_of(capture: CaptureFacts | None) -> Exposure | None:
-    """Return what was metered at a place, from its frames; None where they do not tell."""
+    """Return the metered exposure, read from the frames; None if it is not among them."""
     for frame in () if capture is None else capture.frames:
         if abs(frame.ev) < 0.1 and frame.iso > 0 and frame.aperture > 0 and frame.shutter_s > 0:
             return Exposure(frame.shutter_s, frame.iso, frame.aperture)

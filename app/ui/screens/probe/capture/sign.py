@@ -16,7 +16,7 @@ from app.words.progress import progress_words
 
 @dataclass(frozen=True, slots=True)
 class DistantSign:
-    """What somebody who kneels under the camera, three metres away, has to know.
+    """The sign for somebody who kneels under the camera, three metres away.
 
     Attributes:
         kind: Of its colours: "wait", "act" (kneel and stay) or "move".
@@ -46,7 +46,7 @@ _SHOOTING: Final = (Stage.METERING, Stage.EXPOSING)
 
 
 def sign_of(status: Status, count: int, delay_s: int) -> DistantSign:
-    """Say what is seen from three metres; `count`: seconds that the self-timer has still to go."""
+    """Make the sign; `count`: seconds left on the self-timer."""
     message, early = _timed(progress_words(status.message), status), status.stage in _BEFORE
     if not early and (status.may_move or status.stage not in _SHOOTING):
         return DistantSign("move", _MOVE, message, spoken=_MOVE)

@@ -30,7 +30,7 @@ _BAR: Final = 16
 
 
 class _Face(PaintedWidget):
-    """The words of the sign, as large as they can be, on a colour that says the same."""
+    """The sign's text, as large as it fits, on a colour of the same meaning."""
 
     least = (240, 160)
 
@@ -76,7 +76,7 @@ def _fitting(words: str, room: QRectF) -> int:
 
 
 class CaptureSign(QWidget):
-    """Read from three metres during a capture, over what was metered: the first panorama."""
+    """The sign, above the panorama that was metered."""
 
     def __init__(self) -> None:
         super().__init__()
