@@ -85,7 +85,7 @@ def learnt(places: dict[str, Float32]) -> dict[str, HeadingIndex]:
 
 
 def demo_views(light: Float32) -> SceneViews:
-    """Return the demo location seen from anywhere around the sitter."""
+    """Return views of the demo location from anywhere around the sitter."""
     return SceneViews(resources() / "demo" / "location" / "views", light)
 
 

@@ -4,7 +4,7 @@
 
 Each HDR panorama is clipped at eight times its median, and at two stops below its brightest value,
 in files of floats and of half floats; and 5 to 50 % of the sphere is removed: a cap below or above,
-a wedge, a round patch, a ragged area, by alpha or as black canvas in turn. The file is read like in
+a wedge, a round patch, a ragged area, by alpha or as black canvas in turn. The file is read as in
 `solve`. Reported: whether the environment counts as clipped, and whether its gap is found; the
 styles in doubt are compared with those whose grade differs from the whole panorama's, or whose turn
 is 11 degrees off or more.

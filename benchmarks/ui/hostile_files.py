@@ -1,8 +1,8 @@
-"""Every command with the whole hostile corpus and with every option's worst values.
+"""Run every command on the whole hostile corpus, and with the worst values of every option.
 
     .venv/bin/python benchmarks/ui/hostile_files.py [--seconds 3000] [--seed 16] [-o FILE.json]
 
-Each case runs in a separate process (tests/helpers/hostile_runs.py). Required of all of them: no
+Each case runs in a separate process (tests/helpers/hostile_runs.py). All must run with no
 traceback, no hang, no changed input, no truncated output, at most 2.5 GB. If there is not enough
 time for all cases, a seeded selection runs, and the count reports it.
 """

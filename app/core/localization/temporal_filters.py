@@ -101,7 +101,7 @@ class Company:
     searched_s: float = -math.inf
 
     def due(self, now_s: float) -> bool:
-        """Return whether to search again: always for a present person, else occasionally."""
+        """Return whether to search again: while a person is visible, always; else now and then."""
         return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
 
     def near(self, now_s: float) -> Sitter | None:

@@ -302,7 +302,7 @@ def light_exposures(transport: Transport, lights: Sequence[LightSource]) -> tupl
 
 
 def exposure_in_mean_light(transport: Transport, light: FloatImage) -> float:
-    """Return the exposure of a face in even light of the mean strength of (32, 64, 3)."""
+    """Return the exposure of a face in even light as strong as the mean of (32, 64, 3)."""
     solid = solid_angles(SHAPE)[:, np.newaxis]
     mean = float((colour.luminance(light) * solid).sum()) / (SHAPE[1] * float(solid.sum()))
     return light_exposures(transport, [None])[0] / max(mean, 1e-30)

@@ -287,7 +287,7 @@ def _weights(job: _Job, targets: Float64, size: int) -> Float64:
 
 
 def _blocks(job: _Job, values: NDArray[np.floating[Any]], block: int) -> Float64:
-    """Return the mean of each block of pixels of values (P,), (N / block, N / block)."""
+    """Average values on pixels, (P,), over square blocks: (N / block, N / block)."""
     picture = np.zeros(job.picture**2)
     picture[job.pixels] = values
     side = job.picture // block
