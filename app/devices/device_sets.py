@@ -1,7 +1,7 @@
-"""The devices that the window is given: real ones, or simulated ones to try the program with.
+"""The devices of the window: real ones, or the simulated ones of the demo.
 
-The camera of the demo runs in a process of its own and is spoken to over the network of this
-computer, as a real one would be; the webcam stands at the sitter of the demo location.
+The demo camera runs in a separate process and is reached over this computer's network, like a real
+one; the demo webcam shows the sitter of the demo location.
 """
 
 from __future__ import annotations
@@ -38,44 +38,44 @@ class RealDevices:
         self._clock = clock
 
     def discover(self, token: Token) -> Discovery:
-        """Look for 360 cameras for some seconds; see `app.devices.theta.discovery.discover`."""
+        """Search for 360 cameras for some seconds; see `app.devices.theta.discovery.discover`."""
         return discover(self._clock, token=token)
 
     def look_at(self, address: str, token: Token | None = None) -> FoundCamera:
-        """Ask one address that was typed; see `app.devices.theta.discovery.look_at`."""
+        """Identify the camera at a typed address; see `app.devices.theta.discovery.look_at`."""
         return look_at(check_address(address), self._clock, token=token)
 
     def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
-        """Make a link; nothing is sent yet."""
+        """Return a link, without sending anything yet."""
         return Link(camera.endpoint, self._clock, credentials)
 
     def passwords(self) -> Passwords:
-        """Give the system's keyring."""
+        """Return the passwords in the system's keyring."""
         return Passwords()
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Index and name of every webcam. Takes a while: opens each of them."""
+        """Return index and name of every webcam; slow, since it opens each of them."""
         return list_webcams()
 
     def webcam(self, index: int) -> Webcam:
-        """Make a webcam that is not yet opened."""
+        """Return a webcam, not yet opened."""
         return OpenCvWebcam(index, self._clock)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing."""
 
 
 class CameraProcess:
-    """A simulated camera in a process of its own."""
+    """A simulated camera in a separate process."""
 
     def __init__(self, scene: Path, model: str = "V") -> None:
-        # Not "-m app": a folder of the user's may be called that.
+        # Not "-m app": the user may have a folder with that name.
         own = [sys.executable, "-P", "-m", "turnlight"]
         command = [*own, "simulate-camera", "--scene", str(scene)]
-        # Its errors would fill the user's terminal; whether it runs is seen by its address.
+        # Its errors would fill the user's terminal; its address shows whether it runs.
         self._process = subprocess.Popen(  # noqa: S603 - our own program
             [*command, "--model", model, "--until-eof"],
-            # It ends when this is closed: also when this program is killed.
+            # It ends when this closes, even if this program is killed.
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -95,7 +95,7 @@ class CameraProcess:
         self._read.set()
 
     def url(self, clock: Clock, token: Token) -> str:
-        """Wait for the camera's address. Raises `Unreachable` when it does not start."""
+        """Wait for the camera's address. Raises `Unreachable` if it does not start."""
         end = clock.now() + _START_S
         while not self._read.is_set() and clock.now() < end:
             token.check()
@@ -109,11 +109,11 @@ class CameraProcess:
 
     @property
     def running(self) -> bool:
-        """Whether the process lives."""
+        """Whether the process is running."""
         return self._process.poll() is None
 
     def close(self) -> None:
-        """End the process; a second time does nothing."""
+        """End the process; a second call does nothing."""
         if self.running:
             self._process.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -127,7 +127,7 @@ class CameraProcess:
 
 
 class DemoDevices(RealDevices):
-    """Simulated devices in the demo café; a typed address is still a real one."""
+    """Simulated devices in the demo café; typed addresses still reach real cameras."""
 
     def __init__(self, clock: Clock, cafe: Path) -> None:
         super().__init__(clock)
@@ -135,15 +135,15 @@ class DemoDevices(RealDevices):
         self.simulated = SimulatedWebcam(cafe, clock, size=DEMO_SIZE)
 
     def discover(self, token: Token) -> Discovery:
-        """Find the demo camera, as soon as it has started."""
+        """Return the demo camera as soon as it has started."""
         return Discovery((self.look_at(self.camera.url(self._clock, token), token),))
 
     def webcams(self) -> Sequence[tuple[int, str]]:
-        """Name the one that stands at the demo location."""
+        """Return the demo webcam."""
         return ((0, self.simulated.name),)
 
     def webcam(self, index: int) -> Webcam:
-        """Give the one that stands at the demo location, whatever is asked for."""
+        """Return the demo webcam for any index."""
         del index
         return self.simulated
 

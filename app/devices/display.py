@@ -1,4 +1,4 @@
-"""The display: whether Qt can draw and a window can be shown here, found out before Qt loads."""
+"""The display: checks before Qt loads whether this computer can show a window."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.core.base.paths import resources
 from app.core.text import tr, tr_plural
 from app.devices.errors import DeviceError
 
-_PATIENCE_S: Final = 8.0  # for a display on another machine
+_PATIENCE_S: Final = 8.0  # for a display on another computer
 
 
 class DesktopError(CoreError):
@@ -28,14 +28,14 @@ class DesktopError(CoreError):
 
 
 class DisplayError(DeviceError):
-    """There is a display, and no way to it."""
+    """The display does not answer."""
 
     default_code = "no-display"
 
 
 @cache
 def _packages() -> dict[str, list[str]]:
-    """Read which packages have each library: Debian's and Fedora's."""
+    """Return the Debian and Fedora package of each library."""
     return tomllib.loads((resources() / "packages.toml").read_text(encoding="utf-8"))
 
 
@@ -50,14 +50,14 @@ _TOO_OLD: Final = re.compile(r"version [`'](GLIBC_[\d.]+|GLIBCXX_[\d.]+)' not fo
 def check_display(
     environ: Mapping[str, str] | None = None, platform: str = sys.platform
 ) -> str | None:
-    """Find a display that can be reached.
+    """Find a display that answers.
 
     Returns:
-        str or None. Qt's platform to take where Qt's own choice would not work.
+        str or None. The Qt platform to use if Qt's own choice would fail.
 
     Raises:
-        DesktopError: When there is no display, or a library that showing a window takes is missing.
-        DisplayError: When the display that the environment names does not answer.
+        DesktopError: If there is no display, or a library for windows is missing.
+        DisplayError: If the display in the environment does not answer.
     """
     env = os.environ if environ is None else environ
     if platform in ("win32", "darwin"):
@@ -87,7 +87,7 @@ _WITHOUT: Final = tr("turnlight solve PANORAMA works without a display.")
 
 
 def _try(name: str, env: Mapping[str, str]) -> None:
-    """Reach the display of one of Qt's platforms, and load the platform as Qt will."""
+    """Connect to the display of a Qt platform, and load the platform like Qt."""
     wayland = name.startswith("wayland")
     if name == "xcb":
         reason = _no_x11(env.get("DISPLAY", ""))
@@ -132,7 +132,7 @@ def _no_x11(display: str) -> str | None:
         answer.append(xcb.xcb_connection_has_error(connection))
         xcb.xcb_disconnect(connection)
 
-    # A display on a machine that is off would hold the program up for minutes.
+    # A display on a computer that is off would block the program for minutes.
     caller = threading.Thread(target=connect, daemon=True)
     caller.start()
     caller.join(_PATIENCE_S)
@@ -155,16 +155,16 @@ def _no_wayland(env: Mapping[str, str]) -> str | None:
 
 
 def _plugins() -> Path:
-    """Give the folder of Qt's platforms, without importing Qt."""
+    """Return the folder of Qt's platforms, without importing Qt."""
     spec = importlib.util.find_spec("PySide6")
     folders = [] if spec is None else spec.submodule_search_locations or []
     return Path(*folders[:1]) / "Qt" / "plugins" / "platforms"
 
 
 def missing_library(message: str) -> DesktopError:
-    """Turn the words of the system's loader into what to install.
+    """Return the error for a message of the system's loader, with the packages to install.
 
-    What else the window needs and is missing is named with it: one command brings all.
+    It names all missing libraries, so that one command installs them.
 
     Examples:
         >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
@@ -202,14 +202,14 @@ def _absent() -> Iterable[str]:
             try:
                 ctypes.CDLL(name)
             except OSError as error:
-                # One that is there may only lack another.
+                # An existing library may only lack another one.
                 match = _MISSING.search(str(error))
                 if match is not None and match[1] == name:
                     yield name
 
 
 def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
-    """Give the commands that install, each on a line of its own, to be copied."""
+    """Return the commands to install packages, each on a separate line, to be copied."""
     packages = [_packages()[name] for name in names if name in _packages()]
     if not packages:
         return ""

@@ -1,9 +1,8 @@
-"""Motion JPEG: single pictures out of a camera's endless multipart answer, decoded with care.
+"""Motion JPEG: the pictures of a camera's endless multipart reply, decoded with care.
 
-Ricoh's cameras separate the parts by the boundary alone, without the "--" that the standard wants
-before it; other cameras and simulators write it properly. Whatever else goes wrong on the way (cut
-packets, garbage, missing or wrong lengths, pictures that stop in the middle), the parser continues
-with the next boundary and never holds more than one picture.
+Ricoh's cameras omit the "--" that the standard requires before the boundary; other cameras and
+simulators write it. After any damage (cut packets, garbage, missing or wrong lengths, truncated
+pictures) the parser continues with the next boundary. It never holds more than one picture.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_FRAME_BYTES: Final = 8 << 20
-"""Largest picture; what is longer is dropped."""
+"""Size limit of a picture; larger ones are dropped."""
 
 MAX_SHAPE: Final = (2048, 4096)
-"""Most rows and columns of a picture that is decoded."""
+"""Largest rows and columns of a picture that is decoded."""
 
 _SOI: Final = b"\xff\xd8\xff"
 _EOI: Final = b"\xff\xd9"
@@ -42,7 +41,7 @@ _LENGTH: Final = re.compile(rb"content-length[ \t]*:[ \t]*(\d{1,10})[ \t]*\Z", r
 
 
 def boundary_of(content_type: str) -> str:
-    """Read the boundary out of a Content-Type header.
+    """Return the boundary in a Content-Type header.
 
     Examples:
         >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
@@ -53,13 +52,12 @@ def boundary_of(content_type: str) -> str:
 
 
 class MjpegParser:
-    """Finds the pictures in a stream of bytes, however it is cut into packets.
+    """Finds the pictures in a stream of bytes, in packets of any size.
 
-    A part is a boundary line, header lines, an empty line and the picture. With a right
-    Content-Length the picture is taken as it is; without one, or with a wrong one, its end is
-    found by walking its segments, so that a thumbnail inside it does not end it. A picture that
-    the next boundary cuts off is dropped. Without any boundary pictures are found by their first
-    bytes.
+    A part is a boundary line, header lines, an empty line and the picture. With a correct
+    Content-Length the picture has that length; otherwise the parser finds its end by its segments,
+    so that a thumbnail inside does not end it. A picture that the next boundary cuts off is
+    dropped. Without a boundary, pictures are found by their first bytes.
     """
 
     def __init__(self, boundary: str = "") -> None:
@@ -73,26 +71,23 @@ class MjpegParser:
         )
         self._tail = len(self._mark) + 2 * _MAX_DASHES + 3
         self._buffer = bytearray()
-        self._search_from = 0  # no boundary starts before this place in the buffer
+        self._search_from = 0  # no boundary starts before this position in the buffer
         self._skip_bytes = 0
         self._futile = 0
         self._header = 0
         self._length = 0
         self._walk: _SegmentWalk | None = None
-        # Of the class, since a method of this object would keep it alive.
+        # A method of the class: a bound method would keep the object alive.
         self._state: Callable[[MjpegParser, list[bytes]], bool] = MjpegParser._seek
         self.dropped = 0
 
     @property
     def _blind(self) -> bool:
-        """Whether pictures are looked for without a boundary."""
+        """Whether to find pictures without a boundary."""
         return not self._mark or self._skip_bytes > _PATIENCE
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Take what the connection gave.
-
-        Returns the JPEG pictures that became whole with it, oldest first.
-        """
+        """Add received bytes; return the JPEG pictures that are now complete, the oldest first."""
         frames: list[bytes] = []
         view = memoryview(data)
         for start in range(0, len(view), _STEP):
@@ -102,7 +97,7 @@ class MjpegParser:
         return frames
 
     def _seek(self, frames: list[bytes]) -> bool:
-        """Between parts: skip to the next boundary, or to a picture where there is none."""
+        """Between parts: skip to the next boundary, or to a picture if there is none."""
         del frames
         span = self._next_boundary()
         if span:
@@ -163,7 +158,7 @@ class MjpegParser:
         return True
 
     def _scan(self, frames: list[bytes]) -> bool:
-        """In a picture of unknown length, or ahead of it."""
+        """In a picture of unknown length, or before it."""
         span = self._next_boundary()
         limit = span[0] if span else len(self._buffer)
         if self._walk is None:
@@ -172,7 +167,7 @@ class MjpegParser:
         if end > 0:
             self._deliver(frames, end)
         elif end < 0:
-            # What comes after the damaged place may be the next picture.
+            # The next picture may start after the damage.
             place = max(self._walk.place, _LEAP if self._futile > _FUTILE else 2)
             self._futile += self._blind
             self._drop(place, limit, whole=span is not None)
@@ -204,7 +199,7 @@ class MjpegParser:
         self._leave(end)
 
     def _drop(self, end: int, limit: int, *, whole: bool) -> None:
-        """Give a picture up; the start of a boundary may stand before a limit that is not whole."""
+        """Drop a picture, but keep the start of a boundary unless `whole`."""
         self.dropped += 1
         keep = self._tail if self._mark and not whole else 0
         self._leave(max(min(end, limit - keep), 2))
@@ -215,10 +210,10 @@ class MjpegParser:
         self._state = MjpegParser._seek
 
     def _next_boundary(self) -> tuple[int, int] | None:
-        """Where the next boundary starts and where its line ends; None where there is none yet."""
+        """Return the start of the next boundary and the end of its line; None if there is none."""
         if not self._mark:
             return None
-        # The plain search is several times faster and finds nothing almost always.
+        # The plain search is several times faster and almost always finds nothing.
         place = self._buffer.find(self._mark, self._search_from)
         match = self._line.search(self._buffer, place) if place >= 0 else None
         if match:
@@ -231,7 +226,7 @@ class MjpegParser:
         self._search_from = max(self._search_from - count, 0)
 
     def _trim(self) -> None:
-        """Forget what can no longer be the start of anything."""
+        """Remove bytes that cannot be the start of a boundary or picture."""
         spare = len(self._buffer) - self._tail - 1
         if spare > 0:
             self._skip_bytes += spare
@@ -239,7 +234,7 @@ class MjpegParser:
 
 
 class _SegmentWalk:
-    """Goes through the segments of a JPEG that stands at the start of a growing buffer."""
+    """Walks through the segments of a JPEG at the start of a growing buffer."""
 
     __slots__ = ("_fill", "_packed", "_segments", "place")
 
@@ -250,10 +245,9 @@ class _SegmentWalk:
         self._fill = 0
 
     def advance(self, data: bytearray, limit: int) -> int:
-        """Continue.
+        """Return the length of the picture, 0 if it needs more bytes, -1 if it is invalid.
 
-        `data`: starts with the picture's first byte. Length of the picture; 0 when more is needed,
-        -1 when this is none.
+        `data`: starts with the first byte of the picture.
         """
         while self.place + 2 <= limit:
             if self._packed:
@@ -277,7 +271,7 @@ class _SegmentWalk:
         return 0
 
     def _segment(self, kind: int, length: int) -> bool:
-        """Step over a segment; False where there is none."""
+        """Skip a segment; return False if it is invalid."""
         self._segments += 1
         if kind < 0xC0 or 0xD0 <= kind <= 0xD8 or kind == 0xFF:
             return False
@@ -289,10 +283,10 @@ class _SegmentWalk:
 
 
 def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
-    """Read the rows and columns of a picture without decoding it.
+    """Return the rows and columns of a picture without decoding it.
 
-    None for everything but a sequential Huffman-coded JPEG with 8 bits and one or three channels,
-    the only kind that cameras stream. A progressive one of many scans would take minutes to decode.
+    None for anything but a sequential Huffman-coded JPEG with 8 bits and one or three channels, the
+    only kind that cameras stream. A progressive one of many scans would take minutes to decode.
     """
     place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
     for _ in range(_MAX_SEGMENTS):
@@ -309,12 +303,11 @@ def jpeg_size(jpeg: bytes) -> tuple[int, int] | None:
 
 
 def decode(jpeg: bytes) -> NDArray[np.uint8] | None:
-    """Decode a picture that is not trusted, in the caller's thread.
+    """Decode an untrusted picture in the caller's thread.
 
-    Returns (H, W, 3) uint8: sRGB, red first; None when it is larger than `MAX_SHAPE`, or not a JPEG
-    that can be read. Rotations that the file asks for are ignored. Hold the picture until the next
-    one is decoded, as a screen does anyway: memory that is given back at once is asked of the
-    system again each time, which can cost as much as decoding.
+    Returns (H, W, 3) uint8: sRGB, red first; None if it is larger than `MAX_SHAPE` or not a valid
+    JPEG. The orientation in the file is ignored. Keep the picture until the next one is decoded: to
+    allocate its memory anew each time can cost as much as decoding.
     """
     shape = jpeg_size(jpeg)
     if shape is None or shape[0] > MAX_SHAPE[0] or shape[1] > MAX_SHAPE[1]:

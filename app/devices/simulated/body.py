@@ -1,13 +1,13 @@
-"""The parts of a simulated camera, its settings, and what it permits and reports.
+"""The parts of a simulated camera: its settings, storage and shooter, its permissions and reports.
 
-The camera is a good one. Wherever real cameras are known to misbehave, `CameraBody` and
+It is a good camera. Where real cameras are known to misbehave, `CameraBody` and
 `camera.SimulatedCamera` have a method that a subclass may override:
 
-* On the wire: `answer`, `refuse`, `route`, `find_command`, `file_data`.
-* What is permitted: `check_settable`, `check_ready`, `check_preview_closed`, `check_settled`.
-* What is reported: `status`, `errors`, `free_bytes`, `stated_url`, `listing`, `has_ended`.
-* Taking pictures: `shoot`; `preview`, a `PreviewGate`, may be replaced.
-* What it accepts: `make_store`.
+* Replies: `answer`, `refuse`, `route`, `find_command`, `file_data`.
+* Permissions: `check_settable`, `check_ready`, `check_preview_closed`, `check_settled`.
+* Reports: `status`, `errors`, `free_bytes`, `stated_url`, `listing`, `has_ended`.
+* Shooting: `shoot`; `preview`, a `PreviewGate`, may be replaced.
+* Options: `make_store`.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _WARM_C: Final = 38
 
 
 class CameraBody:
-    """A camera's parts, its settings and its address.
+    """A camera's parts, settings and address.
 
-    * `date`: its clock; a summer's noon unless given.
-    * `host`: address and port of its URLs: those that the last request went to.
+    * `date`: its date and time; noon of a summer day by default.
+    * `host`: address and port in its URLs, from the last request.
     * `battery`: charge, 0 to 1.
     * `temperature_c`: of its board, in degrees Celsius.
     """
@@ -67,12 +67,12 @@ class CameraBody:
         self.host = person.address
 
     def make_store(self, person: Personality) -> OptionStore:
-        """Make the options of a camera."""
+        """Return the options of a model."""
         return OptionStore(person)
 
     @property
     def options(self) -> dict[str, JsonValue]:
-        """The options as the camera holds them."""
+        """The current values of the options."""
         return self.store.values
 
     @property
@@ -82,67 +82,64 @@ class CameraBody:
         return int(digits) if digits.isdecimal() and len(digits) < 6 and ":" in self.host else 80
 
     def url(self, file: StoredFile) -> str:
-        """URL of a file."""
+        """Return the URL of a file."""
         return f"http://{self.host}{file.path}"
 
-    # What is permitted.
+    # Permissions.
 
     def check_settable(self) -> None:
-        """Permit a change of options. Raises `CommandRefused`: disabledCommand."""
+        """Raise `CommandRefused` (disabledCommand) if options cannot be changed now."""
         if self.shooter.busy:
             raise CommandRefused("disabledCommand")
 
     def check_ready(self) -> None:
-        """Permit shooting. Raises `CommandRefused`: disabledCommand."""
+        """Raise `CommandRefused` (disabledCommand) if the camera cannot shoot now."""
         if self.shooter.busy:
             raise CommandRefused("disabledCommand", "Shooting is under way.")
         self.check_preview_closed()
         self.check_settled()
 
     def check_preview_closed(self) -> None:
-        """Permit shooting as far as the preview goes. Raises `CommandRefused`: disabledCommand."""
+        """Raise `CommandRefused` (disabledCommand) while the preview is open."""
         if self.preview.body is not None:
             raise CommandRefused("disabledCommand", "The live preview is open.")
 
     def check_settled(self) -> None:
-        """Require a second since the last change of options.
-
-        Raises `CommandRefused`: disabledCommand.
-        """
+        """Raise `CommandRefused` (disabledCommand) within a second after a change of options."""
         if self.clock.now() - self.options_set_at < _SETTLE_S:
             raise CommandRefused("disabledCommand", "Options were set a moment ago.")
 
-    # What is reported.
+    # Reports.
 
     def errors(self) -> tuple[str, ...]:
-        """`_cameraError`."""
+        """Return the value of `_cameraError`."""
         return ("COMPASS_CALIBRATION",) if self.personality.name == "Z1" else ()
 
     def free_bytes(self) -> int:
-        """Free space of the storage."""
+        """Return the free bytes of the storage."""
         return self.storage.free_bytes
 
     def stated_url(self, file: StoredFile) -> str:
-        """URL of a file in an answer."""
+        """Return the URL of a file for a reply."""
         return self.url(file)
 
     def listing(
         self, files: Sequence[StoredFile], *, detail: bool, thumb_size: int
     ) -> list[JsonValue]:
-        """Describe files as camera.listFiles does."""
+        """Return the entries of files for camera.listFiles."""
         return [
             self.storage.entry(file, self.stated_url(file), detail=detail, thumb_size=thumb_size)
             for file in files
         ]
 
     def has_ended(self, job: ShootingJob) -> bool:
-        """Whether the status of a job's command is done."""
+        """Whether the command of a job reports that it is done."""
         return job.done and not job.watched
 
-    # Taking pictures.
+    # Shooting.
 
     def shoot(self, name: str, kind: JobKind, shots: Sequence[dict[str, JsonValue]]) -> ShootingJob:
-        """Begin to take pictures.
+        """Start to shoot.
 
         `name`: of the command. `shots`: settings of each frame, see `Shooter.begin`.
         """

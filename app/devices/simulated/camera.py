@@ -1,7 +1,7 @@
 """A simulated camera without sockets: requests in, replies out, time from a clock.
 
-It knows nothing of the client: words and limits are those of the models as Ricoh documents them and
-users report them. It speaks Web API v2.1.
+It shares nothing with the client: names and limits are those that Ricoh documents and users report.
+It has Web API v2.1.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MOST_BODY: Final = 1_000_000
 
 
 def info_of(camera: CameraBody) -> dict[str, JsonValue]:
-    """Say what the camera is."""
+    """Return the reply to /osc/info."""
     person = camera.personality
     info: dict[str, JsonValue] = {
         "manufacturer": person.manufacturer,
@@ -55,7 +55,7 @@ def info_of(camera: CameraBody) -> dict[str, JsonValue]:
 
 
 def state_of(camera: CameraBody) -> dict[str, JsonValue]:
-    """Say how the camera does."""
+    """Return the state in the reply to /osc/state."""
     person = camera.personality
     folder = person.folder.rpartition("/")[0]
     state: dict[str, JsonValue] = {
@@ -96,19 +96,19 @@ def _ricoh_state(camera: CameraBody) -> dict[str, JsonValue]:
 
 
 def capture_status(camera: CameraBody) -> str:
-    """`_captureStatus`."""
+    """Return the value of `_captureStatus`."""
     job = camera.shooter.job
     return "idle" if job is None else job.status(camera.clock.now())
 
 
 class SimulatedCamera(CameraBody):
-    """One camera, from the moment its Wi-Fi is on.
+    """One camera with its Wi-Fi on.
 
-    * `clock`: time. On a `VirtualClock` pictures are rendered when somebody first needs them,
-      otherwise in a thread from the start of the shooting on (`close` ends it).
-    * `rate_mbit`: transfer rate of files in megabits per second; no limit unless given.
-    * `shape`: rows and columns of all frames, for quick trials; else what the camera is set to.
-    * `date`: its clock; a summer's noon unless given.
+    * `clock`: on a `VirtualClock`, frames are rendered at their first use, otherwise in a thread
+      while the camera shoots (`close` ends it).
+    * `rate_mbit`: transfer rate of files in megabits per second; no limit by default.
+    * `shape`: rows and columns of all frames, for quick tests; by default those of the options.
+    * `date`: its date and time; noon of a summer day by default.
 
     Raises `ValueError` for a personality that does not exist.
     """
@@ -131,15 +131,14 @@ class SimulatedCamera(CameraBody):
         self._last_state = ""
 
     def close(self) -> None:
-        """End the rendering in the background."""
+        """End the rendering thread."""
         self.shooter.close()
 
     def answer(self, request: Request) -> Reply:
-        """Answer a request.
+        """Return the reply to a request.
 
-        Returns what to send; its pieces are made while they are sent. Whoever carries it closes
-        `pieces` where it has a `close`. Without a Content-Length the end of the body is to be
-        marked by chunked transfer or the end of the connection.
+        Its pieces are created while they are sent; the server calls `pieces.close` if there is one.
+        Without a Content-Length, chunked transfer or the end of the connection marks the end.
         """
         with self._lock:
             self.note(request)
@@ -147,13 +146,13 @@ class SimulatedCamera(CameraBody):
             return self.refuse(request) or self.route(request)
 
     def note(self, request: Request) -> None:
-        """Keep a request in the log, and its host for the URLs of files."""
+        """Add a request to the log, and use its host for the URLs of files."""
         self.host = request.host
         self.log.append(request)
         del self.log[:-_KEPT_REQUESTS]
 
     def state(self) -> dict[str, JsonValue]:
-        """Make the words of /osc/state; the fingerprint changes with them."""
+        """Return the reply to /osc/state; its fingerprint changes with the state."""
         state = self.status()
         words = json.dumps(state)
         if words != self._last_state:
@@ -162,15 +161,15 @@ class SimulatedCamera(CameraBody):
         return {"fingerprint": f"FIG_{self._fingerprint:04d}", "state": state}
 
     def status(self) -> dict[str, JsonValue]:
-        """State of the camera as /osc/state has it, without the fingerprint."""
+        """Return the state for /osc/state, without the fingerprint."""
         return state_of(self)
 
     def refuse(self, _request: Request) -> Reply | None:
-        """Answer a request without a look at what it is about; None where it is looked at."""
+        """Return a reply before the request is examined; None to examine it."""
         return None
 
     def route(self, request: Request) -> Reply:
-        """Answer a request by its path."""
+        """Return the reply to a request, by its path."""
         path = request.target.partition("?")[0]
         posts = {
             "/osc/state": lambda _: json_reply(self.state()),
@@ -217,7 +216,7 @@ class SimulatedCamera(CameraBody):
         return json_reply(answer | results)
 
     def find_command(self, name: str) -> Command | None:
-        """Find a command by name; None where the camera does not have it."""
+        """Return a command by name; None if the camera does not have it."""
         command = COMMANDS.get(name)
         return command if command is not None and command.there(self.personality) else None
 
@@ -233,7 +232,7 @@ class SimulatedCamera(CameraBody):
         return file_reply(data, range_header, self.rate_mbit, ranges=self.personality.ranges)
 
     def file_data(self, file: StoredFile) -> bytes:
-        """Bytes of a file that is fetched."""
+        """Return the bytes of a file for a download."""
         return file.data
 
 

@@ -1,9 +1,9 @@
-"""The models of the simulated camera: what each reports of itself and accepts.
+"""The models of the simulated camera.
 
-Every row of the table of cameras is one. What a camera writes (maker, padded model, software) is
-what public sample files of that model hold; its replies follow public replies; what Ricoh does not
-document (SC2, A1) is a guess. The sensor numbers are typical of sensors of that pitch, since Ricoh
-publishes none: they set the scale of the noise and nothing else.
+Every row of the camera table is one. Metadata (maker, padded model, software) are those of public
+sample files, and replies follow public replies; undocumented facts (SC2, A1) are guesses. The
+sensor numbers are typical of the pixel pitch, since Ricoh publishes none; they only set the level
+of noise.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ _NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
-    """What a model writes into its files, and its sensor.
+    """The sensor of a model, and the metadata of its files.
 
     * `shape`: rows and columns of its full-sized panorama.
     * `base_iso`: lowest sensitivity, at which `full_well` electrons saturate a pixel of the
       panorama; at twice the ISO half of them do.
-    * `channel_gains`: by how much red, green and blue are amplified more than green for a neutral
-      picture; they make red and blue noisier.
+    * `channel_gains`: amplification of red, green and blue for a neutral picture; it makes red and
+      blue noisier.
     * `lens_words`: 16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
 
@@ -56,7 +56,7 @@ class CameraModel:
 def _theta(
     name: str, software: str, full_well: float, read_noise: float, pad: int = 16, **more: Any
 ) -> CameraModel:
-    """Read a row of the table of cameras as a sensor, and as files of `pad` letters a model."""
+    """Return the sensor of a row of the camera table; `pad`: letters of the model in EXIF."""
     facts = camera_facts(name)
     assert facts is not None
     return CameraModel(
@@ -103,12 +103,12 @@ SENSORS: Final = {
     camera.name: camera for camera in (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
 }
 """All sensors by the short names of their models."""
-_SPAN_S: Final = (0.000125, 30.0)  # of exposures of a camera of another make
+_SPAN_S: Final = (0.000125, 30.0)  # range of exposure times of a camera of another make
 
 
 @dataclass(frozen=True, slots=True)
 class BracketRules:
-    """What a model wants of `_autoBracket` and how its own bracket runs.
+    """The keys of a model's `_autoBracket`, and how its own bracket runs.
 
     `programs`: exposure programs that `exposureProgram` may name.
     """
@@ -126,14 +126,13 @@ class BracketRules:
 class Personality:
     """One model with one firmware.
 
-    * `api_levels`: (1, 2) for models that wake up in API 2.0 and must be switched.
-    * `sizes`: rows and columns that it stores, the default first.
-    * `previews`: width, height and frames per second; empty where the camera reports zeros.
-    * `status_ids`: whether the id is repeated when it is asked for a command's state; Ricoh's own
-      examples of API 2.1 do not have it.
-    * `snaps`: whether automatic exposure times lie on the list of the manual program.
-    * `lens_stops`: by how many stops the lenses' ISO differs when the camera meters by itself.
-    * `overhead_s`: time that a frame takes besides its exposure, in seconds.
+    * `api_levels`: (1, 2) for models that start with API 2.0 and must be switched.
+    * `sizes`: rows and columns of its photos, the default first.
+    * `previews`: width, height and frames per second; empty if the camera reports zeros.
+    * `status_ids`: whether status replies have an id; Ricoh's own examples of API 2.1 do not.
+    * `snaps`: whether automatic exposure times are on the list of the manual program.
+    * `lens_stops`: difference of the lenses' ISO in automatic programs, in stops.
+    * `overhead_s`: duration of a frame besides its exposure, in seconds.
     * `thumb`: rows and columns of its thumbnails.
     """
 
@@ -171,17 +170,17 @@ class Personality:
 
     @property
     def switches_api(self) -> bool:
-        """Whether it wakes up in API 2.0."""
+        """Whether it starts with API 2.0."""
         return 1 in self.api_levels
 
 
 def _listed(values: Iterable[float]) -> tuple[float, ...]:
-    """Write a list as cameras do: sorted, whole numbers without a point."""
+    """Return a sorted list in the format of cameras: whole numbers without a point."""
     return tuple(int(value) if value == int(value) else value for value in sorted(values))
 
 
 def _personality(facts: CameraFacts) -> Personality:
-    """Read a row of the table of cameras as a camera of that model behaves."""
+    """Return the camera of a row of the camera table."""
     sensor = SENSORS[facts.sensor or facts.name]
     firmware = "1.00.0"
     several = {"aperture"} if len(facts.limits.apertures) > 1 else set()
@@ -230,9 +229,9 @@ def _rules(bracket: dict[str, Any]) -> BracketRules | None:
 
 
 def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[str, Personality]:
-    """Read cameras from a TOML file; ``simulated.toml`` says how.
+    """Read cameras from a TOML file in the format of ``simulated.toml``.
 
-    `others`: those that a section may be like, besides the sections before it.
+    `others`: cameras that "like" may name besides the earlier sections.
     """
     read: dict[str, Personality] = {}
     for name, row in tomllib.loads(file.read_text(encoding="utf-8")).items():
@@ -253,7 +252,7 @@ def read_personalities(file: Path, others: Mapping[str, Personality]) -> dict[st
 
 
 def _other_make() -> Personality:
-    """A camera of another make, with the exposure times of the V from 1/8000 to 30 s."""
+    """Return a camera of another make, with the exposure times of the V from 1/8000 to 30 s."""
     first, last = _SPAN_S
     times = tuple(time for time in _TABLE["V"].shutters if first <= time <= last)
     return Personality("", "", "", "", GENERIC, (), times, (), (), 0.0)
@@ -267,9 +266,9 @@ PERSONALITIES: Final = tuple((_OWN | _TABLE | _OWN).values())
 def personality_named(
     name: str, personalities: Iterable[Personality] = PERSONALITIES
 ) -> Personality:
-    """Find a camera by name, in any case: "S", "SC", "Z1", "generic" ...
+    """Return a camera by name, in any case: "S", "SC", "Z1", "generic" ...
 
-    Raises `ValueError` when there is none of that name.
+    Raises `ValueError` for an unknown name.
 
     Examples:
         >>> personality_named("z1").apertures

@@ -1,4 +1,4 @@
-"""The commands of a simulated camera, and what it says of pictures while it takes them."""
+"""The commands of a simulated camera, with their replies and progress."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _FILES: Final = frozenset(
 
 
 def begin_picture(camera: CameraBody) -> Reply:
-    """Take a single picture.
+    """Take a single photo; return the reply "inProgress" with an id.
 
-    inProgress with an id. Raises `CommandRefused`: disabledCommand in another mode.
+    Raises `CommandRefused` (disabledCommand) in another mode.
     """
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
@@ -38,10 +38,10 @@ def begin_picture(camera: CameraBody) -> Reply:
 
 
 def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
-    """Begin a bracket.
+    """Start a bracket; return the reply "inProgress" with an id.
 
-    `mode`: `_mode`, None where it was not given. inProgress with an id. Raises `CommandRefused`:
-    invalidParameterValue for any but a bracket, or where the model has none.
+    `mode`: the parameter `_mode`; None if it is missing. Raises `CommandRefused`
+    (invalidParameterValue) for another series, or a model without bracket.
     """
     rules = camera.personality.bracket
     mode = camera.store.method if mode is None else mode
@@ -51,13 +51,13 @@ def begin_capture(camera: CameraBody, mode: JsonValue) -> Reply:
         raise CommandRefused("invalidParameterValue")
     shots = _bracket(camera)
     if rules.method and camera.store.method != "bracket":
-        # The X takes as many pictures as asked for, but all of them as it would take one.
+        # The X takes the requested number of photos, but all with the settings of a single one.
         shots = [_settings(camera)] * len(shots)
     return _begin(camera, "camera.startCapture", "bracket", shots)
 
 
 def command_state(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
-    """Say that a command is under way."""
+    """Return the reply of a command in progress."""
     number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
     share = 0.0 if job.watched else job.completion(camera.clock.now())
     return {
@@ -66,9 +66,9 @@ def command_state(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
 
 
 def finished(camera: CameraBody, job: ShootingJob) -> dict[str, JsonValue]:
-    """Say that a command is done, and where its files are.
+    """Return the reply of a finished command with the URLs of its files.
 
-    Body of the answer; without URLs where the job was stopped.
+    It has no URLs if a series was stopped.
     """
     urls: list[JsonValue] = [camera.stated_url(file) for file in job.files]
     results: dict[str, JsonValue]
@@ -109,7 +109,7 @@ def _begin(
 
 
 def live_options(camera: CameraBody) -> dict[str, JsonValue]:
-    """Give the options that cannot be set: the date and what is left of the storage."""
+    """Return the read-only options: the date and the free storage."""
     free = camera.free_bytes()
     return {
         "dateTimeZone": camera.date.text(camera.clock.now()),
@@ -128,8 +128,8 @@ Action: TypeAlias = "Callable[[CameraBody, Parameters], Parameters | Reply]"
 class Command:
     """One command.
 
-    `act`: takes the camera and the parameters; returns what is added to name and state, or a whole
-    reply. Raises `CommandRefused`.
+    `act`: takes the camera and the parameters; returns the results to add to name and state, or a
+    complete reply. Raises `CommandRefused`.
     """
 
     act: Action
@@ -145,10 +145,10 @@ def _parameter(parameters: Parameters, name: str) -> JsonValue:
 
 
 def command_status(camera: CameraBody, body: Parameters) -> Reply:
-    """Answer /osc/commands/status.
+    """Return the reply to /osc/commands/status: in progress, done, or the error of the command.
 
-    inProgress, done, or the error that ended the command. Raises `CommandRefused`: missingParameter
-    without an id, invalidParameterValue for an unknown one.
+    Raises `CommandRefused`: missingParameter without an id, invalidParameterValue for an unknown
+    one.
     """
     job = camera.shooter.find(str(_parameter(body, "id")))
     if job is None:
@@ -236,7 +236,7 @@ def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters:
     files = [] if kind == "video" else camera.storage.files[::-1]
     total = len(files)
     files = files[int(str(start)) :][: int(str(count))]
-    # Only one thumbnail is given at a time.
+    # A list with several entries has no thumbnails.
     size = 640 if thumb and len(files) == 1 else 0
     detail = parameters.get("_detail", True) is not False
     entries = camera.listing(files, detail=detail, thumb_size=size)
@@ -244,7 +244,7 @@ def _list_files(camera: CameraBody, parameters: Parameters) -> Parameters:
 
 
 def counting(value: JsonValue) -> bool:
-    """Whether a value is a number of things."""
+    """Whether a value is a whole number from 0 up."""
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
@@ -253,7 +253,7 @@ def _delete(camera: CameraBody, parameters: Parameters) -> Parameters:
     if not isinstance(urls, list):
         raise CommandRefused("invalidParameterValue")
     camera.storage.delete(urls)
-    # The protocol lists those that could not be deleted; Ricoh's cameras do all or nothing.
+    # The protocol lists the files that could not be deleted; Ricoh's cameras delete all or none.
     return {} if camera.personality.ricoh else {"results": {"fileUrls": []}}
 
 

@@ -1,4 +1,4 @@
-r"""What a 360 camera writes besides the picture: EXIF, Ricoh's maker note and the XMP pose.
+r"""The metadata of a 360 camera's files: EXIF, Ricoh's maker note and the XMP pose.
 
 Layout as in files of a Theta S, V and X: big-endian EXIF 2.3 in one APP1 segment, whose maker
 note is the bytes ``Ricoh\0\0\0`` followed by an ordinary TIFF directory, whose tag 0x4001
@@ -28,7 +28,7 @@ _Entry: TypeAlias = tuple[int, int, int, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Tags:
-    """What a file says of itself; None and empty texts are left out of the file.
+    """The metadata of a file; None and empty texts are omitted.
 
     Attributes:
         shutter_s, aperture, iso: float or None. The exposure stated.
@@ -58,10 +58,10 @@ class Tags:
 
 
 def exif_segment(tags: Tags) -> bytes:
-    """Build the APP1 segment with EXIF and, where asked for, the maker note.
+    """Return the APP1 segment with EXIF and, if requested, the maker note.
 
     Raises:
-        ValueError: When it does not fit into one segment (64 KiB).
+        ValueError: If it does not fit into one segment (64 KiB).
 
     Examples:
         >>> exif_segment(Tags(iso=100))[10:12]
@@ -75,7 +75,7 @@ def exif_segment(tags: Tags) -> bytes:
         _text(0x0132, tags.date_time),
     ]
     main = [entry for entry in main if entry[2]]
-    # The pointer's value is known once the size of the first directory is.
+    # The value of the pointer depends on the size of the first directory.
     after = _IFD_HEAD + _size([*main, _pointer(_EXIF_IFD, 0)])
     first = _directory(sorted([*main, _pointer(_EXIF_IFD, after)]), _IFD_HEAD)
     tiff = b"MM\0*" + struct.pack(">I", _IFD_HEAD) + first + _exif_directory(tags, after)
@@ -83,7 +83,7 @@ def exif_segment(tags: Tags) -> bytes:
 
 
 def pose_segment(tags: Tags) -> bytes:
-    """Build the APP1 segment with XMP: the GPano projection, sizes and pose."""
+    """Return the APP1 segment with XMP: the GPano projection, sizes and pose."""
     height, width = tags.shape
     values: dict[str, object] = {
         "ProjectionType": "equirectangular",
@@ -114,11 +114,11 @@ def pose_segment(tags: Tags) -> bytes:
 
 
 def with_segments(jpeg: bytes, segments: Sequence[bytes]) -> bytes:
-    """Put segments at the head of a JPEG file, in place of its JFIF segment."""
+    """Insert segments at the start of a JPEG file, instead of its JFIF segment."""
     if not segments:
         return jpeg
     start = 2
-    # EXIF wants to be the first segment, which JFIF also claims to be; cameras write EXIF alone.
+    # EXIF and JFIF both require the first place; cameras write EXIF only.
     if jpeg[2:4] == b"\xff\xe0":
         start = 4 + int.from_bytes(jpeg[4:6], "big")
     return b"".join([jpeg[:2], *segments, jpeg[start:]])
@@ -146,7 +146,7 @@ def _exif_directory(tags: Tags, offset: int) -> bytes:
         ]
     entries = [entry for entry in entries if entry[2]]
     if tags.maker_note:
-        # Last in the data area, so that its own offsets are known when the rest is laid out.
+        # Last in the data area, since its own offsets depend on the rest.
         at = offset + _size(entries) + 12
         note = _maker_note(tags, at)
         body = _directory(sorted([*entries, (_MAKER_NOTE, _BLOB, len(note), b"")]), offset, at)
@@ -193,7 +193,7 @@ def _theta_entries(tags: Tags) -> list[_Entry]:
 
 
 def _directory(entries: Sequence[_Entry], offset: int, note_at: int = 0) -> bytes:
-    """Lay out one TIFF directory that begins at `offset`: its entries, then their long values."""
+    """Return a TIFF directory that starts at `offset`: its entries, then their long values."""
     table = [struct.pack(">H", len(entries))]
     data = b""
     at = offset + 2 + 12 * len(entries) + 4
@@ -210,7 +210,7 @@ def _directory(entries: Sequence[_Entry], offset: int, note_at: int = 0) -> byte
 
 
 def _size(entries: Sequence[_Entry]) -> int:
-    """Bytes that a directory takes with its long values."""
+    """Return the size of a directory with its long values, in bytes."""
     values = (len(value) + len(value) % 2 for *_, value in entries if len(value) > 4)
     return 2 + 12 * len(entries) + 4 + sum(values)
 
@@ -237,7 +237,7 @@ def _tenths(values: Sequence[float]) -> bytes:
 
 
 def _ratio(value: float) -> tuple[int, int]:
-    """Return a fraction as a camera writes it: 1/60 for the 0.01666666 of its list."""
+    """Return a fraction in the way cameras write it: 1/60 for 0.01666666."""
     if 0.0 < value < 0.4:
         below = round(1.0 / value)
         if abs(value * below - 1.0) < 1e-4:

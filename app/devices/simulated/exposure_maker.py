@@ -1,13 +1,11 @@
-"""One frame of a simulated camera: light, sensor, camera curve, JPEG and what the file says.
+"""One frame of a simulated camera: light, sensor, camera curve, JPEG and metadata.
 
-The chain, each step of which can be left out:
-
-1. The environment in cd/m2 is seen at the frame's size (`optics.View`), and weighed by each lens's
-   gain.
+1. The environment in cd/m2 is resampled to the frame's size (`optics.FrameView`) and multiplied by
+   the gain of each lens.
 2. It is divided by the luminance that saturates the exposure, 78 N^2 / (0.65 t S) cd/m2
    (ISO 12232:2019, saturation-based speed, q = 0.65), per channel.
-3. The sensor turns it into electrons, with shot noise and read noise, and clips each channel.
-4. The camera curve and rounding make bytes of it, and OpenCV a JPEG file.
+3. The sensor counts electrons with shot noise and read noise, and clips each channel.
+4. The camera curve and rounding give bytes; OpenCV encodes them as JPEG.
 
 White of luminance L is (L, L, L) cd/m2 in linear Rec. 709; unit radiance of a relative
 environment is `scale` cd/m2.
@@ -40,7 +38,7 @@ _STEPS: Final = 65536
 
 
 class FrameSight(Protocol):
-    """What a frame sees; see `optics.View`."""
+    """The light of a frame; see `optics.FrameView`."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -57,7 +55,7 @@ Tables: TypeAlias = tuple[NDArray[np.uint8], ...]
 
 @cache
 def srgb_tables() -> Tables:
-    """Make the tables of IEC 61966-2-1."""
+    """Return the tables of IEC 61966-2-1."""
     linear = (np.arange(_STEPS) / (_STEPS - 1)) ** 2
     power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
     coded = np.where(linear <= 0.0031308, 12.92 * linear, power)
@@ -85,7 +83,7 @@ class ShotOptions:
 
 
 PLAIN: Final = ShotOptions()
-"""A frame of the environment's own size, taken as it is."""
+"""A frame with the size of the environment and no changes."""
 
 
 def develop(
@@ -96,7 +94,7 @@ def develop(
     *,
     seed: int = 0,
 ) -> NDArray[np.uint8]:
-    """Take a frame without storing it: the picture before JPEG.
+    """Take a frame; return the picture before JPEG.
 
     Returns:
         NDArray[np.uint8], (rows, columns, 3). Coded red, green and blue.
@@ -116,7 +114,7 @@ def expose(
     *,
     seed: int,
 ) -> NDArray[np.uint8]:
-    """Take what a view shows, coded by `tables`; as `develop`."""
+    """Take a frame of a view, coded by `tables`; like `develop`."""
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
         raise ValueError("gains and the scale must be greater than 0")
     shape = view.shape
@@ -129,7 +127,7 @@ def expose(
         share = view.band(start, stop)
         share *= gains
         if shot.noise:
-            # A generator for each band, so that the order of the work does not matter.
+            # A generator for each band, so that the result does not depend on the order.
             generator = np.random.default_rng([seed, start // _BAND_ROWS])
             add_sensor_noise(share, camera, exposure.iso, generator)
         _code(share, tables, picture[start:stop])
@@ -157,10 +155,10 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95) -> bytes:
 def tags_of(
     camera: CameraModel, exposure: Exposure, shot: ShotOptions, shape: tuple[int, int]
 ) -> Tags:
-    """Say truthfully what a camera would write for a frame.
+    """Return the true metadata of a frame.
 
     Args:
-        exposure: Its exposure; ISO and aperture are left out where they are not known.
+        exposure: Its exposure; unknown ISO and aperture are omitted.
         shape: Rows and columns of the frame.
     """
     level = camera.levels_itself or camera.maker_note
@@ -184,13 +182,13 @@ def tags_of(
 
 
 def segments_of(tags: Tags) -> list[bytes]:
-    """Build the segments of a file: EXIF, and XMP for panoramas."""
+    """Return the segments of a file: EXIF, and XMP for panoramas."""
     segments = [exif_segment(tags)]
     return [*segments, pose_segment(tags)] if tags.panorama else segments
 
 
 def _code(share: FloatImage, tables: Tables, into: NDArray[np.uint8]) -> None:
-    """Apply the camera curve and round; `share` is used up."""
+    """Apply the camera curve and round; overwrites `share`."""
     top = np.float32(tables[0].size - 1)
     np.clip(share, 0.0, 1.0, out=share)
     np.sqrt(share, out=share)

@@ -1,4 +1,4 @@
-"""The lenses of a simulated camera: what a frame of any size sees, and how it is metered."""
+"""The lenses and the sensor of a simulated camera: resampling, noise and metering."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from app.core.measure.read.frame import Exposure
 from app.devices.simulated.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0
-"""Light above this share of saturation clips whatever the noise is."""
+"""Light above this multiple of saturation clips, whatever the noise."""
 
 
 def saturation_cd_m2(exposure: Exposure) -> float:
-    """Luminance of white that saturates an exposure, cd/m2 (ISO 12232)."""
+    """Return the luminance of white that saturates an exposure, cd/m2 (ISO 12232)."""
     return 1.2 / exposure.factor
 
 
 def add_sensor_noise(
     share: FloatImage, camera: CameraModel, iso: float, generator: np.random.Generator
 ) -> None:
-    """Replace light by what a sensor counts of it: shot noise, read noise, clipping.
+    """Replace light by the sensor's counts: shot noise, read noise, clipping.
 
     With W electrons at saturation, a pixel that expects n electrons counts a Poisson number of
     them plus Gaussian read noise of standard deviation r: mean n, variance n + r^2, third moment
@@ -43,12 +43,12 @@ def add_sensor_noise(
     Raises `ValueError` when the array is not contiguous.
     """
     wells = camera.full_well * camera.base_iso / iso / np.asarray(camera.channel_gains)
-    # As rows, since loops over three channels at a time would be slow.
+    # As rows, since loops over three channels are slow.
     counts = share.reshape(-1, share.shape[-2] * share.shape[-1])
     if not np.shares_memory(counts, share):
         raise ValueError("noise is added in place, to contiguous arrays only")
     electrons = np.tile(wells, share.shape[-2]).astype(np.float32)
-    # Never 0, so that what expects nothing and has no read noise counts nothing.
+    # Never 0, so that a dark pixel without read noise counts 0.
     read = np.float32(max(camera.read_noise**2, 1e-12))
     np.minimum(counts, np.float32(_BRIGHTEST), out=counts)
     counts *= electrons
@@ -66,7 +66,7 @@ def add_sensor_noise(
 
 
 def _normal(shape: tuple[int, ...], generator: np.random.Generator) -> FloatImage:
-    """Draw normal numbers from 65,536 equally likely ones: several times as fast as exact ones."""
+    """Draw normal numbers from 65,536 equally likely ones, several times as fast as exact ones."""
     count = math.prod(shape)
     picks = np.frombuffer(generator.bytes(2 * count), dtype="<u2")
     return np.take(_quantiles(), picks, mode="clip").reshape(shape)
@@ -74,7 +74,7 @@ def _normal(shape: tuple[int, ...], generator: np.random.Generator) -> FloatImag
 
 @lru_cache(maxsize=1)
 def _quantiles() -> FloatImage:
-    """Quantiles of the normal distribution in the middle of 65,536 equal shares, variance 1."""
+    """Return 65,536 quantiles of the normal distribution, scaled to variance 1."""
     count = 1 << 16
     inverse = NormalDist().inv_cdf
     half = np.array([inverse((index + 0.5) / count) for index in range(count // 2)])
@@ -91,10 +91,10 @@ def meter(
     scale: float = 1.0,
     target: float = 0.46,
 ) -> Exposure:
-    """Find the exposure that an automatic camera would choose: mean sRGB value at `target`.
+    """Return the exposure of an automatic camera: mean sRGB value at `target`.
 
-    The mean is taken over the sphere, at base ISO and the widest aperture; the exposure time is
-    whatever it takes and lies on no list of the camera's.
+    The mean is over the sphere, at base ISO and the widest aperture; the exposure time is not
+    rounded to the camera's list.
 
     Args:
         environment: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 light, not all black.
@@ -102,7 +102,7 @@ def meter(
         target: Mean of the coded values, 0 to 1.
 
     Returns:
-        With that mean within 0.001, where the environment allows it.
+        An exposure with that mean within 0.001, if the environment allows it.
     """
     height, width = environment.shape[:2]
     step = max(height // 256, 1)
@@ -122,7 +122,7 @@ _SEAM_DEG: Final = 5.0
 
 
 def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
-    """Gain of each column of a panorama: the front lens sees the centre half of them.
+    """Return the gain of each column of a panorama; the front lens sees the centre half.
 
     Returns:
         NDArray[np.float64], (width,). Gains, blended smoothly within 5 degrees of the seams at
@@ -135,18 +135,18 @@ def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float
 
 
 Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
-"""First of two neighbouring texels, and the share of the second; one of each per pixel."""
+"""Per pixel: the first of two neighbouring texels, and the share of the second."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameView:
-    """An environment as one frame sees it, ready to be sampled in bands of rows.
+    """An environment prepared for one frame, to be sampled in bands of rows.
 
     Attributes:
         shape: Rows and columns of the frame.
-        texels: (H, columns, 3) float32. The environment with one more row at each pole, its
-            columns brought to those of the frame.
-        rows: Which two of these rows each row of the frame mixes, and in what shares.
+        texels: (H, columns, 3) float32. The environment with one more row at each pole and the
+            columns of the frame.
+        rows: The two rows that each row of the frame mixes, with their shares.
     """
 
     shape: tuple[int, int]
@@ -165,13 +165,13 @@ class FrameView:
 
 
 def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
-    """Prepare an environment for sampling: every texel is constant over its area.
+    """Prepare an environment for sampling, with a constant value over the area of each texel.
 
     Args:
         environment: (H, 2 H, 3) float32. Linear radiance, any scale.
 
-    Raises `ValueError` when the environment has no three channels, or sizes differ and one of them
-    is not 2:1.
+    Raises `ValueError` if the environment does not have three channels, or sizes differ and one is
+    not 2:1.
     """
     padded, (height, width) = padded_texels(environment, shape)
     return FrameView(
@@ -184,9 +184,9 @@ def view_of(environment: FloatImage, shape: tuple[int, int]) -> FrameView:
 def padded_texels(
     environment: FloatImage, shape: tuple[int, int]
 ) -> tuple[FloatImage, tuple[int, int]]:
-    """Add a texel at each side, over the edge and the poles; reduce to `shape` where it is smaller.
+    """Add a texel at each side, across the edge and the poles; reduce to `shape` if it is smaller.
 
-    Returns the texels, (H + 2, W + 2, 3) float32, and H and W. Raises as `view_of`.
+    Returns the texels, (H + 2, W + 2, 3) float32, and H and W. Raises like `view_of`.
     """
     if environment.ndim != 3 or environment.shape[2] != 3:
         raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
@@ -207,7 +207,7 @@ def padded_texels(
 
 
 def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
-    """Bring columns to those of a frame."""
+    """Resample the columns to those of a frame."""
     first, share = taps
     if not share.any():
         return np.ascontiguousarray(padded[:, first])
@@ -216,7 +216,7 @@ def mix_columns(padded: FloatImage, taps: Taps) -> FloatImage:
 
 
 def area_taps(source: int, target: int, *, spherical: bool = False) -> Taps:
-    """Find the two texels, counted in the padded environment, whose area each pixel covers."""
+    """Return the two texels of the padded environment whose area each pixel covers."""
     edges = np.arange(target + 1) * (source / target)
     first = np.floor(edges[:-1] + 1e-9)
     cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])

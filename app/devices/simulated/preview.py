@@ -1,9 +1,9 @@
-"""The live preview of a simulated camera: a loop of pictures of its scene, one client at a time.
+"""The live preview of a simulated camera: a loop of pictures of its scene, for one client.
 
-It is exposed as the camera's automatic program does, so that lamps, windows and the sun clip.
-Every picture carries its number as a row of dark and light blocks at the bottom, and a small dot
-that goes round the horizon, so that anyone who looks at one knows how old it is; neither is bright
-enough to count as a lamp. The loop is encoded once, hence sending costs next to nothing.
+It has the exposure of the automatic program, so that lamps, windows and the sun clip. A row of dark
+and light blocks at the bottom encodes the number of each picture, and a small dot moves along the
+horizon, so that the age of a picture is visible; neither is bright enough to count as a lamp. Each
+picture is encoded only once.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from app.devices.simulated.optics import meter
 from app.devices.simulated.options import whole
 
 LOOP: Final = 32
-"""How many different pictures there are; numbers count from 0 to 31 and begin again."""
+"""Number of different pictures; numbers count from 0 to 31 and start again."""
 
 PREVIEW_HEADERS: Final = (
     ("Content-Type", 'multipart/x-mixed-replace; boundary="---osclivepreview---"'),
     ("X-Content-Type-Options", "nosniff"),
 )
-"""Headers of the answer; its length is unknown, so it is sent in chunks."""
+"""Headers of the reply; its length is unknown, so it is sent in chunks."""
 
-# The boundary as it stands, without the two dashes that the standard puts before it.
+# The boundary without the two dashes that the standard requires before it.
 _PART: Final = b"---osclivepreview---\r\nContent-type: image/jpeg\r\nContent-Length: %d\r\n\r\n"
 BLOCKS: Final = 16
 _LARGE: Final = 256
 _DARK, _LIGHT = 16, 208  # codes of the marks
 BITS: Final = 6
 _QUALITY: Final = 80
-_LATE_S: Final = 0.5  # a sender that is later than this leaves pictures out
+_LATE_S: Final = 0.5  # a sender that is later than this skips pictures
 
 
 class LivePicture:
-    """The loop of pictures at one size; each is encoded when it is first wanted.
+    """The loop of pictures at one size; each is encoded at its first use.
 
     * `environment`, (H, 2 H, 3) float32: linear light in any unit; it is metered and clips.
-    * `shape`: rows and columns, at least 32 by 64. A square picture shows what the front lens sees.
+    * `shape`: rows and columns, at least 32 by 64. A square picture is the front lens's view.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class LivePicture:
         self._lock = threading.Lock()
 
     def frame(self, number: int) -> bytes:
-        """Give one picture."""
+        """Return the JPEG of one picture."""
         number %= LOOP
         with self._lock:
             if number not in self._frames:
@@ -83,12 +83,10 @@ class LivePicture:
 
 
 def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[Piece]:
-    """Make the body of a preview: parts without end, at the camera's pace.
+    """Yield the endless body of a preview: a part's header, its picture, a pause, and so on.
 
     * `fps`: pictures per second, > 0.
-    * `clock`: paces them: each is due at its own time, so that a late one does not delay the next.
-
-    Yields a part's header, its picture, a pause, and so on.
+    * `clock`: sets the time of each picture, so that a late one does not delay the next.
     """
     number = 0
     due = clock.now()
@@ -100,31 +98,31 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
         due += 1.0 / fps
         late = clock.now() - due
         if late > _LATE_S:
-            # They were not taken in time. What a camera cannot send it does not keep.
+            # A camera does not keep pictures that it cannot send in time.
             misses = int(late * fps)
             number, due = number + misses, due + misses / fps
         yield Pause(max(due - clock.now(), 0.0))
 
 
 def pattern(number: int) -> list[int]:
-    """Lay out the blocks: white, black, the number, its complement, black, white."""
+    """Return the blocks: white, black, the number, its complement, black, white."""
     bits = [number >> place & 1 for place in range(BITS)]
     return [1, 0, *bits, *(1 - bit for bit in bits), 0, 1]
 
 
 def mark_rows(rows: int) -> int:
-    """Rows of the blocks."""
-    # Enough to be read, and on a whole screen no more to be seen than that.
+    """Return the height of the blocks in rows."""
+    # High enough to be read, but inconspicuous on a full screen.
     return max(rows // (32 if rows < _LARGE else 96), 2)
 
 
 def edge(index: int, columns: int) -> int:
-    """Column at which a block begins."""
+    """Return the first column of a block."""
     return index * columns // BLOCKS
 
 
 class PreviewBody:
-    """The body of one preview; it ends when the camera wants it to."""
+    """The body of one preview; it ends when the camera closes it."""
 
     def __init__(self, gate: PreviewGate, pieces: Iterator[Piece]) -> None:
         self._gate = gate
@@ -140,7 +138,7 @@ class PreviewBody:
         return next(self._pieces)
 
     def close(self) -> None:
-        """Give the preview back."""
+        """Release the preview."""
         self._gate.closed(self)
         close = getattr(self._pieces, "close", None)
         if close is not None:
@@ -151,7 +149,7 @@ class PreviewBody:
 
 
 class PreviewGate:
-    """Keeps the preview of a camera to one at a time."""
+    """Allows one preview at a time."""
 
     def __init__(
         self,
@@ -168,7 +166,7 @@ class PreviewGate:
         self._pictures: dict[tuple[int, int], LivePicture] = {}
 
     def open(self) -> Reply:
-        """Begin a preview."""
+        """Start a preview; return its reply."""
         size = self._options["previewFormat"]
         assert isinstance(size, dict)
         width, height, rate = (whole(size[key]) for key in ("width", "height", "framerate"))
@@ -183,7 +181,7 @@ class PreviewGate:
         return Reply(200, PREVIEW_HEADERS, self.body, LATENCY_S)
 
     def make_body(self, pieces: Iterator[Piece]) -> PreviewBody:
-        """Make the body of a preview that is opened."""
+        """Return the body of a new preview."""
         return PreviewBody(self, pieces)
 
     def close(self) -> None:
@@ -192,6 +190,6 @@ class PreviewGate:
             self.closed(self.body)
 
     def closed(self, body: PreviewBody) -> None:
-        """Note that a preview is over."""
+        """Record the end of a preview."""
         if self.body is body:
             self.body = None

@@ -1,4 +1,4 @@
-"""What a simulated camera looks at, and how it meters it by itself."""
+"""The scene of a simulated camera, and its automatic exposure."""
 
 from __future__ import annotations
 
@@ -56,12 +56,10 @@ class Take:
 
 
 class Scene:
-    """A place full of light.
-
-    Rendered frames are kept, so that many cameras can be tried on one scene.
+    """A scene with a cache of rendered frames, so that tests of many cameras can share it.
 
     * `environment`, (H, 2 H, 3) float32: linear Rec. 709 light, `scale` cd/m2 per unit.
-    * `shot`: how every frame is taken: its scale, its tilt ...
+    * `shot`: how every frame is taken, for example its scale.
     """
 
     def __init__(
@@ -81,7 +79,7 @@ class Scene:
         return self.shot.scale
 
     def metered(self, camera: CameraModel) -> Exposure:
-        """Meter the place at the camera's lowest ISO and widest aperture."""
+        """Return the metered exposure at the camera's lowest ISO and widest aperture."""
         with self._lock:
             exposure = self._metered.get(camera.name)
         if exposure is None:
@@ -91,13 +89,13 @@ class Scene:
         return exposure
 
     def brighter_front(self) -> bool:
-        """Say whether the front lens, the middle half of the columns, sees more light."""
+        """Return whether the front lens (the middle half of the columns) sees more light."""
         width = self.environment.shape[1]
         middle = self.environment[:, width // 4 : width - width // 4].mean()
         return bool(middle >= self.environment.mean())
 
     def frame(self, camera: CameraModel, take: Take) -> bytes:
-        """Take a frame. Returns the JPEG file with all that the camera writes into it."""
+        """Take a frame; return the JPEG file with all its metadata."""
         shot = self._shot_of(take)
         key = (camera.name, replace(take, date_time="", program=1, hdr=False))
         data = self._cached(key)
@@ -108,18 +106,18 @@ class Scene:
         return with_segments(data, segments_of(self.tags(camera, take)))
 
     def tags(self, camera: CameraModel, take: Take) -> Tags:
-        """Say what the camera writes into a frame's file."""
+        """Return the metadata of a frame's file."""
         tags = tags_of(camera, take.exposure, self._shot_of(take), take.shape)
         return replace(tags, program=take.program, hdr_rendering=take.hdr)
 
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
-        """Make a frame's small picture, which carries no metadata. `shape`: rows and columns."""
+        """Return a frame's thumbnail, without metadata. `shape`: rows and columns."""
         take = replace(take, shape=shape)
         shot = replace(self._shot_of(take), noise=False)
         return jpeg(self._expose(camera, take, shot, 0), _THUMB_QUALITY)
 
     def view(self, shape: tuple[int, int]) -> FrameSight:
-        """Return what a picture of so many rows and columns shows."""
+        """Return the scene for a picture with so many rows and columns."""
         return view_of(self.environment, shape)
 
     def _expose(self, camera: CameraModel, take: Take, shot: ShotOptions, seed: int) -> Bytes:
@@ -162,11 +160,11 @@ class Scene:
 def automatic(
     scene: Scene, person: Personality, settings: Mapping[str, JsonValue]
 ) -> tuple[Exposure, tuple[float, float]]:
-    """Expose as the camera's program and the user's settings want it.
+    """Choose the exposure by the camera's program and the user's settings.
 
-    `settings`: exposureProgram, and as far as the program wants them iso, shutterSpeed, aperture,
-    exposureCompensation, isoAutoHighLimit. Returns the exposure stated, and what each lens got
-    relative to it.
+    `settings`: exposureProgram, and iso, shutterSpeed, aperture, exposureCompensation and
+    isoAutoHighLimit if the program uses them. Returns the stated exposure, and the gain of each
+    lens relative to it.
     """
     program = number_in(settings, "exposureProgram", 2.0)
     aperture = number_in(settings, "aperture", 0.0) or person.apertures[0]
@@ -191,7 +189,7 @@ def automatic(
 
 
 def _auto_aperture(person: Personality, factor: float) -> float:
-    """Close the aperture in bright places, where there is a choice."""
+    """Return the aperture: a smaller one in bright scenes if the camera has several."""
     base = person.isos[0] / 100.0
     for aperture in person.apertures:
         if factor * aperture**2 / base >= _CLOSING_S:
@@ -207,7 +205,7 @@ def _auto_iso(person: Personality, light: float, limit: float) -> float:
 
 
 def _auto_time(person: Personality, time: float) -> float:
-    """Bring a time to the camera's list, or to a round fraction of a second."""
+    """Round an exposure time to the camera's list, or to a round fraction of a second."""
     times = [each for each in person.shutters if each <= _LONGEST_AUTO_S]
     time = min(max(time, times[0]), times[-1])
     if person.snaps:
@@ -220,7 +218,7 @@ def _auto_time(person: Personality, time: float) -> float:
 
 
 def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, float]:
-    """Give the darker side more ISO, in the nominal thirds of the camera's list."""
+    """Return the gains of both lenses: more ISO on the darker side, in thirds of a stop."""
     steps = round(3.0 * person.lens_stops)
     at = person.isos.index(iso)
     high = person.isos[min(at + steps - steps // 2, len(person.isos) - 1)] / iso
@@ -229,11 +227,11 @@ def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, f
 
 
 def nearest(value: float, among: Sequence[float]) -> float:
-    """Find what is nearest in stops."""
+    """Return the nearest value in stops."""
     return min(among, key=lambda each: abs(math.log(each / value)))
 
 
 def number_in(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
-    """Read a number from settings that anybody may have written."""
+    """Return a number of untrusted settings; `otherwise` if it is not one."""
     value = settings.get(name, otherwise)
     return float(value) if isinstance(value, int | float) else otherwise

@@ -1,9 +1,8 @@
-"""Taking and keeping pictures: what is under way, what is written, and the camera's date.
+"""Shooting and storage: the current job, the files, and the camera's date.
 
-Nothing runs in the background but the rendering. Whenever somebody asks, `Shooter.settle` writes
-the frames whose time has come: exposure and overhead have passed, and the picture is ready. On
-virtual time pictures are rendered when they are first needed, else from the start of the shooting
-on, in a thread.
+Only the rendering runs in a thread. At every request `Shooter.settle` writes the frames that are
+due: their exposure and overhead have passed, and the picture is ready. On virtual time pictures are
+rendered at their first use, otherwise while the camera shoots.
 """
 
 from __future__ import annotations
@@ -35,10 +34,10 @@ _WORDS: dict[JobKind, str] = {
 
 
 class CameraDate:
-    """Local time with an offset that is only ever repeated.
+    """Local time with a constant offset from UTC.
 
-    * `now`: the clock's reading at which the date begins, in seconds.
-    * `start`: local time then.
+    * `now`: the clock's time at `start`, in seconds.
+    * `start`: local time.
     """
 
     def __init__(self, now: float, start: datetime = _START, offset: str = "+02:00") -> None:
@@ -47,17 +46,17 @@ class CameraDate:
         self._offset = offset
 
     def set(self, text: str, now: float) -> None:
-        """Set date and time. Raises `ValueError` for a day or an hour that there is none of."""
+        """Set date and time. Raises `ValueError` for an invalid date or time."""
         self._base = datetime.strptime(text[:19], _FORM)
         self._since = now
         self._offset = text[19:] or self._offset
 
     def stamp(self, now: float) -> str:
-        """Local time as EXIF writes it."""
+        """Return the local time in the format of EXIF."""
         return (self._base + timedelta(seconds=now - self._since)).strftime(_FORM)
 
     def text(self, now: float) -> str:
-        """Local time with its offset, as options and file lists have it."""
+        """Return the local time with its offset, as in options and file lists."""
         return self.stamp(now) + self._offset
 
     @property
@@ -68,12 +67,10 @@ class CameraDate:
 
 @dataclass(slots=True, eq=False)
 class StoredFile:
-    """A file that the camera has written.
-
-    Its bytes are made when somebody first asks for them, and then kept.
+    """A file on the camera, rendered at its first use.
 
     * `shape`: rows and columns.
-    * `makers`: of the bytes of its "file" and of its "thumb".
+    * `makers`: functions that return the bytes of its "file" and "thumb".
     """
 
     name: str
@@ -88,17 +85,17 @@ class StoredFile:
 
     @property
     def data(self) -> bytes:
-        """The whole file."""
+        """The bytes of the file."""
         return self._get("file")
 
     @property
     def thumb(self) -> bytes:
-        """Its thumbnail, a JPEG file."""
+        """The bytes of its thumbnail, a JPEG."""
         return self._get("thumb")
 
     @property
     def size(self) -> int:
-        """Bytes of the file."""
+        """Size of the file in bytes."""
         return len(self.data)
 
     def _get(self, which: str) -> bytes:
@@ -117,7 +114,7 @@ class Storage:
         self.count = 0
 
     def next_name(self) -> tuple[str, str]:
-        """Give the next file its name and path; a number is never used twice."""
+        """Return name and path of the next file; numbers are never reused."""
         self.count += 1
         name = f"{self._person.stem}{self.count:04d}.JPG"
         return name, f"/files/{self._person.folder}/{name}"
@@ -127,19 +124,19 @@ class Storage:
         self.files.append(file)
 
     def find(self, path: str) -> StoredFile | None:
-        """Find a file by the path of its URL, without the query."""
+        """Return a file by the path of its URL, without the query; None if it does not exist."""
         return next((file for file in self.files if file.path == path), None)
 
     @property
     def free_bytes(self) -> int:
-        """Roughly what is left; every file counts as 4 MB, so that none must be made for it."""
+        """Approximate free bytes: every file counts as 4 MB, so that none has to be rendered."""
         return TOTAL_BYTES - 4_000_000 * len(self.files)
 
     def delete(self, urls: Sequence[JsonValue]) -> None:
         """Delete files, all or none.
 
-        `urls`: URLs of files, or one of "all", "image", "video". Raises `CommandRefused`:
-        invalidParameterValue for one that is not there, too many, or a wrong type.
+        `urls`: URLs of files, or one of "all", "image", "video". Raises `CommandRefused`
+        (invalidParameterValue) for a missing file, too many, or a wrong type.
         """
         if list(urls) in (["all"], ["image"]):
             self.files.clear()
@@ -161,7 +158,7 @@ class Storage:
     def entry(
         self, file: StoredFile, url: str, *, detail: bool, thumb_size: int
     ) -> dict[str, JsonValue]:
-        """Describe a file as camera.listFiles does."""
+        """Return the entry of a file for camera.listFiles."""
         entry: dict[str, JsonValue] = {
             "name": file.name,
             "fileUrl": url,
@@ -193,7 +190,7 @@ JobKind: TypeAlias = Literal["single", "bracket"]
 
 @dataclass(slots=True)
 class PlannedFrame:
-    """One frame of a job: when it is exposed, when it is on the storage, and how it is taken."""
+    """One frame of a job: the times of its exposure and of its storage, and how it is taken."""
 
     start: float
     end: float
@@ -203,11 +200,9 @@ class PlannedFrame:
 
 @dataclass(slots=True)
 class ShootingJob:
-    """One picture or one series under way, or done.
+    """One photo or one series, in progress or done.
 
-    * `start_s`, `begins`: when it was asked for, and when the self-timer has run down, in seconds
-    of
-      the clock.
+    `start_s`, `begins`: times of the request and of the end of the self-timer, in seconds.
     """
 
     number: int
@@ -224,34 +219,34 @@ class ShootingJob:
 
     @property
     def done(self) -> bool:
-        """Whether nothing more will come of it."""
+        """Whether all frames are written or the job was cancelled."""
         if self.cancelled:
             return True
         return len(self.files) >= len(self.frames)
 
     @property
     def ended(self) -> float:
-        """When its last frame was written; a time long ago where there was none."""
+        """The time when its last frame was written; minus infinity without frames."""
         return self.frames[-1].end if self.frames and not self.cancelled else float("-inf")
 
     def completion(self, now: float) -> float:
-        """Share done, 0 to 1, as the camera reports it."""
+        """Return the progress that the camera reports, 0 to 1."""
         if not self.frames or now <= self.begins:
             return 0.0
         whole = self.frames[-1].end - self.begins
         return round(min((now - self.begins) / whole, 0.99), 2)
 
     def status(self, now: float) -> str:
-        """`_captureStatus` while it runs."""
+        """Return the value of `_captureStatus`."""
         if self.done:
             return "idle"
         return "self-timer countdown" if now < self.begins else _WORDS[self.kind]
 
 
 class Shooter:
-    """The part of a camera that takes pictures.
+    """The part of a camera that takes photos.
 
-    * `shape`: size of all frames; None for what the camera is set to.
+    * `shape`: rows and columns of all frames; None for those of the options.
     * `manual_gains`: sensitivity of the front and the back lens in the manual program.
     """
 
@@ -278,16 +273,16 @@ class Shooter:
 
     @property
     def job(self) -> ShootingJob | None:
-        """The last job that was begun."""
+        """The latest job."""
         return self.jobs[-1] if self.jobs else None
 
     @property
     def busy(self) -> bool:
-        """Whether a job is under way; only right after `settle`."""
+        """Whether a job is in progress; valid right after `settle`."""
         return self.job is not None and not self.job.done
 
     def find(self, number: str) -> ShootingJob | None:
-        """Find a job by its id."""
+        """Return a job by its id; None if it does not exist."""
         return next((job for job in self.jobs if str(job.number) == number), None)
 
     def begin(
@@ -297,9 +292,9 @@ class Shooter:
         shots: Sequence[Mapping[str, JsonValue]],
         options: Mapping[str, JsonValue],
     ) -> ShootingJob:
-        """Begin to take pictures.
+        """Start to shoot.
 
-        `shots`: settings of each frame: exposureProgram and what belongs to it, whiteBalance.
+        `shots`: options of each frame: exposureProgram with its values, and whiteBalance.
         """
         now = self._clock.now()
         begins = now + number_in(options, "exposureDelay", 0.0)
@@ -318,7 +313,7 @@ class Shooter:
         return job
 
     def settle(self) -> None:
-        """Write the frames whose time has come."""
+        """Write the frames that are due."""
         now = self._clock.now()
         job = self.job
         if job is None or job.cancelled:
@@ -329,7 +324,7 @@ class Shooter:
             job.files.append(self.write(frame, job))
 
     def stop(self) -> None:
-        """Stop after the frame that is being taken; nothing more than that during the timer."""
+        """Stop after the current frame; before any frame during the self-timer."""
         now = self._clock.now()
         job = self.job
         if job is None:
@@ -342,7 +337,7 @@ class Shooter:
         job.stopped = True
 
     def close(self) -> None:
-        """End the rendering."""
+        """End the rendering thread."""
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
@@ -350,7 +345,7 @@ class Shooter:
     def plan(
         self, settings: Mapping[str, JsonValue], options: Mapping[str, JsonValue], at: float
     ) -> Take:
-        """Plan a frame that is exposed at a time of the clock."""
+        """Plan a frame that is exposed at the time `at` of the clock."""
         exposure, gains = automatic(self._scene, self._person, settings)
         program = int(number_in(settings, "exposureProgram", 2.0))
         self._count += 1
@@ -366,7 +361,7 @@ class Shooter:
         )
 
     def write(self, frame: PlannedFrame, job: ShootingJob | None) -> StoredFile:
-        """Put a frame onto the storage; `job` is None for one of an earlier day."""
+        """Write a frame to the storage; `job` is None for an older photo."""
         camera, take = self._person.camera, frame.take
         name, path = self._storage.next_name()
         whole = frame.picture.result if frame.picture else partial(self._scene.frame, camera, take)
