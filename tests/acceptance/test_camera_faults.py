@@ -21,7 +21,7 @@ from app.devices.errors import DeviceError
 from tests.faulty_camera.faults import FAULTS
 from tests.faulty_camera.models import PERSONALITIES
 from tests.helpers.cameras import Rig
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.simulated import stored
 
 NAMES = sorted(FAULTS)

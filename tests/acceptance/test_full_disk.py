@@ -22,9 +22,9 @@ from app.devices.simulated.cameras import personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 from tests.helpers.cameras import room
+from tests.helpers.cases import sample_first
 from tests.helpers.hostile_files import write_picture
 from tests.helpers.hostile_runs import Case, Outcome, Zygote
-from tests.helpers.quick import quick_first, sample_first
 from tests.helpers.saving import KINDS
 from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.simulated import stored
@@ -220,7 +220,7 @@ def test_a_disk_that_is_full(call: str, zygote: Zygote, inputs: Path, small_disk
     _check_refused(call, done, small_disk)
 
 
-@pytest.mark.parametrize("call", quick_first(CALLS, 2))
+@pytest.mark.parametrize("call", CALLS)
 def test_a_disk_that_is_read_only(
     call: str, zygote: Zygote, inputs: Path, small_disk: Path
 ) -> None:
@@ -236,9 +236,7 @@ PROTECTED: Final = [(call, "folder") for call in CALLS] + [
 ]
 
 
-@pytest.mark.parametrize(
-    ("call", "what"), [*quick_first(PROTECTED[:8], 3), *sample_first(PROTECTED[8:], 0)]
-)
+@pytest.mark.parametrize(("call", "what"), sample_first(PROTECTED, 8))
 def test_what_somebody_has_protected(
     call: str, what: str, zygote: Zygote, inputs: Path, tmp_path: Path
 ) -> None:

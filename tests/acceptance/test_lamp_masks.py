@@ -19,8 +19,8 @@ from app.core.environment.environment import energy, read_environment, reduce_ra
 from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
 from app.core.second_light.captured_lamps.lamp_mask import find_mask
 from app.devices.simulated.cameras import SENSORS
+from tests.helpers.cases import sample_first
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
-from tests.helpers.quick import sample_first
 
 BAR = 0.9
 SHAPE = (512, 1024)
@@ -58,7 +58,7 @@ def _noisy(light: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.f
     return np.maximum(light * (1.0 + noise), 0.0).astype(np.float32)
 
 
-@pytest.mark.parametrize("number", sample_first(range(49), 6))
+@pytest.mark.parametrize("number", sample_first(range(49), 4))
 def test_lamps_in_dark_rooms(number: int) -> None:
     rng = np.random.default_rng(700 + number)
     lamp = _lamp(number, rng)
@@ -66,7 +66,7 @@ def test_lamps_in_dark_rooms(number: int) -> None:
     assert overlap(find_mask(_noisy(light, rng)).alpha, truth) >= BAR, lamp
 
 
-@pytest.mark.parametrize("number", range(14))
+@pytest.mark.parametrize("number", sample_first(range(14), 4))
 def test_small_discs_in_dark_rooms(number: int) -> None:
     rng = np.random.default_rng(800 + number)
     azimuth, elevation = rng.uniform(-180, 180), np.degrees(np.arcsin(rng.uniform(-0.95, 0.95)))
@@ -81,7 +81,7 @@ def _place(name: str) -> NDArray[np.float32]:
     return reduce_radiance(read_environment(path).radiance, SHAPE)
 
 
-@pytest.mark.parametrize("number", range(15))
+@pytest.mark.parametrize("number", sample_first(range(15), 4))
 def test_lamps_with_a_whole_place_as_leftover_light(number: int) -> None:
     """Up to a tenth of the lamp's energy, with bulbs far brighter than the lamp."""
     rng = np.random.default_rng(900 + number)

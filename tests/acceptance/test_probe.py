@@ -35,8 +35,8 @@ from app.words.remarks import sentences
 from benchmarks.light.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
 from benchmarks.light.shots.brackets import enlarged, write_bracket
 from benchmarks.speed.plain_search import choose
+from tests.helpers.cases import sample_first
 from tests.helpers.people import with_person
-from tests.helpers.quick import sample_first
 
 SCENES = tuple(sorted(p.stem for p in (resources() / "demo" / "scenes").glob("*.exr")))
 EV100 = 10.0

@@ -31,7 +31,7 @@ from app.core.solver.weights import target_weights
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.core.styles.styles import NAMES
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.second_light import answers_per_steradian, composite, full_targets, plain_near
 from tests.helpers.shared import SHARED, needs_shared
 

@@ -25,7 +25,7 @@ from benchmarks.heading.scripted_turn.turn_runs import (
     draw,
     run_turn,
 )
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 
 RESULTS = Path(__file__).resolve().parents[2] / "benchmarks" / "results"
 RUNS = range(0, 200, 17)

@@ -17,7 +17,7 @@ from app.core.styles.lamps import AS_PUBLISHED, RATIOS, SOFTNESS_DEG, Studio, st
 from app.core.styles.style_pack_build import StudioPacks
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of, pack_names
 from app.core.styles.styles import mirror_name
-from tests.helpers.quick import quick_first
+from tests.helpers.cases import sample_first
 
 CHOICES = [
     Studio(softness, ratio)
@@ -33,7 +33,7 @@ def _packs(head: str) -> StudioPacks:
     return StudioPacks(pack, transport, load_shape_of(transport, head))
 
 
-@pytest.mark.parametrize("head", quick_first(pack_names()))
+@pytest.mark.parametrize("head", sample_first(pack_names(), 2))
 @pytest.mark.parametrize("studio", CHOICES, ids=str)
 def test_every_target_shows_its_own_style_where_it_is_offered(head: str, studio: Studio) -> None:
     """By the picture of the head under these very lamps, judged as any picture is."""

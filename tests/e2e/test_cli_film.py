@@ -23,8 +23,8 @@ from app.core.places.open import OpenOptions, make_place
 from app.core.solver.solve import solve_all
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack_file import load_named_pack
+from tests.helpers.cases import sample_first
 from tests.helpers.films import LENS, STEP_DEG, frame, retimed, turn_frames, write_film
-from tests.helpers.quick import sample_first
 from tests.unit.test_facing import place
 
 PLACE = "interior"

@@ -16,9 +16,9 @@ from app.cli import main
 from app.commands import locate as command
 from app.core.localization.features import HeadingIndex
 from app.core.localization.views import Lens, look
+from tests.helpers.cases import sample_first
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.photos import demo_index, photo_bytes
-from tests.helpers.quick import sample_first
 
 Bytes = NDArray[np.uint8]
 AT_DEG = 95.0

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from app.core.base.paths import resources
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="languages as POSIX names them")
 

@@ -257,7 +257,7 @@ def asks(widget: QWidget) -> bool:
 @pytest.mark.parametrize("scale", [1.0, 1.5])
 # Letters and lines are as wide in "light" as in "dark".
 @pytest.mark.parametrize(
-    "name", ["dark", pytest.param("light", marks=pytest.mark.slow), "contrast"]
+    "name", ["dark", pytest.param("light", marks=pytest.mark.sweep), "contrast"]
 )
 def test_nothing_is_cut_off_or_over_something_else_or_too_small(
     window: tuple[App, Robot],

@@ -24,7 +24,7 @@ from app.ui.shell.start import App
 from app.ui.shell.window import SMALLEST
 from app.ui.widgets.labels import Text
 from benchmarks.ui.screenshots.command import Robot
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.whole_window import OneWebcam, open_light, opened
 from tests.ui.test_window_reach import (
     OVERLAYS,

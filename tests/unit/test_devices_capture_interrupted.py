@@ -29,7 +29,7 @@ from tests.helpers.captures import (
     without_merging,
     without_waiting_for_the_disk,
 )
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.simulated import stored
 
 

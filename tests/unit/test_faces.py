@@ -21,14 +21,14 @@ from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.light import portrait_light
 from app.core.portrait.portrait_file import load_portrait
 from app.core.solver.place_light import prepare, turned
+from tests.helpers.cases import sample_first
 from tests.helpers.demo_place import demo_panorama
-from tests.helpers.quick import quick_first, sample_first
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float32]
 EYES = (33, 133), (362, 263)
-# One head each time; another is slow, and a third belongs to the sweeps.
-HEADS = [*quick_first(["generic", "female"], 1), *sample_first(["male"], 0)]
+# One head each time; the others belong to the sweeps.
+HEADS = sample_first(["generic", "female", "male"], 1)
 
 
 def lamp(azimuth_deg: float, elevation_deg: float, size_deg: float = 10.0) -> Floats:
@@ -284,7 +284,7 @@ def test_strong_fill_beside_backlight_is_flat_or_frontal(azimuth: float) -> None
     assert found.azimuth_deg is None or abs(found.azimuth_deg) < 15
 
 
-@pytest.mark.parametrize("azimuth", quick_first([-75, 30, 75], 1))
+@pytest.mark.parametrize("azimuth", sample_first([-75, 30, 75], 1))
 @pytest.mark.parametrize("ratio", [2, 3])
 def test_key_in_front_beside_a_fill_is_not_behind(ratio: float, azimuth: float) -> None:
     found = read(shown_in("male", mixed(ratio, lamp(0, 0, 90.0), lamp(azimuth, 15))))

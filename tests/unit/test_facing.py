@@ -27,7 +27,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
-from tests.helpers.quick import quick_first
+from tests.helpers.cases import sample_first
 from tests.unit.test_faces import Bytes, lamp, portrait, shown_in
 
 STYLE = "left-rembrandt"
@@ -71,7 +71,7 @@ def checked(picture: Bytes, promise: Promise, lens_deg: float | None = None) -> 
     return check_face(picture, face, promise, None, lens_deg)
 
 
-@pytest.mark.parametrize("head", quick_first(["generic", "female", "male"], 1))
+@pytest.mark.parametrize("head", sample_first(["generic", "female", "male"], 1))
 @pytest.mark.parametrize(
     ("name", "turn"), [("interior", 71.0), ("interior", -40.0), ("sunset", 10.0), ("night", 130.0)]
 )

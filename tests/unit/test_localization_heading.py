@@ -22,9 +22,9 @@ from app.core.localization.heading import Heading, find_heading
 from app.core.localization.heading_conversion import turn_of_heading
 from app.core.localization.views import Lens, look
 from app.core.measure.finish.display import display_panorama
+from tests.helpers.cases import sample_first
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.lens_matrix import lens_matrix
-from tests.helpers.quick import sample_first
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"

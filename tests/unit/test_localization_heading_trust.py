@@ -25,9 +25,9 @@ from app.core.localization.rotation import Outlook, fit
 from app.core.localization.views import Lens, look
 from benchmarks.heading.scripted_turn.scene_files import probe_environment
 from benchmarks.heading.scripted_turn.scene_views import SceneViews, Stand
+from tests.helpers.cases import sample_first
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.lens_matrix import lens_matrix
-from tests.helpers.quick import sample_first
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"

@@ -28,8 +28,8 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import Limits
 from app.words.photos import photo_warnings
+from tests.helpers.cases import sample_first
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo
-from tests.helpers.quick import sample_first
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 
 LANDSCAPE = np.zeros((240, 320, 3), np.uint8)

@@ -22,7 +22,7 @@ from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.views import Lens, look
 from app.core.measure.finish.display import display_panorama
 from benchmarks.heading.scripted_turn.phone import disturbed, random_disturbance
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 
 Bytes = NDArray[np.uint8]
 VIEWS = resources() / "demo" / "location" / "views"

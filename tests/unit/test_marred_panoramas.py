@@ -26,6 +26,7 @@ from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack_file import load_named_pack
 from app.words.remarks import sentences
+from tests.helpers.cases import sample_first
 from tests.helpers.probes import place
 from tests.helpers.shared import SHARED, needs_shared
 
@@ -92,7 +93,7 @@ class TestClipped:
     def test_a_measured_place_is_not_clipped(self, name: str) -> None:
         assert plateau(scene(name)) is None
 
-    @pytest.mark.parametrize("name", SCENES)
+    @pytest.mark.parametrize("name", sample_first(SCENES, 3))
     @pytest.mark.parametrize("ending", ["exr", "hdr", "half.exr", "dwaa.exr", "tif"])
     def test_eight_times_the_median_is_told_in_any_file(
         self, tmp_path: Path, name: str, ending: str

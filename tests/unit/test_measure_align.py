@@ -16,7 +16,7 @@ from app.core.base.sphere import angle_of, directions, remap_frame, rotation
 from app.core.environment.environment import read_environment
 from app.core.measure.bracket.alignment.align import FrameAlignment, estimate, reference_of, remarks
 from app.words.remarks import sentences
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 
 SCENES = sorted((Path(__file__).resolve().parents[2] / "resources/demo/scenes").glob("*.exr"))
 NAMES = [path.stem for path in SCENES]

@@ -32,8 +32,8 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.single.preview import preview_light
 from app.core.measure.ways import measure as measure_files
 from app.core.places.intake import sort_out
+from tests.helpers.cases import sample_first
 from tests.helpers.fisheye import Rig, bracket, fisheyes, write
-from tests.helpers.quick import quick_first
 
 Float = NDArray[np.float32]
 SCENES = sorted((resources() / "demo" / "scenes").glob("*.exr"))
@@ -135,7 +135,7 @@ DOORS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", quick_first(DOORS, 1))
+@pytest.mark.parametrize("name", sample_first(DOORS, 2))
 def test_every_door_recognises_circles(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -20,8 +20,8 @@ from app.core.places.files.shots import is_frame, keep_film_frames, read_shots
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.style_pack_file import load_named_pack
 from app.words.measure.ways import beside_words, mirror_words
+from tests.helpers.cases import sample_first
 from tests.helpers.films import turn_frames
-from tests.helpers.quick import quick_first
 from tests.unit.test_facing import place
 
 NOW = datetime(2026, 6, 1, 12, tzinfo=UTC)
@@ -49,7 +49,7 @@ def turned(name: str, by_deg: float) -> PlaceLight:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("by_deg", quick_first([90.0, 0.0, -120.0], 1))
+@pytest.mark.parametrize("by_deg", sample_first([90.0, 0.0, -120.0], 1))
 def test_the_light_says_where_the_film_began_and_both_agree(by_deg: float) -> None:
     pack = load_named_pack("generic")
     found = beside(film(), film().results(pack), glances(), turned("interior", by_deg), pack)

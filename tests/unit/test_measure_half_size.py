@@ -28,7 +28,7 @@ from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter
 from app.words.remarks import sentences
 from benchmarks.light.shots.brackets import make_bracket, write_bracket
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 
 CURVE = Response(
     "sRGB", np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)

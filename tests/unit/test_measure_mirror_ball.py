@@ -28,8 +28,8 @@ from app.core.measure.ball.mirror_ball import (
 from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import azimuth_elevation
 from app.words.remarks import sentences
+from tests.helpers.cases import sample_first
 from tests.helpers.mirror_ball import COLOURS, DIAGONAL_MM, LAMPS, Float32, place, traced
-from tests.helpers.quick import quick_first
 
 SIZE = (500, 750)
 
@@ -158,7 +158,7 @@ def sunny() -> Float32:
 
 @pytest.mark.parametrize("clip", [math.inf, 60.0])
 @pytest.mark.parametrize(
-    ("colour", "off"), quick_first([((0.25, 0.2, 0.15), 0.02), ((0.5, 0.5, 0.45), 0.035)], 1)
+    ("colour", "off"), sample_first([((0.25, 0.2, 0.15), 0.02), ((0.5, 0.5, 0.45), 0.035)], 1)
 )
 def test_specks_of_dirt_are_taken_out(
     colour: tuple[float, float, float], off: float, clip: float
@@ -213,7 +213,7 @@ def test_the_colour_of_the_mirror_is_taken_out(mirror: tuple[float, float, float
     )
 
 
-@pytest.mark.parametrize("mm", quick_first([50.0, 35.0, 85.0], 1))
+@pytest.mark.parametrize("mm", sample_first([50.0, 35.0, 85.0], 1))
 def test_a_lens_that_no_file_states_is_found_by_what_is_behind_the_ball(mm: float) -> None:
     size = (round(14 * mm), 8 * round(4 * mm))
     seen = traced(place(), size, mm, samples=2)

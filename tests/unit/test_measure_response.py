@@ -31,7 +31,7 @@ from tests.helpers.brackets import (
     samples,
     shot,
 )
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.shared import SHARED, needs_shared
 
 OTHERS = [curve for curve in CURVES if curve is not SRGB]

@@ -18,7 +18,7 @@ from app.core.base.errors import CoreError
 from app.core.base.memory import MemoryShort, check_limit, is_memory_short
 from app.core.base.paths import resources
 from app.ui.shell.notify import Notify
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = str(resources() / "demo" / "scenes" / "studio.exr")

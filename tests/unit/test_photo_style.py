@@ -19,7 +19,7 @@ from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.words.styles import photo_note, photo_title
-from tests.helpers.quick import quick_first
+from tests.helpers.cases import sample_first
 from tests.unit.test_faces import Floats, lamp, portrait, read, shown_in
 
 KEY = FaceLight(HeadPose(0.0, 0.0, 0.0, np.eye(3)), 50.0, 20.0, "front", 7.0, 20.0)
@@ -72,7 +72,7 @@ def test_a_place_with_the_same_lamp_needs_no_turn() -> None:
     assert turn_in_room(own, moved) == pytest.approx(-30.0, abs=4.0)
 
 
-@pytest.mark.parametrize("name", quick_first(["female", "male"], 1))
+@pytest.mark.parametrize("name", sample_first(["female", "male"], 1))
 @pytest.mark.parametrize(("azimuth", "elevation"), [(50, 20), (-65, 35), (-35, 0)])
 @pytest.mark.parametrize("ratio", [None, 2.0])
 def test_a_rendered_head_leads_to_its_lamp(

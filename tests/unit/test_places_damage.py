@@ -19,7 +19,7 @@ from app.core.places.remarks import PartLost
 from app.core.places.saved.place_json import to_json
 from app.core.places.store import create_place, read_place, write_place
 from app.words.remarks import sentences
-from tests.helpers.quick import sample_first
+from tests.helpers.cases import sample_first
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place
 
 

@@ -36,7 +36,7 @@ from app.core.solver.place_light import Facing, picture_at, prepare
 from app.core.solver.transport import render, to_image
 from app.core.styles.style import StyleLamp
 from app.core.styles.style_pack_file import load_named_pack
-from tests.helpers.quick import quick_first
+from tests.helpers.cases import sample_first
 from tests.unit.test_portrait_picture import HEADS, as_transport, soft_sky
 
 BOTH = [sign * yaw for yaw in YAWS for sign in (1, -1)]
@@ -51,7 +51,7 @@ def turned(
 
 
 @pytest.mark.parametrize(("head", "skin"), HEADS)
-@pytest.mark.parametrize("yaw", quick_first([30.0, 15.0, -45.0], 1))
+@pytest.mark.parametrize("yaw", sample_first([30.0, 15.0, -45.0], 1))
 def test_it_agrees_with_the_views_transport_in_soft_light(head: str, skin: str, yaw: float) -> None:
     name = head if skin == "medium" else f"{head}-{skin}"
     pack = load_named_pack(name)
@@ -74,7 +74,7 @@ def test_it_agrees_with_the_views_transport_in_soft_light(head: str, skin: str, 
 
 
 @pytest.mark.parametrize("hair", ["plain", *HAIRS])
-@pytest.mark.parametrize("yaw", quick_first(YAWS, 1))
+@pytest.mark.parametrize("yaw", sample_first(YAWS, 1))
 def test_the_other_side_is_the_mirror_image_in_mirrored_light(hair: str, yaw: float) -> None:
     sky = soft_sky(70.0)
     sky[40:42, 100:102] = 300
@@ -96,7 +96,7 @@ def test_even_light_gives_exact_mirror_images() -> None:
     np.testing.assert_allclose(one[:, ::-1], other, rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize("yaw", quick_first(BOTH, 2))
+@pytest.mark.parametrize("yaw", sample_first(BOTH, 2))
 def test_the_face_has_the_colours_that_it_has_from_the_front(yaw: float) -> None:
     light = portrait_light(np.ones((64, 128, 3), np.float32))
 
@@ -138,7 +138,7 @@ def test_the_lit_side_follows_the_lamp() -> None:
         assert place[0] > place[1] + 20
 
 
-@pytest.mark.parametrize("yaw", quick_first(BOTH, 2))
+@pytest.mark.parametrize("yaw", sample_first(BOTH, 2))
 def test_a_lamp_before_the_nose_is_mirrored_on_the_side_of_the_lens(yaw: float) -> None:
     """Half-way between lamp and lens; the lens is on the other side than the face turns to."""
     light = lamps_light([StyleLamp(0.0, 30.0, 14.0, 3.0, 2.0)])
@@ -206,7 +206,7 @@ def _forget() -> None:
 
 @pytest.mark.parametrize(
     ("end", "name"),
-    quick_first([("", "positions"), ("-medium", "share"), ("-hair-short", "basis_30")], 1),
+    sample_first([("", "positions"), ("-medium", "share"), ("-hair-short", "basis_30")], 1),
 )
 def test_a_file_that_contradicts_itself_is_refused(
     end: str, name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -31,7 +31,7 @@ from app.core.styles.style import StyleLamp
 from app.core.styles.style_pack_file import load_named_pack
 from app.words.portrait.face_light import catchlight_words
 from scenes.portraits.files import save_head
-from tests.helpers.quick import quick_first
+from tests.helpers.cases import sample_first
 
 ROWS, COLUMNS = 128, 256
 HEADS = [("generic", "medium"), ("generic", "light"), ("generic", "dark")]
@@ -78,7 +78,7 @@ def as_transport(picture: np.ndarray, size: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("head", "skin"), HEADS)
-@pytest.mark.parametrize("azimuth", quick_first([60.0, 0.0, -110.0], 1))
+@pytest.mark.parametrize("azimuth", sample_first([60.0, 0.0, -110.0], 1))
 def test_it_agrees_with_the_transport_in_soft_light(head: str, skin: str, azimuth: float) -> None:
     portrait = load_portrait(head, skin)
     assert portrait is not None

@@ -23,8 +23,8 @@ from app.core.localization.recapture_registration import (
 )
 from app.core.measure.finish.display import display_panorama
 from app.words.photos import registration_words
+from tests.helpers.cases import sample_first
 from tests.helpers.pace import units
-from tests.helpers.quick import sample_first
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

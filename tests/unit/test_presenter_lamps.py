@@ -17,8 +17,8 @@ from app.core.portrait.head import Head
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import AS_PUBLISHED, Studio
 from app.core.styles.style_pack_build import StudioPacks
+from tests.helpers.cases import sample_first
 from tests.helpers.immediate_runner import ImmediateRunner
-from tests.helpers.quick import quick_first
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light
 
 SCENE = resources() / "demo" / "scenes" / "interior.exr"
@@ -220,7 +220,7 @@ class TestKept:
 
     @pytest.mark.parametrize(
         "bad",
-        quick_first(
+        sample_first(
             [
                 [],
                 {str(n): {"softness_deg": None, "ratio": None} for n in range(3000)},
@@ -228,7 +228,8 @@ class TestKept:
                 {"": {}},
                 {"": {"softness_deg": 1e9, "ratio": None}},
                 {"": {"softness_deg": None, "ratio": "4:1"}},
-            ]
+            ],
+            4,
         ),
         ids=["list", "too many", "number", "empty", "too soft", "words"],
     )

@@ -22,7 +22,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.state import Sizes
 from app.words.shortfall import out_of_reach_sentence
-from tests.helpers.quick import quick_first, sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.styles_screen import Table, head, scene_light
 
 _SIZE = (60, 50)
@@ -79,16 +79,16 @@ def _equal(one: StyleResult, other: StyleResult) -> None:
         assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b, name
 
 
-_CASES = [("generic", "plain"), ("generic", "lamps")]
-_SLOW_CASES = [("generic-dark", "short"), ("generic", "marker")]
-_FURTHER_CASES = [("generic", "short")] + [
-    ("generic-dark", setting) for setting in ("plain", "lamps", "marker")
+_CASES = [("generic", "plain"), ("generic", "lamps"), ("generic-dark", "short")] + [
+    (head, setting)
+    for head in ("generic", "generic-dark")
+    for setting in ("plain", "lamps", "marker", "short")
 ]
 
 
 @pytest.mark.parametrize(
     ("name", "setting"),
-    [*quick_first(_CASES + _SLOW_CASES), *sample_first(_FURTHER_CASES, 0)],
+    sample_first(dict.fromkeys(_CASES), 2),
 )
 def test_painting_without_strokes_shows_the_style(table: Table, name: str, setting: str) -> None:
     table.desk.heads.load(name)

@@ -6,7 +6,7 @@ import pytest
 
 from app.core.base.paths import resources
 from benchmarks.ui.same_numbers import compare
-from tests.helpers.quick import quick_first, sample_first
+from tests.helpers.cases import sample_first
 from tests.helpers.styles_screen import head
 
 _STYLES = ("left-rembrandt", "right-loop", "silhouette", "clamshell", "left-kicker")
@@ -17,9 +17,7 @@ _CASES = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("scene", "name"), [*quick_first(_CASES[:5], 2), *sample_first(_CASES[5:], 0)]
-)
+@pytest.mark.parametrize(("scene", "name"), sample_first(_CASES, 2))
 def test_screen_sheet_and_json_state_the_same(scene: str, name: str) -> None:
     file = resources() / "demo" / "scenes" / f"{scene}.exr"
     values = list(compare(file, head(name), _STYLES))

@@ -16,8 +16,8 @@ from app.core.second_light.captured_lamps.captured_lamp import make_lamp
 from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
 from app.core.second_light.captured_lamps.lamp_mask import edit_mask, find_mask
 from app.devices.simulated.cameras import SENSORS
+from tests.helpers.cases import sample_first
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
-from tests.helpers.quick import sample_first
 
 LAMPS = {
     "phone at 30 cm": phone(0.3),
