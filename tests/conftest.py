@@ -87,7 +87,7 @@ def quick_screens(request: pytest.FixtureRequest) -> Iterator[None]:
     """In files about screens read each head once, and draw it small."""
     with pytest.MonkeyPatch.context() as patch:
         if request.node.nodeid.startswith(_SCREENS):
-            from tests.helpers.cases_screens import make_quick
+            from tests.helpers.quick_screens import make_quick
 
             make_quick(patch)
         yield
@@ -100,7 +100,7 @@ def real_heads(
     """Read and draw as the program does where that is the subject, or time is measured."""
     del quick_screens
     if any(map(request.node.get_closest_marker, ("full_size", "alone"))):
-        from tests.helpers.cases_screens import make_real
+        from tests.helpers.quick_screens import make_real
 
         make_real(monkeypatch)
 
