@@ -1,17 +1,17 @@
 """Why a style is out of reach, or only nearly in reach: the sentences of `Shortfall`.
 
-No sentence ends in a full stop. By length:
+They have no full stop, and these lengths:
 
-* sentence: the cause and its numbers, for tables, sheets and tool tips;
+* sentence: the cause with its numbers, for tables, sheets and tool tips;
 * line: the cause, for a row that shows match or contrast beside it;
-* card: what has room under a picture;
-* spoken: within a sentence, for screen readers.
+* card: short enough for a card;
+* spoken: a clause for screen readers.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.core.solver.shortfall import (
     AreaShortfall,
@@ -25,221 +25,9 @@ from app.core.solver.shortfall import (
     Shortfall,
 )
 from app.core.text import tr, tr_plural
+from app.words.phrases.area_reasons import AREA_REASONS, Wording
 from app.words.phrases.quantities import contrast_words, lower_first
 
-
-class _Reason(NamedTuple):
-    """A sentence, and its shorter forms where it has them."""
-
-    sentence: str
-    card: str = ""
-    line: str = ""
-
-
-# By aspect: what is wrong below the least value, and above the most. {value} and {limit} are stops.
-_AREAS: Final[dict[Aspect, tuple[_Reason, _Reason]]] = {
-    Aspect.NOSE_SHADOW: (
-        _Reason(
-            tr("The nose’s shadow is {value} deep; {style} needs {limit}"),
-            tr("The nose’s shadow is {value} deep"),
-        ),
-        _Reason(
-            tr("The nose’s shadow is {value} deep; {style} bears {limit}"),
-            tr("The nose’s shadow is {value} deep"),
-        ),
-    ),
-    Aspect.CHEEKS: (
-        _Reason(
-            tr("The cheeks are {value} apart; {style} needs {limit}"),
-            tr("The cheeks are {value} apart"),
-        ),
-        _Reason(
-            tr("The cheeks are {value} apart; {style} bears {limit}"),
-            tr("The cheeks are {value} apart"),
-        ),
-    ),
-    Aspect.OPEN_SHADOW: (_Reason(tr("The nose’s shadow runs into the shadow on the cheek")),) * 2,
-    Aspect.PATCH: (_Reason(tr("The patch under the far eye is missing")),) * 2,
-    Aspect.DARK_PATCH: (
-        _Reason(
-            tr("Under the far eye it is {value} darker; {style} needs {limit}"),
-            tr("Under the far eye it is {value} darker"),
-        ),
-        _Reason(tr("The far eye is too dark")),
-    ),
-    Aspect.SHADOW_SIDE: (
-        _Reason(
-            tr("The two sides are {value} apart; {style} needs {limit}"),
-            tr("The two sides are {value} apart"),
-        ),
-        _Reason(
-            tr("The two sides are {value} apart; {style} bears {limit}"),
-            tr("The two sides are {value} apart"),
-        ),
-    ),
-    Aspect.EVENNESS: (
-        _Reason(
-            tr("The sitter’s right is {value} brighter; {style} bears {limit}"),
-            tr("The sitter’s right is {value} brighter"),
-        ),
-        _Reason(
-            tr("The sitter’s left is {value} brighter; {style} bears {limit}"),
-            tr("The sitter’s left is {value} brighter"),
-        ),
-    ),
-    Aspect.HEIGHT: (
-        _Reason(tr("The light is too low for {style}")),
-        _Reason(tr("The light is too high for {style}")),
-    ),
-    Aspect.DEPTH: (
-        _Reason(tr("The light is too high for {style}")),
-        _Reason(tr("The light is too low for {style}")),
-    ),
-    Aspect.ABOVE: (
-        _Reason(
-            tr("The light is not high enough; {style} needs it above the head"),
-            tr("The light is not high enough"),
-        ),
-        _Reason(tr("The light is too high for {style}")),
-    ),
-    Aspect.BELOW: (
-        _Reason(
-            tr("The light is too high; {style} needs it under the chin"),
-            tr("The light is too high"),
-        ),
-        _Reason(tr("The light is too low for {style}")),
-    ),
-    Aspect.UNDER_THE_CHIN: (
-        _Reason(
-            tr("Too little light under the chin; {style} needs its lamp there"),
-            tr("Too little light under the chin"),
-        ),
-        _Reason(tr("The light is too low for {style}")),
-    ),
-    Aspect.THROAT: (
-        _Reason(tr("Too much light under the chin for {style}")),
-        _Reason(tr("Too little light under the chin for {style}")),
-    ),
-    Aspect.UNDER_THE_NOSE: (
-        _Reason(tr("No shadow under the nose; {style} needs one"), tr("No shadow under the nose")),
-        _Reason(tr("The shadow under the nose is too deep for {style}")),
-    ),
-    Aspect.TWO_LAMPS: (
-        _Reason(
-            tr("One light alone; {style} needs one from above and one from below"),
-            tr("One light alone"),
-        ),
-        _Reason(tr("The light comes too much from above for {style}")),
-    ),
-    Aspect.FRONT: (
-        _Reason(
-            tr("The light comes from behind; {style} needs it in front"),
-            tr("The light comes from behind"),
-        ),
-        _Reason(
-            tr("The light comes from the front; {style} needs it behind"),
-            tr("The light comes from the front"),
-        ),
-    ),
-    Aspect.SIDE: (
-        _Reason(tr("The light comes too much from the front for {style}")),
-        _Reason(tr("The light comes too much from behind for {style}")),
-    ),
-    Aspect.RIM: (
-        _Reason(
-            tr("The rim is too weak: {value} over the face, {style} needs {limit}"),
-            tr("The rim is too weak"),
-            tr("The rim is too weak"),
-        ),
-        _Reason(
-            tr("The rim is {value} over the face; {style} bears {limit}"),
-            tr("The rim is {value} over the face"),
-        ),
-    ),
-    Aspect.ONE_RIM: (
-        _Reason(
-            tr("Both edges of the face are bright; {style} needs one"),
-            tr("Both edges of the face are bright"),
-        ),
-    )
-    * 2,
-    Aspect.RIM_ONLY: (
-        _Reason(tr("The light comes from too far behind for {style}")),
-        _Reason(tr("The light comes from too far in front for {style}")),
-    ),
-    Aspect.TWO_RIMS: (
-        _Reason(
-            tr("One light behind the head alone; {style} needs one behind each side"),
-            tr("One light behind the head alone"),
-        ),
-    )
-    * 2,
-    Aspect.GRAZED_CHEEK: (
-        _Reason(tr("The light comes too much from the side for {style}")),
-        _Reason(tr("The light comes from too far behind for {style}")),
-    ),
-    Aspect.SOFT_SHADOW: (
-        _Reason(
-            tr(
-                "The light is too small or comes from elsewhere; "
-                "{style} needs a large one at the side"
-            ),
-            tr("The light is too small or comes from elsewhere"),
-        ),
-    )
-    * 2,
-    Aspect.EYE_LEVEL: (
-        _Reason(tr("The light is too high for {style}")),
-        _Reason(tr("The light is too low for {style}")),
-    ),
-    Aspect.HAIR: (
-        _Reason(
-            tr("The hair is {value} over the face; {style} needs {limit}"),
-            tr("The hair is {value} over the face"),
-        ),
-        _Reason(
-            tr("The hair is {value} over the face; {style} bears {limit}"),
-            tr("The hair is {value} over the face"),
-        ),
-    ),
-    Aspect.HAIR_ONLY: (
-        _Reason(
-            tr("The light is too low or too far aside; {style} needs it above and behind"),
-            tr("The light is too low or too far aside"),
-        ),
-        _Reason(tr("The light is too high for {style}")),
-    ),
-    Aspect.HAIR_BEFORE_BACKGROUND: (
-        _Reason(tr("The background is too bright for {style}")),
-        _Reason(tr("The background is too dark for {style}")),
-    ),
-    Aspect.BACKGROUND: (
-        _Reason(
-            tr("The background is {value} over the face; {style} needs {limit}"),
-            tr("The background is {value} over the face"),
-        ),
-        _Reason(
-            tr("The background is {value} over the face; {style} bears {limit}"),
-            tr("The background is {value} over the face"),
-        ),
-    ),
-    Aspect.DARK_EDGE: (
-        _Reason(tr("The edges of the face are too dark for {style}")),
-        _Reason(tr("The edges of the face are too bright for {style}")),
-    ),
-    Aspect.BRIGHT_BACKGROUND: (
-        _Reason(tr("The background is no brighter than the rest of the place")),
-        _Reason(tr("The background is too bright for {style}")),
-    ),
-    Aspect.MIDDLE_LINE: (
-        _Reason(
-            tr("The middle of the face is not dark enough: {value}, {style} needs {limit}"),
-            tr("The middle of the face is not dark enough"),
-            tr("The middle of the face is not dark enough"),
-        ),
-        _Reason(tr("The middle of the face is too dark for {style}")),
-    ),
-}
 _ORIGINS: Final = {
     Origin.BELOW: tr("below"),
     Origin.ABOVE: tr("above"),
@@ -293,7 +81,7 @@ def reason_sentence(shortfall: Shortfall | None) -> str:
 
 
 def reason_line(shortfall: Shortfall | None) -> str:
-    """Write the cause; the numbers stand beside it.
+    """Write the cause without its numbers, which are shown beside it.
 
     Examples:
         >>> reason_line(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))
@@ -309,7 +97,7 @@ def reason_line(shortfall: Shortfall | None) -> str:
 
 
 def reason_card(shortfall: Shortfall | None) -> str:
-    """Write what a card has room for.
+    """Write the cause, short enough for a card.
 
     Examples:
         >>> reason_card(LightShortfall(Cause.ONE_LAMP, "match", 14.3, 45.0, Origin.BELOW))
@@ -327,7 +115,7 @@ def reason_card(shortfall: Shortfall | None) -> str:
 
 
 def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
-    """Write for a screen reader that a style is out of reach, and why, within a sentence.
+    """Write that a style is out of reach, and why, as a clause for screen readers.
 
     Examples:
         >>> out_of_reach_spoken(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
@@ -348,12 +136,12 @@ def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
 
 
 def nearly_sentence(shortfall: Shortfall) -> str:
-    """Write that a style is only nearly in reach, and in what respect."""
+    """Write that a style is only nearly in reach, and why."""
     return tr("Nearly. {what}", what=reason_sentence(shortfall))
 
 
 def nearly_card(shortfall: Shortfall) -> str:
-    """The same for a card."""
+    """Write that a style is only nearly in reach, and why, for a card."""
     return tr("Nearly. {what}", what=reason_card(shortfall))
 
 
@@ -372,7 +160,7 @@ def too_soft_words(contrast: float, least: float) -> str:
 
 
 def too_soft_card(contrast: float, least: float) -> str:
-    """The same for a narrow card.
+    """Write that light is too soft, for a narrow card.
 
     Examples:
         >>> too_soft_card(12.3, 20.0)
@@ -383,7 +171,7 @@ def too_soft_card(contrast: float, least: float) -> str:
 
 
 def grade_words(grade: str | None, attainable: bool) -> str:
-    """Name a grade in a word; without one, whether the style is in reach.
+    """Return the word for a grade; without one, whether the style is in reach.
 
     Examples:
         >>> grade_words("nearly", True), grade_words(None, False)
@@ -402,8 +190,8 @@ def _without_numbers(shortfall: LensShortfall | SavedReason | None) -> str:
     return ""
 
 
-def _reason_of(shortfall: AreaShortfall) -> _Reason:
-    below, above = _AREAS[shortfall.aspect]
+def _reason_of(shortfall: AreaShortfall) -> Wording:
+    below, above = AREA_REASONS[shortfall.aspect]
     return below if shortfall.value_stops < shortfall.limit_stops else above
 
 
