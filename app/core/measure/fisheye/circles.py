@@ -26,7 +26,7 @@ from app.core.base.colour import srgb_decode, srgb_encode
 from app.core.base.errors import EnvironmentFileError, ProbeError
 from app.core.base.phrases import listed
 from app.core.measure.bracket.contradiction import worst
-from app.core.text import tr, tr_plural
+from app.core.text import tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,14 +181,9 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
         circled = [names[k] for k, one in enumerate(all_circles) if one is not None]
         raise ProbeError(
             tr(
-                "{circled}, but {odd}.",
-                circled=tr_plural(
-                    "{names} shows two unstitched fisheye circles",
-                    "{names} show two unstitched fisheye circles",
-                    len(circled),
-                    names=listed(circled),
-                ),
-                odd=tr_plural("{names} does not", "{names} do not", len(odd), names=listed(odd)),
+                "Only some frames show unstitched fisheye circles: {circled}, but not {odd}.",
+                circled=listed(circled),
+                odd=listed(odd),
             ),
             tr("Leave out one kind, or shoot again: all frames must be stitched, or none."),
         )
