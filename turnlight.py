@@ -22,11 +22,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from app.core.base.errors import Cancelled as Cancelled
     from app.core.base.errors import CoreError as CoreError
     from app.core.base.progress import Token as Token
+    from app.core.base.remarks import Remark as Remark
     from app.core.environment.environment import Environment as Environment
     from app.core.measure.measurement import Measurement as Measurement
     from app.core.measure.options import MeasureOptions as MeasureOptions
@@ -42,6 +43,7 @@ __all__ = [
     "MeasureOptions",
     "Measurement",
     "Place",
+    "Remark",
     "StyleResult",
     "Token",
     "main",
@@ -49,6 +51,7 @@ __all__ = [
     "merge",
     "read_environment",
     "render",
+    "sentences",
     "solve",
 ]
 
@@ -64,7 +67,8 @@ _CLASSES = {
     "HeadPicture": "app.core.portrait.render",
     "MeasureOptions": "app.core.measure.options",
     "Measurement": "app.core.measure.measurement",
-    "StyleResult": "app.core.solver.solve",
+    "Remark": "app.core.base.remarks",
+    "StyleResult": "app.core.solver.style_result",
     "Token": "app.core.base.progress",
 }
 
@@ -78,7 +82,8 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
     Returns:
         The environment. `radiance` is (H, 2 H, 3) float32, linear Rec. 709, relative, with the
-        zenith in row 0 and azimuth 0 in the middle. `warnings` lists repairs and gaps.
+        zenith in row 0 and azimuth 0 in the middle. `warnings` lists repairs and gaps as data;
+        `sentences` writes them.
 
     Raises:
         CoreError: If the file is missing, damaged, not HDR, not 2:1 or black.
@@ -87,6 +92,22 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
     from app.core.environment import environment
 
     return environment.read_environment(path, layer)
+
+
+def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:
+    """Write remarks in words.
+
+    Args:
+        remarks: The `warnings` of an environment, or the `warnings`, `advice` or `notes` of a
+            measurement.
+
+    Returns:
+        One or two sentences for each remark, in the same order.
+    """
+    _import_package()
+    from app.words import remarks as words
+
+    return words.sentences(remarks)
 
 
 def merge(
