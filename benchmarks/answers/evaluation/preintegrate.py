@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
-BATCH_PIXELS = 96
+_BATCH_PIXELS = 96
 _LAMP_RAYS = 6
 _LAMP_GLINTS = 16
 _CHUNK_PAIRS = 1 << 22
@@ -241,9 +241,9 @@ def _drawn(job: _Job) -> tuple[NDArray[np.intp], Float64]:
 
 
 def _batches(pixels: NDArray[np.int32], watch: Watch) -> Iterator[tuple[int, NDArray[np.int32]]]:
-    for start in range(0, len(pixels), BATCH_PIXELS):
+    for start in range(0, len(pixels), _BATCH_PIXELS):
         watch(start / len(pixels))
-        yield start, pixels[start : start + BATCH_PIXELS]
+        yield start, pixels[start : start + _BATCH_PIXELS]
 
 
 def _seed(job: _Job, purpose: int, start: int) -> int:

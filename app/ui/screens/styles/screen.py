@@ -57,7 +57,7 @@ _EMPTY: Final = {
     Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
 }
 _NOT_MEASURED: Final = tr("No light measured yet.")
-ASIDE: Final = tr("aside")
+_ASIDE: Final = tr("aside")
 _LENS_SHORT: Final = {
     "0": tr("straight"),
     "auto": tr("best"),
@@ -430,7 +430,7 @@ class StylesPresenter(Presenter[StylesView]):
             width = (end - start) % 360.0 / 2.0
             middle = wrap(start + width)
         return LensState(
-            short=tr("Lens: {lens}", lens=_LENS_SHORT.get(key, ASIDE)),
+            short=tr("Lens: {lens}", lens=_LENS_SHORT.get(key, _ASIDE)),
             words=tr("Lens: {lens}", lens=name),
             key=key,
             background=middle,
