@@ -19,8 +19,7 @@ from app.core.text import tr
 
 _NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 _LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
-_FULL: Final = ("no space left", "disk full", "disk is full", "not enough space", "file too large")
-_DENIED: Final = ("read-only", "not writable", "permission denied")
+_BLOCK: Final = 1 << 20  # bytes
 _PLACE: Final = "place.json"
 _DEEPEST: Final = 4  # folder levels inside a place
 # These flags exist only on POSIX systems. Opening a pipe must not wait for its writer.
@@ -98,7 +97,7 @@ def check_target(path: Path | str) -> Path:
                 folder=folder,
             ),
             tr("Choose another folder."),
-        )
+        ) from PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
     if target.exists() and not os.access(target, os.W_OK):
         # Its folder would allow replacing it, but somebody has write-protected the file.
         raise CoreError(
@@ -223,17 +222,27 @@ class DiskTrouble(Enum):
 
 
 def disk_trouble(error: BaseException) -> DiskTrouble | None:
-    """Return the reason for a disk error, from its code or text; None for other errors."""
-    for trouble, codes, words in (
-        (DiskTrouble.FULL, _NO_ROOM, _FULL),
-        (DiskTrouble.LOCKED, _LOCKED, _DENIED),
-    ):
-        causes = tuple(_causes(error))
-        if any(one.errno in codes for one in causes if isinstance(one, OSError)):
-            return trouble
-        # Image libraries report no error codes; only the text of their message is left.
-        if any(each in str(one).lower() for one in causes for each in words):
-            return trouble
+    """Return the reason for a disk error, from the codes of its causes; None for other errors."""
+    codes = {one.errno for one in _causes(error) if isinstance(one, OSError)}
+    if codes & _NO_ROOM:
+        return DiskTrouble.FULL
+    return DiskTrouble.LOCKED if codes & _LOCKED else None
+
+
+def write_trouble(path: Path, size: int) -> OSError | None:
+    """Return the system's error for appending `size` bytes to a file; None if there is none.
+
+    Image libraries report a failure without the system's error code.
+    """
+    block = bytes(min(size, _BLOCK))
+    try:
+        with path.open("ab") as stream:
+            for _ in range(0, size, _BLOCK):
+                stream.write(block)
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError as error:
+        return error
     return None
 
 

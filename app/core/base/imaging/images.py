@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.arrays import Bytes
-from app.core.base.atomic_files import atomic_write
+from app.core.base.atomic_files import atomic_write, write_trouble
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.imaging.image_input import ROUGH, SCALE, clear_error, open_image, read_rows
@@ -164,7 +164,8 @@ def write_image(
         closed = output.close()
         output.geterror()  # Cleared: it names library internals.
         if not (ok and closed and _reads_back(temporary, pixels, kind, channels)):
-            raise CoreError(tr("Cannot write {path}.", path=path), tr("Is the disk full?"))
+            error = CoreError(tr("Cannot write {path}.", path=path), tr("Is the disk full?"))
+            raise error from write_trouble(temporary, pixels.nbytes)
         if check is not None:
             check(temporary)
 
