@@ -21,16 +21,16 @@ from app.core.base.remarks import Remark
 from app.core.base.sphere import directions
 from app.core.environment.environment import solid_angles
 from app.core.measure.bracket.alignment.registration import edges
-from app.core.measure.fisheye.calibration import (
-    BLEND_DEG,
+from app.core.measure.fisheye.blending import BLEND_DEG
+from app.core.measure.fisheye.calibration import calibrate
+from app.core.measure.fisheye.circles import Circles, FisheyeModel, model_of
+from app.core.measure.fisheye.lens_pair import (
     Pair,
     about_seam,
     around_seam,
-    calibrate,
     looked_up,
     upright,
 )
-from app.core.measure.fisheye.circles import Circles, FisheyeModel, model_of
 from app.core.measure.fisheye.remarks import CirclesStitched, SeamUnsure
 from app.core.measure.read.frame import MergedLight
 from app.core.measure.read.resampling import light_in_bands

@@ -1,0 +1,156 @@
+"""A calibrated pair of fisheye lenses: where directions lie in their pictures, and at the seam.
+
+The lenses are a few centimetres apart, so they see near objects in different directions. This
+parallax lies along the meridians of their common axis, and each lens takes half of it, fading out
+away from the seam.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from app.core.base.arrays import Float32, Float64
+from app.core.base.sphere import from_vector
+from app.core.measure.fisheye.circles import FisheyeLens
+
+# Strips along the seam: a quarter of a degree per sample, along the seam and across it.
+STEP_DEG: Final = 0.25
+AROUND: Final = 1440
+_MARGIN_DEG: Final = 0.8  # excluded rim, which is soft
+_LEAST_BLOCKS: Final = 6
+_FADE_DEG: Final = 30.0  # where the lenses no longer share the parallax
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two calibrated lenses, front first, and their seam.
+
+    Attributes:
+        field_deg: Angle of each image circle.
+        blocks: Number of positions around the seam that agreed.
+        parallax: (1440,) float64. Angle between the two lenses' views of an object, degrees, around
+            the seam, clockwise from the top as seen by the front lens.
+        seam: (1440,) float64. Position of the seam, degrees toward the front, in the same order.
+        gains: (2, 3) float64. Factors by lens and channel.
+        falloff: Logarithm of a lens's light loss at 90 degrees from its axis. It is assumed to grow
+            with the cube of the angle, between the square of plain optics and the effect of hoods
+            and stops.
+    """
+
+    lenses: tuple[FisheyeLens, FisheyeLens]
+    field_deg: float
+    blocks: int = 0
+    parallax: Float64 = field(default_factory=lambda: np.zeros(AROUND), repr=False)
+    seam: Float64 = field(default_factory=lambda: np.zeros(AROUND), repr=False)
+    gains: Float64 = field(default_factory=lambda: np.ones((2, 3)), repr=False)
+    falloff: float = 0.0
+
+    @property
+    def measured(self) -> bool:
+        """Whether enough points agreed to calibrate the lenses."""
+        return self.blocks >= _LEAST_BLOCKS
+
+    @property
+    def parallax_deg(self) -> float:
+        """Median parallax of the two lenses at the seam."""
+        return float(np.median(np.abs(self.parallax)))
+
+
+def upright(pair: Pair, up_deg: float) -> Pair:
+    """Rotate both lenses so that `up_deg`, clockwise from the front one's top, becomes up."""
+    turn = about_axis(math.radians(-up_deg))
+    first, second = pair.lenses
+    samples = round(up_deg / 360.0 * AROUND)
+    return replace(
+        pair,
+        lenses=(
+            replace(first, axes=first.axes @ turn.T),
+            replace(second, axes=second.axes @ turn.T),
+        ),
+        parallax=np.roll(pair.parallax, -samples),
+        seam=np.roll(pair.seam, -samples),
+    )
+
+
+def looked_up(
+    pair: Pair, index: int, vectors: Float32, toward: Float32, around: Float32
+) -> tuple[Float32, Float32, Float32]:
+    """Look up directions in the picture of a lens, with half of the parallax removed.
+
+    Args:
+        index: 0 for the front lens, 1 for the other.
+        vectors: (..., 3) float32. Directions in the frame of the pair.
+        toward, around: (...) float32. Their position, from `about_seam`.
+
+    Returns:
+        Columns, rows, and the factor that corrects the falloff, (...) float32 each.
+    """
+    fade = np.clip(1.0 - np.abs(toward) / _FADE_DEG, 0.0, 1.0)
+    give = np.radians(0.5 * fade * fade * (3.0 - 2.0 * fade) * around_seam(pair.parallax, around))
+    sign = -1.0 if index == 0 else 1.0
+    shifted = _tipped(vectors, (sign * give).astype(np.float32))
+    x, y, angle = pair.lenses[index].project(shifted)
+    loss = pair.falloff * (angle / np.float32(math.pi / 2.0)) ** 3
+    return x, y, np.exp(loss).astype(np.float32)
+
+
+def about_seam(vectors: Float32) -> tuple[Float32, Float32]:
+    """Return the position of directions relative to the seam.
+
+    Args:
+        vectors: (..., 3) float32. Unit directions in the frame of the pair.
+
+    Returns:
+        (...) float32 each: degrees toward the front from the seam's plane; and samples around it,
+        from the top.
+    """
+    toward = np.degrees(np.arcsin(np.clip(vectors[..., 2], -1.0, 1.0)))
+    around = np.arctan2(-vectors[..., 0], vectors[..., 1]) * (AROUND / (2.0 * math.pi))
+    return toward.astype(np.float32), around.astype(np.float32)
+
+
+def _tipped(vectors: Float32, angles: Float32) -> Float32:
+    """Move directions toward the front by angles in radians."""
+    flat = np.maximum(np.hypot(vectors[..., 0], vectors[..., 1]), 1e-9)
+    cosine, sine = np.cos(angles), np.sin(angles)
+    scale = cosine - sine * vectors[..., 2] / flat
+    result = vectors * scale[..., None]
+    result[..., 2] = vectors[..., 2] * cosine + flat * sine
+    return np.asarray(result, np.float32)
+
+
+def around_seam(curve: Float64, around: Float32) -> Float32:
+    """Interpolate a periodic curve of samples around the seam.
+
+    Args:
+        curve: (n,) float64. One value per sample.
+        around: float32, any shape. Positions in samples, from the top.
+    """
+    base = np.floor(around)
+    first = base.astype(np.intp) % AROUND
+    share = (around - base).astype(np.float32)
+    values = curve.astype(np.float32)
+    return np.asarray(values[first] * (1.0 - share) + values[(first + 1) % AROUND] * share)
+
+
+def about_axis(angle: float) -> Float64:
+    """Return the rotation about the front axis, radians, clockwise as seen by the front lens."""
+    return from_vector(np.array([0.0, 0.0, angle]))
+
+
+def seam_rows(field_deg: float) -> int:
+    """Return the number of samples on each side of the seam that both lenses see."""
+    return max(int((field_deg / 2.0 - 90.0 - _MARGIN_DEG) / STEP_DEG), 4)
+
+
+def seam_directions(rows: int) -> Float32:
+    """Return directions of a strip, (2 rows + 1, 1440, 3): from the back toward the front."""
+    toward = np.radians(np.arange(-rows, rows + 1) * STEP_DEG)[:, None]
+    around = (np.arange(AROUND) * (2.0 * math.pi / AROUND))[None]
+    level = np.cos(toward)
+    parts = (-np.sin(around) * level, np.cos(around) * level, np.sin(toward) + 0.0 * around)
+    return np.stack(parts, axis=-1).astype(np.float32)
