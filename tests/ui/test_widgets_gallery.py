@@ -247,7 +247,7 @@ def test_everything_paints_in_every_theme(
     whole.show()
     toasts = Toasts(whole)
     toasts.tell("Draft kept", kind="done", actions=[("Continue", lambda: None)])
-    toasts.tell("Camera disconnected after frame 2 of 3. Both frames are kept.", kind="error")
+    toasts.tell("Camera disconnected after frame 2 of 3. Both frames are saved.", kind="error")
     qtbot.wait(10)
     image = picture_of(whole, dpr)
     assert image.save(str(tmp_path / f"widgets-{name}-{dpr:.0f}x.png"))

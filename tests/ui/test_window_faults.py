@@ -133,7 +133,7 @@ def test_the_camera_goes_away_in_the_middle_and_comes_back(home: Path, tmp_path:
         robot.click("Capture")
         until(robot, lambda: robot.find("Camera disconnected after frame 2 of 3."), "the notice")
         notice = robot.find("Camera disconnected after frame 2 of 3.").accessibleName()
-        assert "Both frames are kept. Reconnect and take the third" in notice
+        assert "Both frames are saved. Reconnect and take the third" in notice
         (folder,) = (place.folder for place in list_places(home / "places"))
         frames = sorted(path.name for path in folder.rglob("originals/*.JPG"))
         assert len(frames) == 2
@@ -258,7 +258,7 @@ def test_closing_waits_once_while_the_disk_is_full(home: Path) -> None:
             app.model.update(goal_deg=12.0)
             app.window.close()
             assert app.window.isVisible()
-            assert "close again" in say(app, robot, "not kept yet")
+            assert "close again" in say(app, robot, "not saved")
             works(app, robot)
         app.window.close()
         assert not app.window.isVisible()

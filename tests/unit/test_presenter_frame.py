@@ -74,7 +74,7 @@ def test_the_foot_says_how_many_styles_are_out_of_reach(
 def test_the_foot_of_painting_and_turning(services: Any) -> None:
     presenter = FramePresenter(services)
     services.model.update(step=Step.STYLES, painting="top")
-    assert presenter.resolve().status == "Every stroke is kept. Leave at any time."
+    assert presenter.resolve().status == "Every stroke is saved. Leave at any time."
     services.model.update(step=Step.TURN, painting=None)
     assert presenter.resolve().status_icon == "sound"
     services.model.update(settings=services.model.settings.with_("sounds", False))

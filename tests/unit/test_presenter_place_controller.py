@@ -197,7 +197,7 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     assert notice is not None
     assert notice.title.startswith("A rough answer")
     # The cards name them as users know them.
-    assert notice.body.endswith("The cards of the styles say which turns depend on that.")
+    assert notice.body.endswith("The style cards show which turns depend on that.")
     assert not any(name in notice.body for name in doubtful)
     for card in table.presenter.resolve().cards:
         assert ("Doubtful" in card.tip) == (card.key in doubtful)

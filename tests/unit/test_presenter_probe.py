@@ -159,7 +159,7 @@ class TestSameSpot:
         bench.told.messages.clear()
         presenter.capture()
         assert bench.model.front_deg == 0.0
-        assert any("starts afresh" in message for message in bench.told.messages)
+        assert any("not carried over" in message for message in bench.told.messages)
 
 
 class TestStopping:
@@ -199,7 +199,7 @@ class TestTroubles:
         assert notice.tone == "error"
         assert notice.title == "Camera disconnected after frame 2 of 3."
         assert notice.body == (
-            "Both frames are kept. Reconnect and take the third, or merge these two."
+            "Both frames are saved. Reconnect and take the third, or merge these two."
         )
         assert notice.buttons == (("resume", "Resume"), ("merge", "Merge these two"))
         presenter.press("merge")
@@ -298,7 +298,7 @@ class TestTroubles:
         notice = presenter.resolve().notice
         assert notice is not None
         assert notice.title == "No space left on this disk."
-        assert notice.body == "Frames 1 to 3 are still on the camera. Make room, then resume."
+        assert notice.body == "Frames 1 to 3 are still on the camera. Free some space, then resume."
         monkeypatch.undo()
         presenter.press("resume")
         assert presenter.resolve().has_place

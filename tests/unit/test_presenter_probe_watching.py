@@ -134,7 +134,7 @@ class TestTroubles:
             DownloadFailed("Gone.", "", "interrupted"), HowFar(1, 7, False, True)
         )
         assert notice.title == "Camera disconnected after frame 1 of 7."
-        assert notice.body == "That frame is kept. Reconnect and take the rest."
+        assert notice.body == "That frame is saved. Reconnect and take the rest."
         assert notice.buttons == (("resume", "Resume"),)
 
     def test_it_went_away_before_any_frame(self) -> None:

@@ -131,7 +131,7 @@ class FindBody(QWidget):
             "search",
             show_label=False,
         )
-        self.list = ThingList(tr("What fits"), self._take)
+        self.list = ThingList(tr("Matches"), self._take)
         self.list.follow(self.field.edit)
         self.nothing = Text("", role="dim", wrap=True, align=Qt.AlignmentFlag.AlignTop)
         self._pages = stacked(self.list, self.nothing)

@@ -296,7 +296,7 @@ class Saving:
                 what = tr("“{name}” is open but not on the disk: {why}.", name=name, why=why)
                 mend = tr("Connect the disk and try again, or save it elsewhere.")
             elif is_full(error):
-                mend = tr("Make room and try again, or save it elsewhere.")
+                mend = tr("Free some space and try again, or save it elsewhere.")
         elif new:
             what = tr("“{name}” is not saved.", name=name)
         else:

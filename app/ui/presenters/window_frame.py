@@ -11,6 +11,9 @@ from app.ui.presenters.model import COMPUTING, CameraSeen, Step, out_of_reach
 from app.ui.presenters.services import Presenter, Services, View, sound_words
 from app.words.phrases.quantities import time_words
 
+WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
+"""Written where files are dropped, and over the window while they are dragged."""
+
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
 _FIELDS: Final = frozenset(
@@ -111,7 +114,7 @@ def _status(services: Services) -> tuple[str, str]:
     if model.step == Step.TURN:
         return sound_words(model.settings.sounds, services.sounds)
     if model.step == Step.STYLES and model.painting is not None:
-        return tr("Every stroke is kept. Leave at any time."), "check"
+        return tr("Every stroke is saved. Leave at any time."), "check"
     if model.light is None or not model.results:
         return "", "check"
     if model.step == Step.PROBE and model.unkept:

@@ -252,7 +252,7 @@ class Commands:
             self._clash_told = True
             self.services.notify.tell(
                 tr(
-                    "Another window changed the settings as well. Those are kept as {name}.",
+                    "Another window changed the settings as well. Its version is saved as {name}.",
                     name=other.name,
                 ),
                 kind="warning",

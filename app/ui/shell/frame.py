@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.undo_stack import UndoStack
-from app.ui.presenters.window_frame import FrameState
+from app.ui.presenters.window_frame import WHAT_TO_DROP, FrameState
 from app.ui.screens.registry import ScreenSpec
 from app.ui.shell.jobs import JobLine
 from app.ui.theme import Theme, px, theme
@@ -238,7 +238,6 @@ def _frame_of(window: QWidget) -> QMargins:
 
 
 _MOST_FILES: Final = 500
-_WORDS: Final = tr("Drop a panorama, photos, a film or a folder")
 
 
 def dropped_paths(data: QMimeData) -> list[Path]:
@@ -253,12 +252,12 @@ class DropVeil(PaintedWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._words = _WORDS
-        self.setAccessibleName(_WORDS)
+        self._words = WHAT_TO_DROP
+        self.setAccessibleName(WHAT_TO_DROP)
 
     def set_words(self, words: str) -> None:
         """Show what may be dropped."""
-        self._words = words or _WORDS
+        self._words = words or WHAT_TO_DROP
         self.setAccessibleName(self._words)
         self.update()
 

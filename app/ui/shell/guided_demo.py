@@ -59,7 +59,7 @@ STEPS: Final = (
     ),
     (
         "paint",
-        tr("Want it otherwise? Paint it"),
+        tr("Want another light? Paint it"),
         tr("Brush where the face should be brighter or darker. The best turn follows the brush."),
     ),
     (

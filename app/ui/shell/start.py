@@ -277,8 +277,8 @@ class App:
         self._warned = True
         self.notify.tell(
             tr(
-                "The last changes are not kept yet. Make room and close again, or close "
-                "again to leave without them."
+                "The last changes are not saved. Free some space first, or close again to leave "
+                "without them."
             ),
             kind="warning",
         )

@@ -78,7 +78,7 @@ class PlaceScale:
         lux = lux_words(self._lux(white))
         if self._stated is None:
             return tr("{lux} at the face, as measured", lux=lux)
-        return tr("{lux} at the face, as you said", lux=lux)
+        return tr("{lux} at the face, set by you", lux=lux)
 
     def state(self) -> BrightState:
         """Resolve the question."""

@@ -22,9 +22,8 @@ from app.words.phrases.quantities import lux_words
 _WIDEST_SHEET: Final = 520
 
 _WHY: Final = tr(
-    "What a lamp can do depends on how much light there is besides. Choose "
-    "what comes nearest, or type what a light meter reads in front of the "
-    "face while it looks at the camera."
+    "What a lamp can do depends on the light of the place. Choose the nearest, or type the "
+    "reading of a light meter held at the face, toward the camera."
 )
 
 

@@ -154,7 +154,7 @@ class DetailColumn(Surface):
         self.tile.show_state(state)
         self.power.setVisible(bool(state.power))
         self._power_words.set_text(state.power)
-        self.weaker.set_available(state.weaker, tr("It cannot be turned down any more."))
+        self.weaker.set_available(state.weaker, tr("It is at its lowest power."))
         self.stronger.set_available(state.stronger, tr("It is at full power."))
         self._best.set_text(state.best_title)
         self._best_line.set_text(state.best_line or tr("The lamp is there."))

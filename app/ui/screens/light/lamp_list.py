@@ -46,7 +46,7 @@ _PLACE: Final = tr(
     "step, come back here and take the place that is open."
 )
 
-_FIXED: Final = tr("A captured lamp holds for the distance that it was captured at.")
+_FIXED: Final = tr("A captured lamp is valid only at its distance in the capture.")
 
 
 def lamps_of(folders: Folders) -> Path:

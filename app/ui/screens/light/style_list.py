@@ -158,7 +158,9 @@ def note_of(
     if rescued(answers.placements) or busy:
         return "", ""
     if not answers.is_open.all():
-        return tr("No style becomes possible from where you can hold it. Allow more places."), ""
+        return tr(
+            "No style comes within reach from where you can hold it. Allow more positions."
+        ), ""
     weak = tr("This lamp is too weak at {distance}.", distance=metres(distance_m))
     if coming_closer:
         return weak, ""

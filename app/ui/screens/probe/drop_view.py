@@ -8,13 +8,13 @@ from typing import Final
 from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
+from app.ui.presenters.window_frame import WHAT_TO_DROP
 from app.ui.theme import px
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import OutlineBox
 
-_DROP: Final = tr("Drop a panorama, photos, a film or a folder")
 _DROP_SHORT: Final = tr("Drop files here")
 
 
@@ -31,7 +31,7 @@ class DropRow(QWidget):
         super().__init__()
         height = px(40 if compact else 56)
         self._ask_folder, self._stop_watching = ask_folder, stop_watching
-        self._idle = _DROP_SHORT if compact else _DROP
+        self._idle = _DROP_SHORT if compact else WHAT_TO_DROP
         self._watching = False
         self._zone = OutlineBox("none", "ctl", dashed=True)
         self._words = Text("", 14, role="dim", elide=True)

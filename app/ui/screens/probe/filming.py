@@ -153,9 +153,9 @@ def _so_far(reader: FilmReader, time_s: float) -> str:
     except ProbeError as error:
         return tr("{seconds:.0f} s. {message}", seconds=time_s, message=error.message)
     if share >= 0.97:
-        return tr("{seconds:.0f} s. The whole turn is seen: you can stop.", seconds=time_s)
+        return tr("{seconds:.0f} s. The whole turn is covered: you can stop.", seconds=time_s)
     return tr(
-        "{seconds:.0f} s. The face is seen at {degrees}° of 360°. Go on turning.",
+        "{seconds:.0f} s. The face shows for {degrees}° of 360°. Keep turning.",
         seconds=time_s,
         degrees=round(360 * share),
     )

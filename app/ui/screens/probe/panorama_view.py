@@ -23,7 +23,7 @@ from app.words.phrases.quantities import ev_words
 _ROOMY = 800  # wide enough for icons beside the words
 
 _LAYERS = (
-    ("clipped", tr("Clipped"), "hatch", tr("Hatch what was too bright for every frame")),
+    ("clipped", tr("Clipped"), "hatch", tr("Hatch areas too bright for every frame")),
     ("lamps", tr("Lamps"), "bulb", tr("Letter the lamps")),
     ("grid", tr("Grid"), "grid", tr("Draw a grid of directions")),
 )
@@ -37,7 +37,7 @@ class PanoramaTools(QWidget):
         t = theme()
         self.setFixedHeight(px(32))
         self.whole = IconButton("hand", tr("Show the whole panorama"), size="small")
-        self.whole.set_tip(tr("Drag to look around; press to show it whole"), "0")
+        self.whole.set_tip(tr("Drag to look around; press to show all of it"), "0")
         self.out = IconButton("minus", tr("Zoom out"), size="small", shortcut="−")
         self.near = IconButton("plus", tr("Zoom in"), size="small", shortcut="+")
         self.percent = Text("100%", align=Qt.AlignmentFlag.AlignHCenter)

@@ -64,7 +64,7 @@ class Start(QWidget):
         middle = Qt.AlignmentFlag.AlignHCenter
         title = tr("How far to turn for Rembrandt light, here.")
         what = tr(
-            "Turnlight measures the light of a place and tells how far to turn "
+            "Turnlight measures the light of a place and shows how far to turn "
             "your sitter for each studio style."
         )
         self.ways = (
@@ -73,7 +73,7 @@ class Start(QWidget):
                  compact),
             _WayButton(tr("Open a panorama or photos"), tr("Or drop them anywhere in this window"),
                  "folder", files, compact),
-            _WayButton(tr("Connect a camera"), tr("A Ricoh Theta, by its Wi-Fi"), "theta", camera,
+            _WayButton(tr("Connect a camera"), tr("A Ricoh Theta over Wi-Fi"), "theta", camera,
                  compact),
         )  # fmt: skip
         sentence = Text(title, 20 if compact else 28, 700, wrap=True, align=middle)

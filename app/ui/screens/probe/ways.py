@@ -54,10 +54,10 @@ WAYS: Final = {
     "ball": Way(
         tr("Ball"),
         (
-            tr("Put a chrome ball where the head will be. A garden or Christmas ball does."),
-            tr("From where you will stand, let it fill a good part of the picture."),
+            tr("Put a chrome ball where the head will be. A garden or Christmas ball will do."),
+            tr("From where you will stand, fill a good part of the picture with it."),
             tr("Take three to seven exposures, two stops apart, without moving."),
-            tr("Choose them here, or drop two folders: a second side shows what you hid."),
+            tr("Choose them here, or drop two folders: a second side fills in what you hid."),
         ),
     ),
     "photos": Way(
@@ -65,7 +65,7 @@ WAYS: Final = {
         (
             tr("Stand where the sitter will be, and turn on the spot."),
             tr("Take 12 to 40 photos that overlap by a third, level, up and down."),
-            tr("Two or three exposures of each hold windows and lamps."),
+            tr("Two or three exposures of each capture windows and lamps."),
             tr("Choose them here, or a phone’s panorama."),
         ),
     ),

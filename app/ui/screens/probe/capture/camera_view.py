@@ -113,7 +113,7 @@ class CameraPanel(QWidget):
         if not block.asks_password:
             self.password.set_text("")
         self.password.set_error(block.password_error)
-        hint = tr("It is kept in this computer's keyring only.")
+        hint = tr("It is saved only in this computer's keyring.")
         self.hint.set_text(f"{block.password_hint} {hint}")
 
     def _show_rows(self, rows: tuple[ChoiceRow, ...], key: str) -> None:

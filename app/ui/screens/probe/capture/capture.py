@@ -56,7 +56,7 @@ KEY: Final = "capture"
 
 _LOOKED_AT: Final = ("needle_deg", "goal_deg", "chosen")
 
-_STOPPING: Final = tr("Giving the camera its settings back")
+_STOPPING: Final = tr("Restoring the camera’s settings")
 
 
 @dataclass(frozen=True, slots=True)
@@ -383,7 +383,7 @@ class CaptureControl:
         if carry_over.back:
             model.update(chosen=carry_over.looked_at["chosen"], step=Step.STYLES)
         if registration is None or not registration.trusted:
-            words = tr("This capture starts afresh.")
+            words = tr("Turns are not carried over from the last capture.")
             if registration is not None:
                 words = f"{words} {registration_words(registration)}"
             self._services.notify.tell(words, kind="warning")
@@ -401,10 +401,10 @@ def _stopped_words(recording: Recording) -> str:
     journal = recording.journal
     if journal is not None and journal.settings_to_restore:
         return tr(
-            "Capture stopped. The camera could not be given its own settings back: "
+            "Capture stopped. The camera’s own settings could not be restored: "
             "connect to it and resume this capture."
         )
-    return tr("Capture stopped. What was taken is kept; the camera has its own settings back.")
+    return tr("Capture stopped. The frames so far are saved; the camera’s settings are restored.")
 
 
 def _how_far(recording: Recording, progress: CaptureProgress | None, removed: bool) -> HowFar:

@@ -161,7 +161,7 @@ class CameraColumn(Surface):
         self.styles.set_tip(tr("Continue to the styles"), "Enter")
         self.styles.clicked.connect(presenter.see_styles)
         self.stop = Button(tr("Cancel"), "cancel", size="main", do=presenter.taking.cancel)
-        self.stop.set_tip(tr("Stop; the camera gets its own settings back"), "Esc")
+        self.stop.set_tip(tr("Stop, and restore the camera’s settings"), "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
         wide = self.again.sizeHint().width() + self.styles.sizeHint().width() + px(8)
         fits = wide <= self.width() - 2 * px(self._margin)

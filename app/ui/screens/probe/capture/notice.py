@@ -90,7 +90,7 @@ def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
     """Offer to finish a place that was interrupted."""
     here, total = offer.here, offer.total
     whole = bool(offer.files) or (total > 0 and here == total)
-    frames = tr("It had only just begun.")
+    frames = tr("It stopped before the first frame.")
     if whole:
         frames = tr("All frames are here and only have to be merged.")
     elif total:
@@ -107,7 +107,7 @@ def offer_notice(offer: UnfinishedPlace, when: str) -> Notice:
 
 
 def _disk(far: HowFar) -> Notice:
-    body = tr("Make room, then resume.")
+    body = tr("Free some space, then resume.")
     if far.total and far.here < far.total:
         rest_words = tr_plural(
             "Frame {last} is still on the camera.",
@@ -127,10 +127,10 @@ def _lost_notice(error: Exception, far: HowFar) -> Notice:
     if here and here < total:
         title = tr("Camera disconnected after frame {here} of {total}.", here=here, total=total)
         values = {"number": _number(here), "ordinal": _ordinal(here + 1)}
-        kept_words = {1: tr("That frame is kept."), 2: tr("Both frames are kept.")}
+        kept_words = {1: tr("That frame is saved."), 2: tr("Both frames are saved.")}
         body = " ".join(
             (
-                kept_words.get(here) or tr("The first {number} frames are kept.", **values),
+                kept_words.get(here) or tr("The first {number} frames are saved.", **values),
                 _RECONNECT[here == 1, here + 1 == total].format(**values),
             )
         )
@@ -140,7 +140,7 @@ def _lost_notice(error: Exception, far: HowFar) -> Notice:
         return Notice(
             "error",
             tr("Camera disconnected while taking the frames."),
-            tr("What it took is on the camera. Reconnect, then resume."),
+            tr("The frames are on the camera. Reconnect, then resume."),
             (_RESUME,),
         )
     return Notice(
@@ -173,7 +173,7 @@ def advice_notice(
         advice = [each for each in capture.advice if not isinstance(each, RoughTurns)]
         title, *body = sentences(advice) or (tr("A rough answer from a single photo."),)
         if capture.doubtful:
-            body.append(tr("The cards of the styles say which turns depend on that."))
+            body.append(tr("The style cards show which turns depend on that."))
         return Notice("advice", title, " ".join((*sentences(capture.warnings), *body)))
     # How finely a ball resolves, and what it does not show.
     notes = capture.notes if capture.plan == "ball" else ()
@@ -197,7 +197,7 @@ def _clipped_notice(
         restored = next((note for note in capture.notes if isinstance(note, SunRestored)), None)
         return Notice(
             "note",
-            tr("No camera holds the sun: it is clipped in every frame."),
+            tr("The sun is too bright for any camera: it is clipped in every frame."),
             tr("Shadows may be deeper than the pictures show.")
             if restored is None
             else remark_words(restored),

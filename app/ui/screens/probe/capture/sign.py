@@ -23,7 +23,7 @@ class DistantSign:
         big, caption: "Frame 3 of 6", "Stay down".
         fraction: Of the exposures, 0 to 1; None while none is made.
         spoken: What a voice says when it has changed; empty for nothing.
-        picture: (h, 2 h, 3) uint8 or None. What was metered, the first panorama; sRGB.
+        picture: (h, 2 h, 3) uint8 or None. Metered panorama, the first panorama; sRGB.
     """
 
     kind: Literal["wait", "act", "move"] = "wait"

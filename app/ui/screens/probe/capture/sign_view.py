@@ -81,7 +81,7 @@ class CaptureSign(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._face = _Face()
-        self.picture = Picture(tr("What was metered"))
+        self.picture = Picture(tr("Metered panorama"))
         self.picture.set_tag(tr("Metered"))
         column((self._face, 1), self.picture, into=self, gap=8, margins=16)
         self.picture.hide()
