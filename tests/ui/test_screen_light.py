@@ -64,7 +64,7 @@ def test_from_nothing_to_a_lamp_and_a_brightness_by_two_clicks(qtbot: QtBot, rig
     assert view.middle.isVisible()
     assert [row.state.key for row in view.lamp.rows][:2] == ["badger", "below"]
     assert view.lamp.lamp.key == "phone"
-    assert rig.state.lamp.brightness == "30 lx at the face, as you said"
+    assert rig.state.lamp.brightness == "30 lx at the face, set by you"
 
 
 def test_a_light_meter_answers_too_and_can_be_corrected(qtbot: QtBot, rig: LightRig) -> None:

@@ -31,8 +31,8 @@ from app.ui.widgets.messages import Toasts
 
 _MOST_KEPT: Final = 200
 _OURS: Final = tr(
-    "Something went wrong inside Turnlight. What you measured and painted is "
-    "kept. Try again, or restart Turnlight."
+    "Something went wrong inside Turnlight. Your measurements and strokes are saved. "
+    "Try again, or restart Turnlight."
 )
 _log = logging.getLogger(__name__)
 
