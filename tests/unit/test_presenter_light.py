@@ -56,7 +56,7 @@ def test_it_asks_how_bright_it_is_and_nothing_is_tried_before(rig: LightRig) -> 
     assert rig.state.asks
     assert rig.hands == []
     rig.presenter.scale.choose("cellar")
-    assert rig.state.lamp.brightness == "30 lx at the face, as you said"
+    assert rig.state.lamp.brightness == "30 lx at the face, set by you"
     assert rig.state.bright.key == "cellar"
     assert rig.view.last.hold.hold
     light = scene_light()

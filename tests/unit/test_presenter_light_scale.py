@@ -52,7 +52,7 @@ def test_what_a_meter_reads_counts(rig: LightRig) -> None:
     rig.presenter.scale.type("42 lx")
     assert not asks(rig)
     assert asked_lux(rig) == pytest.approx(42.0, rel=1e-6)
-    assert rig.state.lamp.brightness == "42 lx at the face, as you said"
+    assert rig.state.lamp.brightness == "42 lx at the face, set by you"
 
 
 def test_a_measured_place_can_be_corrected_and_set_back(rig: LightRig) -> None:
