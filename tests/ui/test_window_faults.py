@@ -219,7 +219,7 @@ def test_a_place_that_cannot_be_kept_is_kept_once_there_is_room(home: Path) -> N
             sentence = say(app, robot, "are not saved")
             assert "“studio”" in sentence
             assert "the disk is full" in sentence
-            assert "Make room" in sentence
+            assert "Free some space" in sentence
             assert (folder / "place.json").read_bytes() == before
             works(app, robot)
             # Another place, and back again: what the disk did not take is not forgotten.
@@ -258,7 +258,7 @@ def test_closing_waits_once_while_the_disk_is_full(home: Path) -> None:
             app.model.update(goal_deg=12.0)
             app.window.close()
             assert app.window.isVisible()
-            assert "close again" in say(app, robot, "not saved")
+            assert "close again" in say(app, robot, "close again")
             works(app, robot)
         app.window.close()
         assert not app.window.isVisible()
