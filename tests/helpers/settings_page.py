@@ -18,9 +18,9 @@ def document() -> str:
     lines = [
         "# Settings",
         "",
-        "Everything here is in one dialog (Settings, at the foot of the rail) and in one file,",
-        "`settings.json` in Turnlight's folder, which holds only what differs from the defaults.",
-        "A field that cannot be used gets its default again, and the file is kept beside itself as",
+        "You can change these settings in the window (*Settings*, at the bottom of the rail) or in",
+        "`settings.json` in Turnlight's folder, which contains only those that differ from the",
+        "default. An invalid setting is reset to its default, and the original file is saved as",
         "`settings.json.bak`.",
     ]
     for section in SECTIONS:
@@ -56,7 +56,7 @@ def _values(entry: Setting) -> str:
     if entry.kind == "choice":
         known = (f"{name} (`{value}`)" for value, name in words.choices(entry))
         return ", ".join(known) if entry.choices else f"one of the {entry.offers}"
-    return "a folder" if entry.kind == "folder" else f"text, at most {entry.longest} letters"
+    return "a folder" if entry.kind == "folder" else f"text, at most {entry.longest} characters"
 
 
 if __name__ == "__main__":
