@@ -34,15 +34,15 @@ ROOT = Path(__file__).resolve().parent
 SCENE = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
 FAILED, OFFLINE, INTERRUPTED = 2, 3, 130
 
-UNSUPPORTED = "A library does not support this computer; README.md lists the supported systems."
+UNSUPPORTED = "A library does not support this computer. README.md lists the supported systems."
 # What pip's log shows, the exit code, and the sentence; the first pattern that occurs counts.
 FAILURES = [
     (r"No space left|not enough space", FAILED, "The disk is full. Free 1.5 GB and try again."),
     (
         r"confirming the ssl certificate|CERTIFICATE_VERIFY_FAILED",
         OFFLINE,
-        "This computer does not trust the package index's certificate. "
-        "Check its clock and the network's proxy, and try again.",
+        "This computer does not trust the certificate of the package index. Check the "
+        "clock and the proxy, and try again.",
     ),
     (r"from versions: \d", FAILED, UNSUPPORTED),
     (
@@ -80,7 +80,7 @@ class Environment:
             print_status("The environment in .venv is incomplete or damaged; rebuilding it.")
             if self.folder.is_file() or self.folder.is_symlink():
                 self.folder.unlink()
-        print_status("Installing Turnlight and its libraries. The first time takes some minutes.")
+        print_status("Installing Turnlight and its libraries. The first time takes a few minutes.")
         # Wheels alone: building a library here would take hours.
         project = f".[{','.join(extras)}]" if extras else "."
         request = ["--only-binary", ":all:", "-c", "constraints.txt", "-e", project]
@@ -188,7 +188,7 @@ def main(arguments: "list[str]") -> int:
         return call([python, "-m", "tests", *arguments[1:]], ROOT)
     displays = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     if not (arguments or sys.platform in ("win32", "darwin") or any(map(os.getenv, displays))):
-        print_status("No display found. Here are Turnlight's answers for a bundled courtyard:")
+        print_status("No display was found. Here are Turnlight's answers for a built-in courtyard:")
         arguments = ["solve", str(SCENE), "--sheet", "turnlight-sheet.png"]
     # -P: a folder of the user's that is called "app" must not be imported.
     return call([python, "-P", "-m", "app", *arguments])

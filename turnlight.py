@@ -413,15 +413,15 @@ def _import_package() -> None:
         if file and Path(file).resolve().parent == _FOLDER:
             return
         raise ImportError(
-            "Another package named 'app' is loaded. Import turnlight in a process of its own."
+            "Another package named “app” is already loaded. Import turnlight in a separate process."
         )
     spec = importlib.util.spec_from_file_location(
         _PACKAGE, _FOLDER / "__init__.py", submodule_search_locations=[str(_FOLDER)]
     )
     if spec is None or spec.loader is None or not (_FOLDER / "cli.py").is_file():
         raise ImportError(
-            "Its own files are missing, or another package of the name 'app' took "
-            "their place. Install Turnlight again, into an environment of its own."
+            "Its files are missing, or another package named “app” replaced them. "
+            "Reinstall Turnlight in a separate environment."
         )
     package = importlib.util.module_from_spec(spec)
     sys.modules[_PACKAGE] = package

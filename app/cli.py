@@ -62,22 +62,22 @@ def command_lines() -> dict[str, str]:
     """Say in one line what each command does, in the language that is set by now."""
     return {
         "solve": tr("find the best turn for each style in a panorama"),
-        "light": tr("where to turn and where to hold a second light"),
-        "lamp": tr("the library of lamps that were captured in a dark room"),
-        "render": tr("picture of the head under an environment"),
-        "merge": tr("merge a bracket of exposures into an environment"),
-        "stitch": tr("lay photographs taken all around together to an environment"),
-        "ball": tr("measure the light of a place from photographs of a mirror ball"),
-        "capture": tr("take a bracket with a camera and make an environment of it"),
-        "simulate-camera": tr("a simulated 360 camera on this machine"),
-        "photo": tr("the faces in a photograph, and the light that they show"),
-        "film": tr("a film of a turning sitter, and the styles that it showed"),
-        "locate": tr("where in a panorama a photograph looks"),
-        "align": tr("how a picture lies on another, and how far there still is to turn"),
+        "light": tr("find the turn and the position of a second light"),
+        "lamp": tr("manage lamps captured in a dark room"),
+        "render": tr("render the head under a panorama"),
+        "merge": tr("merge a bracket of exposures to an environment"),
+        "stitch": tr("stitch photos taken all around to an environment"),
+        "ball": tr("measure the light of a place with a mirror ball"),
+        "capture": tr("shoot a bracket with a 360 camera and merge it"),
+        "simulate-camera": tr("run a simulated 360 camera on this computer"),
+        "photo": tr("read the light on the faces in a photo"),
+        "film": tr("read the styles in a film of a turning sitter"),
+        "locate": tr("find where in a panorama a photo was taken"),
+        "align": tr("align two views and show how far is left to turn"),
         "styles": tr("list the styles and their lamps"),
         "bake": tr("compute the light transport of a head"),
-        "evaluate": tr("the paper's evaluation on any folder of environments"),
-        "bench": tr("time the hot paths against a plain implementation"),
+        "evaluate": tr("run the paper’s evaluation on a folder of environments"),
+        "bench": tr("time the hot paths against plain implementations"),
     }
 
 
@@ -102,17 +102,17 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     """
     parser = _Parser(
         prog="turnlight",
-        description=tr("How far to turn so that a place lights a face like a studio style."),
+        description=tr("Find how far to turn so that a place lights a face like a studio style."),
         epilog=tr(
-            "Without a command the window opens, with the files that are named. "
-            "turnlight COMMAND --help says more about a command."
+            "Without a command, the window opens with the given files. For help on a "
+            "command: turnlight COMMAND --help"
         ),
     )
     parser.add_argument("--version", action="version", version=f"turnlight {__version__}")
     parser.add_argument(
         "--language",
         metavar="LANGUAGE",
-        help=tr("of every word: {languages}", languages=", ".join(LANGUAGES)),
+        help=tr("language of all text: {languages}", languages=", ".join(LANGUAGES)),
     )
     _add_window_options(parser)
     subparsers = parser.add_subparsers(metavar="COMMAND", dest="command")
@@ -241,7 +241,7 @@ def _add_window_options(parser: argparse.ArgumentParser) -> None:
         "--screenshots",
         metavar="DIR",
         type=Path,
-        help=tr("with --demo: walk through every screen, save pictures there, and end"),
+        help=tr("with --demo: walk through every screen, save pictures there, then quit"),
     )
     group.add_argument("--theme", choices=("dark", "light", "contrast"), help=tr("colours"))
     group.add_argument("--scale", type=int, choices=(1, 2), help=tr("pixels per point"))
@@ -287,7 +287,7 @@ def _open_window(
     parser: argparse.ArgumentParser, args: argparse.Namespace, files: tuple[Path, ...]
 ) -> int:
     if args.screenshots is not None and not args.demo:
-        parser.error(tr("--screenshots goes with --demo"))
+        parser.error(tr("--screenshots needs --demo"))
     from app.desktop import LaunchOptions, start
 
     missing = next((each for each in files if not each.exists()), None)

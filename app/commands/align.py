@@ -30,26 +30,31 @@ _FIELDS_DEG: Final = (5.0, 170.0)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``align``."""
     parser.description = tr(
-        "Find the homography that lays VIEW, what the camera sees, on TARGET, "
-        "what it should see with the goal in its middle."
+        "Find the homography that maps VIEW, the camera’s current view, to TARGET, the "
+        "view at the goal."
     )
     add = partial(argument, parser)
-    add("target TARGET", tr("what the camera should see"), type=Path)
-    add("view VIEW", tr("what it sees, not mirrored"), type=Path)
+    add("target TARGET", tr("the view at the goal"), type=Path)
+    add("view VIEW", tr("the camera’s current view, not mirrored"), type=Path)
     add(
         "-o --output OVERLAY.png",
-        tr("write TARGET with VIEW laid over it, at most 4,096 pixels wide and high"),
+        tr("write TARGET overlaid with VIEW, at most 4,096 pixels wide and high"),
         type=Path,
     )
-    add("--opacity PERCENT", tr("of VIEW in the overlay (default: 50)"), type=float, default=50.0)
+    add(
+        "--opacity PERCENT",
+        tr("opacity of VIEW in the overlay (default: 50)"),
+        type=float,
+        default=50.0,
+    )
     add(
         "--fov DEG",
-        tr("horizontal field of view of TARGET (default: what the file says, else 60)"),
+        tr("horizontal field of view of TARGET (default: as the file states, else 60)"),
         type=float,
     )
     add(
         "--view-fov DEG",
-        tr("horizontal field of view of VIEW (default: what the file says, else that of TARGET)"),
+        tr("horizontal field of view of VIEW (default: as the file states, else that of TARGET)"),
         type=float,
     )
     add_json(parser, run)
@@ -92,14 +97,14 @@ def _check(args: argparse.Namespace) -> None:
         if value is not None and not _FIELDS_DEG[0] <= value <= _FIELDS_DEG[1]:
             raise CoreError(
                 tr(
-                    "{name} is a number of degrees from 5 to 170, not {value:g}.",
+                    "{name} must be from 5 to 170 degrees, not {value:g}.",
                     name=name,
                     value=value,
                 )
             )
     if not (math.isfinite(args.opacity) and 0.0 <= args.opacity <= 100.0):
         raise CoreError(
-            tr("--opacity is a number from 0 to 100, not {opacity:g}.", opacity=args.opacity)
+            tr("--opacity must be from 0 to 100, not {opacity:g}.", opacity=args.opacity)
         )
     if args.output is None:
         return
@@ -121,7 +126,7 @@ def _write_overlay(
     if args.output is None:
         return False
     if alignment.homography is None:
-        say(tr("No overlay was written: it is not known how VIEW lies."))
+        say(tr("No overlay was written: VIEW could not be aligned."))
         return False
     share = args.opacity / 100.0
     write_png(args.output, laid_over(target.picture, view.picture, alignment.homography, share))

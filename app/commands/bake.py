@@ -30,31 +30,30 @@ _LARGEST_ENVIRONMENT = 256
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bake``."""
     parser.description = tr(
-        "Compute how light from every direction falls on a head, and the studio "
-        "pictures of all styles on it, seen from the front and from aside. A stopped bake "
-        "continues where it was. Writes T.npz and, beside it, T.styles.npz, T.shape.npz and "
-        "T.views.npz."
+        "Compute how light from every direction falls on a head, and the studio pictures "
+        "of all styles on it, from the front and turned aside. A stopped bake continues "
+        "where it stopped. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
     )
     add = partial(argument, parser)
     add("-o --output T.npz", tr("file to write"), type=Path)
     add(
         "--head FILE",
-        tr("generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face"),
+        tr("generic, female, male, or a closed PLY or OBJ mesh with +Y up and +Z out of the face"),
         default="generic",
     )
-    add("--eyes FILE", tr("eyes that belong to a head file"), type=Path)
-    add("--unit MM", tr("millimetres per unit of a file"), type=float, default=100.0)
+    add("--eyes FILE", tr("eyes of the head file"), type=Path)
+    add("--unit MM", tr("millimetres per unit of the head file"), type=float, default=100.0)
     add("--skin NAME", tr("light, medium or dark"), default="medium")
     add("--env WxH", tr("texels of the environment"), default="64x32")
-    add("--image N", tr("pixels along one side"), type=int, default=100)
+    add("--image N", tr("width and height of the pictures in pixels"), type=int, default=100)
     add(
         "--quality", tr("default: good"), default="good", choices=("draft", "quick", "good", "best")
     )
     add("--variant V", tr("auto, llvm, cuda or scalar"), default="auto")
-    add("--front-only", tr("leave out how the head looks from aside"), action="store_true")
-    add("--seed", tr("another seed, another noise"), type=int, default=1)
-    add("--export-scene DIR", tr("write the scene for stock Mitsuba"), type=Path)
-    add("--yaw DEG", tr("of the head in that scene"), type=yaw_degrees, default=0.0)
+    add("--front-only", tr("skip the views with the head turned aside"), action="store_true")
+    add("--seed", tr("random seed"), type=int, default=1)
+    add("--export-scene DIR", tr("export the scene for stock Mitsuba"), type=Path)
+    add("--yaw DEG", tr("yaw of the head in that scene"), type=yaw_degrees, default=0.0)
     add_json(parser, run)
 
 
@@ -64,12 +63,12 @@ def run(args: argparse.Namespace) -> int:
     Raises `CoreError` when an argument or a file is of no use, or Mitsuba does not work here.
     """
     if args.output is None and args.export_scene is None:
-        raise BakeError(tr("Say where to write: -o T.npz, or --export-scene DIR."))
+        raise BakeError(tr("Choose what to write: -o T.npz or --export-scene DIR."))
     environment = _environment(args.env)
     if not 8 <= args.image <= _LARGEST_PICTURE:
         raise BakeError(
             tr(
-                "--image must be 8 to {largest}, not {image}.",
+                "--image must be from 8 to {largest}, not {image}.",
                 largest=_LARGEST_PICTURE,
                 image=args.image,
             )

@@ -20,34 +20,37 @@ from app.core.text import tr
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``ball``."""
     parser.description = tr(
-        "Measure the light of a place with a mirror ball: put it where the sitter's head will be, "
-        "photograph it in a bracket from where you will stand, and it becomes an HDR environment "
-        "whose azimuth 0 is your place; say how much of it the ball does not show."
+        "Measure the light of a place with a mirror ball. Put the ball where the "
+        "sitter’s head will be and shoot a bracket of it from where you will stand. The "
+        "result is an HDR environment with your position at azimuth 0."
     )
     add = partial(argument, parser)
     add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
     add(
         "--second IMAGE",
-        tr("the exposures from another side, which show what you hid; or one folder of them"),
+        tr("the exposures from another side, or one folder of them; they show what you hid"),
         nargs="+",
         type=Path,
         default=[],
     )
     add(
         "--from DEG",
-        tr("how far you walked around the ball for those, clockwise seen from above (found)"),
+        tr(
+            "how far you walked around the ball for them, clockwise as seen from above "
+            "(default: estimated)"
+        ),
         type=degrees,
         dest="from_deg",
     )
     add(
         "--pitch DEG",
-        tr("how far the camera looked up (down: negative), if it was not level (default: 0)"),
+        tr("tilt of the camera, positive upward (default: 0)"),
         type=finite,
         default=0.0,
     )
     add(
         "--reflectance SHARE",
-        tr("share of the light that the ball reflects (default: %(default)s, chrome)"),
+        tr("share of light the ball reflects (default: %(default)s, chrome)"),
         type=finite,
         default=REFLECTANCE,
     )
@@ -70,11 +73,11 @@ def run(args: argparse.Namespace) -> int:
 def _ball_options(args: argparse.Namespace) -> BallOptions:
     if args.from_deg is not None and not args.second:
         raise ProbeError(
-            tr("--from says where the pictures of --second were taken."),
-            tr("Name the pictures from the other side, too."),
+            tr("--from needs the pictures of --second."),
+            tr("Give them with --second."),
         )
     if not 0.2 <= args.reflectance <= 0.98:
-        raise ProbeError(tr("--reflectance is from 0.2 to 0.98."))
+        raise ProbeError(tr("--reflectance must be from 0.2 to 0.98."))
     if abs(args.pitch) > 60.0:
-        raise ProbeError(tr("--pitch is from -60 to 60 degrees."))
+        raise ProbeError(tr("--pitch must be from -60 to 60 degrees."))
     return BallOptions(tuple(args.second), args.from_deg, args.reflectance, args.pitch)

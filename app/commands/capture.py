@@ -48,7 +48,9 @@ from app.words.measure.preview import rough_words
 from app.words.progress import progress_words
 from app.words.remarks import sentences
 
-_STOPPING: Final = tr("Stopping; the camera gets its settings back. Once more to end at once.")
+_STOPPING: Final = tr(
+    "Stopping and restoring the camera’s settings. Press Ctrl-C again to quit at once."
+)
 _MOST_DELAY_S: Final = 10
 _SAY_AGAIN_S: Final = 5.0
 
@@ -56,29 +58,28 @@ _SAY_AGAIN_S: Final = 5.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``capture``."""
     parser.description = tr(
-        "Meter, take a bracket of exposures, bring it over and merge it; or "
-        "watch a folder for the frames of any other camera. A session that was "
-        "interrupted is resumed when its folder is named again."
+        "Meter, shoot a bracket, download and merge it; or watch a folder for frames "
+        "from any other camera. To resume an interrupted session, name its folder again."
     )
     source = parser.add_mutually_exclusive_group(required=True)
-    argument(source, "--camera URL", tr('address of the camera, or "auto" to look for one'))
-    argument(source, "--watch DIR", tr("merge the bracket that comes into a folder"), type=Path)
+    argument(source, "--camera URL", tr("address of the camera, or “auto” to search for one"))
+    argument(source, "--watch DIR", tr("merge the bracket that arrives in a folder"), type=Path)
     add = partial(argument, parser)
     add(
         "-o --output DIR",
         tr(
             "folder of the session: new, empty, or one to resume (with --watch: "
-            "the environment's file or folder)"
+            "environment file or folder)"
         ),
         type=Path,
     )
     add(
         "--plan",
-        tr("three frames as in the paper, or as many as hold all the light (default: paper)"),
+        tr("three frames as in the paper, or enough for the full range of light (default: paper)"),
         choices=("paper", "full"),
     )
     add("--user NAME", tr("user name, for cameras in client mode"))
-    add("--password-file FILE", tr("file whose first line is the password"), type=Path)
+    add("--password-file FILE", tr("file with the password on its first line"), type=Path)
     add("--delay S", tr("self-timer in seconds, 0 to 10"), type=int, default=0)
     add_json(parser, run)
 
@@ -116,7 +117,9 @@ def run(args: argparse.Namespace) -> int:
             if session.journal.finished:
                 untaken = capture.give_back()
                 facts = {"session": str(session.folder), "warnings": [untaken] if untaken else []}
-                return answer(args, facts, untaken or tr("The camera has its own settings back."))
+                return answer(
+                    args, facts, untaken or tr("The camera’s own settings were restored.")
+                )
             result = capture.run()
     say(*sentences((*result.warnings, *result.probe.notes)))
     times = ", ".join(
@@ -156,7 +159,7 @@ class StatusTeller:
         words = ", ".join(
             part for part in (progress_words(status.message), status.left_words) if part
         )
-        say(f"{100 * status.fraction:3.0f} %  {words}")
+        say(f"{100 * status.fraction:3.0f}%  {words}")
 
 
 def _check(args: argparse.Namespace) -> None:
@@ -166,7 +169,11 @@ def _check(args: argparse.Namespace) -> None:
         check_outputs([args.output / JOURNAL, args.output / ENVIRONMENT], [args.password_file])
     if not 0 <= args.delay <= _MOST_DELAY_S:
         raise CoreError(
-            tr("--delay is 0 to {most} seconds, not {delay}.", most=_MOST_DELAY_S, delay=args.delay)
+            tr(
+                "--delay must be from 0 to {most} seconds, not {delay}.",
+                most=_MOST_DELAY_S,
+                delay=args.delay,
+            )
         )
 
 
@@ -189,8 +196,8 @@ def _reach(
             raise
         say(
             tr(
-                "{message} Its files are all here and are merged; the camera is still "
-                "owed its own settings.",
+                "{message} All its files are here and are being merged, but the camera’s "
+                "own settings are not restored yet.",
                 message=error.message,
             )
         )
@@ -203,14 +210,14 @@ def _session(folder: Path) -> Session:
     if session.journal.finished and session.owes:
         say(
             tr(
-                "The session in {folder} is finished, but its camera is still owed its "
-                "own settings.",
+                "The session in {folder} is finished, but the camera’s own settings are "
+                "not restored yet.",
                 folder=folder,
             )
         )
     elif session.journal.finished:
         raise CoreError(
-            tr("The session in {folder} is finished already.", folder=folder),
+            tr("The session in {folder} is already finished.", folder=folder),
             tr("Name a new folder, or merge its files again with turnlight merge."),
         )
     if session.unfinished:
@@ -254,7 +261,9 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
     if user is None and password_file is None:
         return None
     if user is None or password_file is None:
-        raise CoreError(tr("--user and --password-file go together."), tr("Give both or neither."))
+        raise CoreError(
+            tr("--user and --password-file must be given together."), tr("Give both or neither.")
+        )
     return Credentials(user, read_password_file(password_file, say))
 
 
@@ -269,7 +278,7 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
     if password is None:
         hint = default_password_hint(camera.model, camera.serial)
         raise PasswordNeeded(
-            tr("{name} asks for a password.", name=camera.name),
+            tr("{name} needs a password.", name=camera.name),
             tr("Give --user and --password-file. {hint}", hint=hint),
         )
     return Credentials(camera.user, password)
@@ -347,9 +356,7 @@ def _check_watch(args: argparse.Namespace) -> None:
     """Refuse what cannot be written before anybody waits for pictures."""
     options = [name for name in ("user", "password_file") if getattr(args, name) is not None]
     if options or args.delay:
-        raise CoreError(
-            tr("--watch takes pictures as they come: --user and --delay are for a camera.")
-        )
+        raise CoreError(tr("--user and --delay cannot be used with --watch."))
     output: Path | None = args.output
     if output is None:
         check_target(Path.cwd() / ENVIRONMENT)
@@ -367,7 +374,7 @@ def _is_file(output: Path) -> bool:
 def _next_bracket(path: Path, token: Token) -> IncomingBracket:
     """Wait for the first bracket; says what is passed over meanwhile."""
     folder = WatchedFolder(path, SystemClock(), say=say)
-    say(tr("Waiting for pictures in {folder}. Ctrl-C ends it.", folder=folder.folder))
+    say(tr("Waiting for pictures in {folder}. Press Ctrl-C to stop.", folder=folder.folder))
     bracket = next(folder.brackets(token))
     say(*bracket.reasons)
     return bracket

@@ -41,24 +41,27 @@ _EVERY_S: Final = 5.0  # of the film
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``film``."""
     parser.description = tr(
-        "Read a film in which the sitter turns once on the spot, 20 to 60 seconds, while the "
-        "camera goes around with them: for each style, when it was there and how far to turn "
-        "from where the film began. The film is read on this machine and kept nowhere."
+        "Read a film of one turn: the sitter turns on the spot in 20 to 60 seconds while "
+        "the camera moves around with them. Shows when each style appeared and how far "
+        "to turn from the first frame. The film stays on this computer and is not saved."
     )
     add = partial(argument, parser)
     add("video VIDEO", tr("the film: MP4, MOV, AVI, MKV or WebM"), type=Path)
-    add("-o --output ENV", tr("also write the light that the face shows, .exr"), type=Path)
+    add("-o --output ENV", tr("also write the light seen on the face, .exr"), type=Path)
     add(
         "--place PLACE",
-        tr("a place, or its panorama, to hold the film against: what do both say?"),
+        tr("a place or its panorama to compare the film with"),
         type=Path,
     )
     add(
         "--mirrored",
-        tr("the film is a mirror image, as some phones save selfies (default: by the place)"),
+        tr(
+            "the film is a mirror image, as some phones save selfies (default: decided by "
+            "the place)"
+        ),
         action="store_true",
     )
-    add("--live", tr("say what is known so far every few seconds"), action="store_true")
+    add("--live", tr("show results every few seconds while reading"), action="store_true")
     add_json(parser, run)
 
 
@@ -77,7 +80,12 @@ def run(args: argparse.Namespace) -> int:
         say(*filter(None, [mirror_words(args.mirrored, fits)]))
     mirrored = args.mirrored if fits is None else fits
     if fits is None and not mirrored and read_movie_header(args.video).front_camera:
-        say(tr("A front camera took this film. If text in it reads backwards, add --mirrored."))
+        say(
+            tr(
+                "This film was taken with a front camera. If text in it is backwards, add "
+                "--mirrored."
+            )
+        )
 
     def frames_of(most: int) -> Iterator[tuple[float, float, Bytes]]:
         frames = film_frames(args.video, most, WIDTH)
@@ -155,7 +163,7 @@ def _line(film: Film, result: StyleResult) -> str:
     words = [f"{result.title:14} {side:14} {grade:10}", points(result.match).rjust(3)]
     if result.attainable:
         turn = result.turn_refined_deg
-        words.append(tr("at {clock}, {turn} from where the film began", clock=film.clock_at(turn),
+        words.append(tr("at {clock}, {turn} from the first frame", clock=film.clock_at(turn),
                         turn=turn_words(turn)))  # fmt: skip
     else:
         words.append(reason_sentence(result.shortfall))

@@ -39,21 +39,21 @@ _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``lamp``."""
     parser.description = tr(
-        "Capture a lamp in a dark room once, and use it as a second light anywhere."
+        "Capture a lamp once in a dark room, then use it as a second light anywhere."
     )
     actions = parser.add_subparsers(metavar="ACTION", dest="action", required=True)
     _add_words(actions)
     guide = actions.add_parser("guide", help=tr("how to capture a lamp, step by step"))
     list_parser = actions.add_parser("list", help=tr("list the lamps"))
-    change = actions.add_parser("change", help=tr("correct a lamp's title, distance or brightness"))
-    argument(change, "name NAME", tr("a lamp of the library"))
-    argument(change, "--title TITLE", tr("another title"))
+    change = actions.add_parser("change", help=tr("change a lamp’s title, distance or brightness"))
+    argument(change, "name NAME", tr("a lamp in the library"))
+    argument(change, "--title TITLE", tr("the new title"))
     _add_measures(change)
-    mask = actions.add_parser("mask", help=tr("correct where a lamp is in its capture"))
-    argument(mask, "name NAME", tr("a lamp of the library"))
+    mask = actions.add_parser("mask", help=tr("correct the lamp’s mask in its capture"))
+    argument(mask, "name NAME", tr("a lamp in the library"))
     _add_masks(mask)
-    remove_parser = actions.add_parser("remove", help=tr("put a lamp into the trash"))
-    argument(remove_parser, "name NAME", tr("a lamp of the library"))
+    remove_parser = actions.add_parser("remove", help=tr("move a lamp to the trash"))
+    argument(remove_parser, "name NAME", tr("a lamp in the library"))
     jobs = (
         (guide, _guide),
         (list_parser, _list),
@@ -66,18 +66,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_measures(parser: argparse.ArgumentParser) -> None:
-    argument(parser, "--distance M", tr("from the camera to the lamp, metres"))
-    argument(parser, "--lux E", tr("what a light meter reads at the camera"))
+    argument(parser, "--distance M", tr("from the camera to the lamp, in metres"))
+    argument(parser, "--lux E", tr("light meter reading at the camera"))
 
 
 def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    words = tr("Make a lamp of a bracket taken in a dark room.")
+    words = tr("Create a lamp from a bracket shot in a dark room.")
     add = actions.add_parser(
         "add",
-        help=tr("make a lamp of a bracket taken in a dark room"),
+        help=tr("create a lamp from a bracket shot in a dark room"),
         description=f"{words} {' '.join(GUIDE)}",
     )
-    argument(add, "name NAME", tr("what the lamp is called"))
+    argument(add, "name NAME", tr("name of the lamp"))
     argument(
         add,
         "images IMAGE",
@@ -90,7 +90,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     argument(
         add,
         "--response",
-        tr("camera curve (default: srgb, since dark rooms show mostly noise)"),
+        tr("camera curve (default: srgb, since dark rooms give mostly noise)"),
         choices=("srgb", "recover", "auto"),
     )
     _add_masks(add)
@@ -98,8 +98,8 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 
 def _add_masks(parser: argparse.ArgumentParser) -> None:
-    lamp_words = tr("a box that is lamp too, box:-20,20,-10,30; may be repeated")
-    dark = tr("a box that is not the lamp, box:-20,20,-10,30; may be repeated")
+    lamp_words = tr("add a box to the mask, such as box:-20,20,-10,30; may be repeated")
+    dark = tr("remove a box from the mask, such as box:-20,20,-10,30; may be repeated")
     for option, words in (("--set", lamp_words), ("--clear", dark)):
         parser.add_argument(option, metavar="BOX", action="append", default=[], help=words)
 
@@ -128,18 +128,18 @@ def _add(args: argparse.Namespace) -> int:
     if not verdict.possible:
         warnings.append(comparison_words(verdict))
     if distance is None:
-        warnings.append(tr("The lamp's distance is not known: --distance states it."))
+        warnings.append(tr("The distance of the lamp is unknown. Set it with --distance."))
     notes = mask_notes(capture.mask)
     say(*warnings, *notes)
     library_lamp = add_lamp(lamps_folder(), lamp)
     facts = {**_facts(library_lamp), "warnings": warnings, "notes": list(notes)}
     values = {"title": library_lamp.title, "name": library_lamp.name, "facts": _words(facts)}
-    return answer(args, facts, tr("Kept “{title}” as {name}: {facts}.", **values))
+    return answer(args, facts, tr("Saved “{title}” as {name}: {facts}.", **values))
 
 
 def _guide(args: argparse.Namespace) -> int:
     steps = [f"{number}. {step}" for number, step in enumerate(GUIDE, 1)]
-    last = tr("Then: turnlight lamp add NAME IMAGE... --distance METRES")
+    last = tr("Then run: turnlight lamp add NAME IMAGE... --distance METRES")
     return answer(args, {"steps": list(GUIDE)}, "\n".join([*steps, "", last]))
 
 
@@ -165,9 +165,7 @@ def _list(args: argparse.Namespace) -> int:
 
 def _change(args: argparse.Namespace) -> int:
     if not (args.title or args.distance or args.lux):
-        raise CoreError(
-            tr("Nothing was said about the lamp."), tr("Use --title, --distance or --lux.")
-        )
+        raise CoreError(tr("There is nothing to change."), tr("Use --title, --distance or --lux."))
     distance = _positive(args.distance, tr("a distance in metres"))
     lux = _positive(args.lux, tr("an illuminance in lux"))
     folder = lamps_folder()
@@ -181,21 +179,23 @@ def _mask(args: argparse.Namespace) -> int:
     lamp = read_lamp(lamps_folder(), args.name)
     edit = _edit(lamp, _boxes(args))
     if edit is lamp:
-        raise CoreError(tr("Nothing was said about the mask."), tr("Use --set or --clear."))
+        raise CoreError(tr("There is nothing to change."), tr("Use --set or --clear."))
     update_lamp(lamps_folder(), edit)
     return _corrected(args, edit)
 
 
 def _corrected(args: argparse.Namespace, lamp: CapturedLamp) -> int:
     facts = _facts(lamp)
-    words = tr("Corrected “{title}”: {facts}.", title=lamp.title, facts=_words(facts))
+    words = tr("Changed “{title}”: {facts}.", title=lamp.title, facts=_words(facts))
     return answer(args, facts, words)
 
 
 def _remove(args: argparse.Namespace) -> int:
     trash_entry = delete_lamp(lamps_folder(), args.name)
     words = tr(
-        "“{title}” is in the trash: {folder}", title=trash_entry.title, folder=trash_entry.folder
+        "“{title}” was moved to the trash: {folder}",
+        title=trash_entry.title,
+        folder=trash_entry.folder,
     )
     facts = {"name": trash_entry.name, "title": trash_entry.title, "trash": str(trash_entry.folder)}
     return answer(args, facts, words)
@@ -219,8 +219,8 @@ def _box(text: str) -> _Box:
     spec = parse_mask(text)
     if spec.kind != "box":
         raise CoreError(
-            tr("A lamp's mask is corrected by boxes, not by '{mask}'.", mask=text.strip()),
-            tr("Write box:from,to,low,high, or use the brush in the Light step."),
+            tr("A lamp’s mask is corrected with boxes, not with “{mask}”.", mask=text.strip()),
+            tr("Write box:from,to,low,high, or use the brush in Light."),
         )
     start, stop, low, high = spec.numbers
     return start, stop, low, high
@@ -238,9 +238,9 @@ def _facts(lamp: CapturedLamp) -> dict[str, Any]:
 
 def _words(facts: dict[str, Any]) -> str:
     lux, metres = facts["lux"], facts["distance_m"]
-    light = tr("brightness not known") if lux is None else tr("{lux:.3g} lux", lux=lux)
+    light = tr("brightness unknown") if lux is None else tr("{lux:.3g} lux", lux=lux)
     if metres is None:
-        return tr("{light}, distance not known", light=light)
+        return tr("{light}, distance unknown", light=light)
     return tr("{light} at {distance:g} m", light=light, distance=metres)
 
 

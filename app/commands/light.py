@@ -86,10 +86,9 @@ _REACHES = ("any", "floor", "arm")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``light``."""
     parser.description = tr(
-        "Find how far to turn and where to hold a lamp so that a place gives a "
-        "style. Azimuth counts from the front of the face, positive toward the "
-        "sitter's left; altitude is positive upward; distances are from the "
-        "middle of the head."
+        "Find how far to turn and where to hold a lamp so that a place gives a style. "
+        "Azimuth is from the front of the face, positive toward the sitter’s left. "
+        "Altitude is positive upward. Distances are from the middle of the head."
     )
     add_questions(parser, run)
     add_lens(parser)
@@ -98,7 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lamp LAMP",
         tr(
             "KIND or KIND@METRES ({kinds}), a panorama of a lamp in a dark room, or a "
-            "lamp of your library",
+            "lamp in your library",
             kinds=", ".join(KINDS),
         ),
         required=True,
@@ -106,40 +105,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--greedy",
         tr(
-            "first turn, then place the lamp, as the paper tried too, instead of trying all "
-            "combinations"
+            "choose the turn first, then place the lamp, as the paper also tried; the "
+            "default tries all combinations"
         ),
         action="store_true",
     )
     add(
         "--power",
         tr(
-            "for lamps from numbers: dimmed as fits best, or at full power, which "
-            "the paper's objective always takes (default: %(default)s)"
+            "for lamps from numbers: the best power, or always full power, as the "
+            "paper’s objective does (default: %(default)s)"
         ),
         choices=_POWERS,
     )
     add(
         "--lux E",
         tr(
-            "vertical illuminance at the face while it looks at the photographer, "
-            "for a panorama that does not state its brightness"
+            "illuminance at the face, looking at the photographer, for a panorama that "
+            "does not state its brightness"
         ),
         type=finite,
     )
     add(
         "--lamp-lux E",
         tr(
-            "what a light meter reads where the camera stood, facing the lamp, for a "
-            "captured lamp that does not state its brightness"
+            "light meter reading where the camera stood, facing the lamp, for a captured "
+            "lamp that does not state its brightness"
         ),
         type=finite,
     )
     add(
         "--reach",
         tr(
-            "where the lamp can be held: anywhere, not through the floor, or within "
-            "the sitter's own arm's length (default: %(default)s)"
+            "lamp positions to try: anywhere, above floor level, or within the sitter’s "
+            "own arm’s length (default: %(default)s)"
         ),
         choices=_REACHES,
     )
@@ -216,8 +215,8 @@ def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
         return lamp
     if isinstance(lamp, NumbersLamp):
         raise CoreError(
-            tr("The {title} is known by its numbers.", title=lamp_title(lamp.kind)),
-            tr("Leave out --lamp-lux, or capture it."),
+            tr("{title} already has a brightness.", title=lamp_title(lamp.kind)),
+            tr("Leave out --lamp-lux, or use a capture of the lamp."),
         )
     return with_lux(lamp, lux)
 
@@ -236,9 +235,9 @@ def _lamp_named(text: str) -> _Lamp:
     if list_lamps(folder)[0]:
         return read_lamp(folder, text)
     raise CoreError(
-        tr("There is no lamp called “{text}”, and none in your library.", text=text),
+        tr("There is no lamp “{text}”, neither built-in nor in your library.", text=text),
         tr(
-            "Known: {kinds}. Keep one of your own with 'turnlight lamp add'.",
+            "Available: {kinds}. Add your own with “turnlight lamp add”.",
             kinds=", ".join(KINDS),
         ),
     )
@@ -257,8 +256,8 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
         return _Scale(1.0, relative, True)
     say(
         tr(
-            "This panorama does not state how bright the place is; {lux:g} "
-            "lux at the face are assumed. Say it with --lux.",
+            "This panorama does not state how bright the place is. {lux:g} lux at the "
+            "face are assumed; set it with --lux.",
             lux=ASSUMED_LUX,
         )
     )
@@ -277,10 +276,10 @@ def _compare(lamp: _Lamp, scale: _Scale) -> Comparison | None:
             reason=comparison_words(comparison),
         )
         if lamp.white_cd_m2 is None and scale.is_assumed:
-            unit_words = tr("Here both are taken in one unit, as if captured alike.")
+            unit_words = tr("Both are assumed to have the same scale here, as if captured alike.")
         else:
             unit_words = (
-                tr("Here its values are taken as cd/m².") if lamp.white_cd_m2 is None else ""
+                tr("Its values are assumed to be cd/m² here.") if lamp.white_cd_m2 is None else ""
             )
         say(f"{words} {unit_words}".rstrip())
     return comparison
@@ -299,7 +298,7 @@ def _allow_mask(reach: str, distance_m: float | None) -> NDArray[np.bool_] | Non
         return None
     if distance_m is None:
         raise CoreError(
-            tr("How far this lamp is held is not known."),
+            tr("The distance of this lamp is unknown."),
             tr("Leave out --reach, or capture it again."),
         )
     open_mask = above_floor(distance_m)
@@ -407,7 +406,7 @@ def _table(
             f"{_points(one):>6}{whole(one.turn_refined_deg):>7}°  {hold}"
         )
     rescued = ", ".join(one.name for one in placements if one.rescued) or tr("none")
-    lines += ["", tr("Match of 100, in brackets where the style is out of reach.")]
+    lines += ["", tr("Match of 100; in brackets where the style is out of reach.")]
     if len(placements) == 1:
         lines.append(tr("Hold it {where}.", where=_words(placements[0], lamp_light, shape)))
     lines.append(tr("Now possible with the lamp: {rescued}.", rescued=rescued))

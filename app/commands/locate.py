@@ -24,10 +24,9 @@ _FOV_DEG: Final = (10.0, 150.0)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``locate``."""
     parser.description = tr(
-        "Find the heading of a photograph in a panorama of the place: the "
-        "azimuth of the middle of the picture, 0 at the panorama's centre "
-        "column, positive clockwise seen from above. It says 'unsure' rather "
-        "than a wrong number."
+        "Find the heading of a photo in a panorama of the place: the azimuth at the "
+        "middle of the photo, 0 at the centre column of the panorama, positive clockwise "
+        "as seen from above. Prints “unsure” rather than a wrong number."
     )
     add = partial(argument, parser)
     add("panorama PANORAMA", tr("OpenEXR, Radiance, JPEG, PNG or TIFF"), type=Path)
@@ -35,14 +34,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--fov DEG",
         tr(
-            "horizontal field of view of the upright photograph (default: by its "
-            "EXIF focal length, else estimated)"
+            "horizontal field of view of the upright photo (default: from its EXIF focal "
+            "length, else estimated)"
         ),
         type=_fov,
     )
     add(
         "--mirrored",
-        tr("the photograph is a mirror image (default: both are tried)"),
+        tr("the photo is a mirror image (default: both are tried)"),
         action="store_true",
     )
     add_json(parser, run)
@@ -97,10 +96,10 @@ def _table(search: PhotoSearch) -> str:
     heading = search.heading
     last = [
         _line(tr("points that agree"), str(heading.inliers)),
-        _line(tr("confidence"), f"{math.floor(100 * heading.confidence)} %"),
+        _line(tr("confidence"), f"{math.floor(100 * heading.confidence)}%"),
     ]
     if heading.heading_deg is None:
-        first = tr("Unsure: the photograph could not be found in the panorama.")
+        first = tr("Unsure: the photo could not be found in the panorama.")
         return "\n".join([first, *last])
     lines = [
         _line(tr("heading"), _degrees(heading.heading_deg)),
@@ -110,7 +109,7 @@ def _table(search: PhotoSearch) -> str:
         *last,
     ]
     if search.mirrored:
-        lines.append(tr("The photograph is mirrored, as some phones save selfies."))
+        lines.append(tr("The photo is mirrored, as some phones save selfies."))
     return "\n".join([*lines, *photo_warnings(search)])
 
 

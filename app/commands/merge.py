@@ -51,14 +51,16 @@ _SUN_WORDS: Final = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``merge``."""
     parser.description = tr(
-        "Merge the exposures of a bracket, in any order, into an HDR "
-        "environment; say what was clipped and what that means for the answer. One photograph "
-        "of all directions makes a rough one."
+        "Merge the exposures of a bracket, in any order, into an HDR environment. Shows "
+        "what was clipped and how that affects the answers. A single 360 photo gives a "
+        "rough environment."
     )
     add = partial(argument, parser)
     add("images IMAGE", tr("the exposures, or one folder of them"), nargs="+", type=Path)
     add_wishes(parser)
-    add("--full", tr("keep the frames' own size instead of 2048 x 1024"), action="store_true")
+    add(
+        "--full", tr("keep the full size of the frames instead of 2048 x 1024"), action="store_true"
+    )
     add_json(parser, run)
 
 
@@ -77,14 +79,14 @@ def _add_camera(parser: argparse.ArgumentParser) -> None:
     add(
         "--response",
         tr(
-            "camera curve: sRGB, recovered from the bracket, or recovered only where "
-            "the measured steps disagree (default: auto)"
+            "camera curve: sRGB, recovered from the bracket, or recovered only if the "
+            "measured steps disagree (default: auto)"
         ),
         choices=("auto", "srgb", "recover"),
     )
     add(
         "--weights",
-        tr("how frames are weighed: by their noise, or as in the paper (default: noise)"),
+        tr("weighting of the frames: by noise, or as in the paper (default: noise)"),
         choices=("noise", "reinhard"),
     )
 
@@ -97,31 +99,31 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
     add = partial(argument, parser)
     add(
         "--lamp-gain ID=STOPS",
-        tr("make a lamp brighter or darker, e.g. A=3; may be repeated"),
+        tr("brighten or darken a lamp, such as A=3; may be repeated"),
         action="append",
         default=[],
     )
     add(
         "--lamp-lux ID=LUX",
-        tr("illuminance of a lamp as a light meter read it, facing the lamp; may be repeated"),
+        tr("light meter reading of a lamp, facing it; may be repeated"),
         action="append",
         default=[],
     )
     add(
         "--sun",
-        tr("how the sky is where the sun was clipped, or leave the sun as it is (default: clear)"),
+        tr("the sky around a clipped sun, or leave the sun as it is (default: clear)"),
         choices=tuple(_SUN_WORDS),
     )
     add(
         "--mask WHAT",
         tr(
-            "fill what should not be there from around it: nadir:-65, "
-            "box:-20,20,-90,-40, a PNG (white = fill), or suggested; may be repeated"
+            "fill an area from its surroundings: nadir:-65, box:-20,20,-90,-40, a PNG "
+            "(white = fill), or suggested; may be repeated"
         ),
         action="append",
         default=[],
     )
-    add("--preview PNG", tr("also write a picture of it"), type=Path)
+    add("--preview PNG", tr("also write a preview picture"), type=Path)
     add("--exposure STOPS", tr("exposure of the preview"), type=_number, default=0.0)
 
 
@@ -194,7 +196,7 @@ def corrections(args: argparse.Namespace, *more: Path) -> MeasureOptions:
         alone=True,
     )
     if abs(args.exposure) > _MOST_STOPS:
-        raise ProbeError(tr("--exposure is from -{most} to {most} stops.", most=_MOST_STOPS))
+        raise ProbeError(tr("--exposure must be from -{most} to {most} stops.", most=_MOST_STOPS))
     check_ending(args.output, _WRITERS, tr("environments"))
     if args.preview is not None:
         check_ending(args.preview, (".png",), tr("previews"))
@@ -222,7 +224,7 @@ def _pair(text: str, option: str) -> tuple[str, float]:
     if not (name.strip() and equals):
         raise ProbeError(
             tr(
-                "{option} takes a lamp and a number, like A=3, not {text!r}.",
+                "{option} takes a lamp and a number, such as A=3, not {text!r}.",
                 option=option,
                 text=text,
             )

@@ -40,7 +40,7 @@ from app.words.portrait.face_reading import UNREAD
 from app.words.shortfall import grade_words
 
 FRONT_CAMERA: Final = tr(
-    "A front camera took this photo. If text in it reads backwards, add --mirrored."
+    "This photo was taken with a front camera. If text in it is backwards, add --mirrored."
 )
 """What is said of a picture whose sides may be swapped."""
 
@@ -50,17 +50,20 @@ _LIKEST: Final = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``photo``."""
     parser.description = tr(
-        "Read from each face in a photograph where its key light stands, how much "
-        "brighter one cheek is than the other, and which style it shows; with a place, "
-        "how far to turn. The picture is read on this machine and kept nowhere."
+        "Read the light on each face in a photo: the position of the key light, the "
+        "ratio between the cheeks, and the style. With a place, also how far to turn. "
+        "The photo stays on this computer and is not saved."
     )
     add = partial(argument, parser)
     add("picture PICTURE", tr("JPEG, PNG, TIFF or WebP, or a camera’s raw file"), type=Path)
-    add("--place PLACE", tr("where it was taken: a panorama, or a place’s folder"), type=Path)
-    add("--style NAME", tr("the style that was wanted (default: the best one of the place)"))
+    add("--place PLACE", tr("place or panorama of the same spot"), type=Path)
+    add("--style NAME", tr("the style you wanted (default: the best one for the place)"))
     add(
         "--mirrored",
-        tr("the picture is a mirror image, as some phones save selfies (default: by the place)"),
+        tr(
+            "the photo is a mirror image, as some phones save selfies (default: decided "
+            "by the place)"
+        ),
         action="store_true",
     )
     add_json(parser, run)
@@ -87,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
         facts.append(_facts(_mirror_face(face, width) if flip else face, check, promise, scale))
         facts[-1]["flash"] = photo.flash and check.light.at_lens
         lines.append(_line(number + 1, check, promise, flash=facts[-1]["flash"]))
-    words = "\n".join(lines) or tr("There is no face in this picture that can be read.")
+    words = "\n".join(lines) or tr("No face in this photo can be read.")
     is_certain = location.status == "found" or args.mirrored
     return answer(args, {"faces": facts, "mirrored": flip if is_certain else None}, words)
 
@@ -98,9 +101,9 @@ def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) ->
         if photo.front_camera and not by_option:
             say(FRONT_CAMERA)
     elif location.mirrored and not by_option:
-        say(tr("The photo is mirrored: only its mirror image fits the place. It is read as that."))
+        say(tr("The photo is mirrored: only its mirror image fits the place. It was flipped."))
     elif by_option and not location.mirrored:
-        say(tr("The photo fits the place as it is. It is not read as mirrored."))
+        say(tr("The photo fits the place as it is. It was not flipped."))
 
 
 def _mirror_face(face: Face, width: int) -> Face:
@@ -200,13 +203,13 @@ def _turn(check: Check) -> str:
         is_inside = check.standing == "inside"
         return tr("In the light") if is_inside else tr("The turn cannot be read from this face")
     if check.standing == "inside":
-        return tr("In the light; to the best: {turn}", turn=turn_words(error))
+        return tr("In the light; {turn} to the best turn", turn=turn_words(error))
     return tr("Turn {turn}", turn=turn_words(error))
 
 
 def _key(light: FaceLight) -> str:
     if light.key == "flat":
-        return tr("flat light, from no direction")
+        return tr("flat light, no direction")
     if light.reason:
         return tr("not read: {reason}", reason=UNREAD[light.reason])
     if light.azimuth_deg is None or light.elevation_deg is None:

@@ -46,19 +46,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "-o --output FILE",
-        tr("picture to write: .png for looking at, .exr with linear light"),
+        tr("picture to write: .png for viewing, .exr with linear light"),
         type=Path,
         required=True,
     )
     add(
         "--yaw DEG",
-        tr("how far the face turns toward the sitter's own left; the nearest view that is baked"),
+        tr("how far the face turns toward the sitter’s own left; the nearest baked view is used"),
         type=yaw_degrees,
         default=0.0,
     )
-    add("--size N", tr("portrait of N pixels in height instead of the small picture"), type=int)
-    add("--plain", tr("with --size: bald, of one colour, on black"), action="store_true")
-    add("--head NAME", tr("head or baked T.npz (default: generic)"), default="generic")
+    add("--size N", tr("portrait N pixels high instead of the small picture"), type=int)
+    add("--plain", tr("with --size: bald, in one colour, on black"), action="store_true")
+    add("--head NAME", tr("head, or baked T.npz (default: generic)"), default="generic")
     add_json(parser, run)
 
 

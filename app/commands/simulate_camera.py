@@ -43,8 +43,8 @@ _TICK_S: Final = 0.2
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``simulate-camera``."""
     parser.description = tr(
-        "Serve a simulated 360 camera on this machine's own address until it is "
-        "interrupted. It sees the scene, meters it and takes brackets."
+        "Run a simulated 360 camera on this computer until you stop it. It sees the "
+        "scene, meters it and shoots brackets."
     )
     add_camera(parser)
     add_json(parser, run)
@@ -53,20 +53,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS) -> None:
     """Add the camera, its scene and its server. `models`: names to choose from."""
     add = partial(argument, parser)
-    add("--scene ENV", tr("what it sees: .exr or .hdr (default: a courtyard)"), type=Path)
+    add("--scene ENV", tr("the scene: .exr or .hdr (default: a courtyard)"), type=Path)
     add(
         "--mean CD/M2",
         tr("mean luminance of the scene (default: {mean:g})", mean=MEAN_CD_M2),
         type=_positive,
         default=MEAN_CD_M2,
     )
-    add("--model", tr("which camera to simulate (default: V)"), choices=models, default="V")
-    add("--port", tr("where it listens (default: any that is free)"), type=_port, default=0)
-    add("--rate MBIT", tr("speed of its network in Mbit/s"), type=_positive)
+    add("--model", tr("camera model to simulate (default: V)"), choices=models, default="V")
+    add("--port", tr("port to listen on (default: any free port)"), type=_port, default=0)
+    add("--rate MBIT", tr("network speed in Mbit/s"), type=_positive)
     add("--log", tr("print every request on stderr"), action="store_true")
     add(
         "--until-eof",
-        tr("end when standard input is closed, as when the program that started it is gone"),
+        tr("stop when standard input is closed, as when the parent program has ended"),
         action="store_true",
     )
 
@@ -143,7 +143,7 @@ def _server(
     args: argparse.Namespace,
     clock: Clock,
 ) -> CameraServer:
-    sentence = tr("Cannot listen at port {port}: {reason}.")
+    sentence = tr("Cannot listen on port {port}: {reason}.")
     hint = tr("Choose another port, or leave --port out.")
     with os_errors_as(CoreError, sentence, hint, port=args.port):
         return server_class(camera, args.port, clock=clock, log=say if args.log else None)

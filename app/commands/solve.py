@@ -69,10 +69,9 @@ from app.words.styles import caution_words
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``solve``."""
     parser.description = tr(
-        "Find how far to turn for each lighting style in an HDR panorama, and "
-        "whether the place can give the style at all. Turns are degrees, "
-        "positive clockwise seen from above; at turn 0 the sitter faces the "
-        "panorama's centre column."
+        "Find how far to turn for each lighting style in an HDR panorama, and whether "
+        "the place can give it. Turns are degrees, positive clockwise as seen from "
+        "above; at turn 0 the sitter faces the centre column of the panorama."
     )
     add_questions(parser, run)
     add_lens(parser)
@@ -274,7 +273,7 @@ def _table(
     unsure = [_full(result) for result in results if _caution(result)]
     if unsure:
         words = tr(
-            "Less certain, since the turn depends on the sitter’s own head and skin: {styles}.",
+            "Less certain, as the turn varies with the sitter’s head and skin: {styles}.",
             styles=", ".join(unsure),
         )
         lines += ["", words]
@@ -284,7 +283,7 @@ def _table(
     lines += [
         "",
         tr(
-            "{count} of {all} attainable, {seconds:.2f} s",
+            "{count} of {all} in reach, {seconds:.2f} s",
             count=count,
             all=len(results),
             seconds=seconds,
@@ -319,7 +318,7 @@ def _row(result: StyleResult) -> list[str]:
         size_words(result.turn_refined_deg),
         direction_words(result.turn_refined_deg) if whole(result.turn_refined_deg) else "",
         points(result.match),
-        f"{points(result.strength)} %",
+        f"{points(result.strength)}%",
         grade_words(result.grade, result.attainable),
         reason_sentence(result.shortfall),
     ]

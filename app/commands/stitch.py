@@ -19,15 +19,15 @@ from app.core.text import tr
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``stitch``."""
     parser.description = tr(
-        "Lay photographs that were taken from one spot on what is all around, merge their "
-        "exposures, and fill what none of them shows."
+        "Stitch photos taken from one spot to a full panorama, merge their exposures, "
+        "and fill the gaps."
     )
     add = partial(argument, parser)
-    add("images IMAGE", tr("the photographs, or one folder of them"), nargs="+", type=Path)
+    add("images IMAGE", tr("the photos, or one folder of them"), nargs="+", type=Path)
     add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
-    kinds = tr("what the pictures are: photographs, or unstitched fisheye circles (default: auto)")
+    kinds = tr("kind of pictures: photos, or unstitched fisheye circles (default: auto)")
     add("--kind", kinds, choices=("auto", "photos", "fisheye"))
-    add("--fov DEG", tr("how far around a single wide panorama reaches"), type=degrees)
+    add("--fov DEG", tr("degrees that a single wide panorama covers"), type=degrees)
     add_corrections(parser)
     add_json(parser, run)
 

@@ -26,23 +26,23 @@ from app.words.styles import photo_note, photo_title, side_words
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``styles``."""
-    parser.description = tr("List the lighting styles and where their lamps stand.")
+    parser.description = tr("List the lighting styles and the positions of their lamps.")
     add_json(parser, run)
     actions = parser.add_subparsers(metavar="ACTION", dest="action")
-    words = tr("Make a style of the light on a face in a photograph.")
+    words = tr("Create a style from the light on a face in a photo.")
     like = actions.add_parser(
         "add",
-        help=tr("make a style of the light on a face in a photograph"),
+        help=tr("create a style from the light on a face in a photo"),
         description=tr(
-            "{words} It is kept among your own styles. The picture is read on this machine and "
-            "kept nowhere.",
+            "{words} It is saved with your own styles. The photo stays on this computer "
+            "and is not saved.",
             words=words,
         ),
     )
     argument(
         like,
         "--from PICTURE",
-        tr("JPEG, PNG, TIFF or WebP; of several faces the largest counts"),
+        tr("JPEG, PNG, TIFF or WebP; the largest face counts"),
         type=Path,
         required=True,
         dest="picture",
@@ -50,10 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     argument(
         like,
         "--mirrored",
-        tr("the picture is a mirror image, as some phones save selfies"),
+        tr("the photo is a mirror image, as some phones save selfies"),
         action="store_true",
     )
-    argument(like, "--title TITLE", tr("what it is called (default: Like PICTURE)"), default="")
+    argument(like, "--title TITLE", tr("title of the style (default: Like PICTURE)"), default="")
     add_json(like, run_add)
 
 
@@ -70,8 +70,8 @@ def run_add(args: argparse.Namespace) -> int:
     faces = find_faces(photo.picture)
     if not faces:
         raise StyleError(
-            tr("There is no face in this picture that can be read."),
-            tr("Choose a picture of a face that looks into the lens."),
+            tr("No face in this photo can be read."),
+            tr("Choose a photo of a face that looks into the lens."),
         )
     light = read_light(photo.picture, faces[0], photo.focal_px)
     pack = load_named_pack("generic")
@@ -86,7 +86,9 @@ def run_add(args: argparse.Namespace) -> int:
         "note": own_style.note,
         "lamps": [dataclasses.asdict(lamp) for lamp in photo_lamps(light)],
     }
-    words = tr("“{title}” is among your styles. {note}", title=own_style.title, note=own_style.note)
+    words = tr(
+        "“{title}” was added to your styles. {note}", title=own_style.title, note=own_style.note
+    )
     return answer(args, {"style": facts}, words)
 
 

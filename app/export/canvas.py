@@ -84,7 +84,7 @@ def load_fonts() -> None:
         if _add_font(path) < 0:
             raise CoreError(
                 tr("The font {name} cannot be read.", name=path.name),
-                tr("Install Turnlight again."),
+                tr("Reinstall Turnlight."),
             )
 
 

@@ -236,8 +236,8 @@ def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None
         _draw_best(canvas, (x, y + 97), cards[0])
         return
     words = tr(
-        "No style reaches its limits here, at any turn. Look for a place with "
-        "one strong light and shade around it, or bring a lamp."
+        "No style is in reach here at any turn. Look for a place with one strong light "
+        "and shade around it, or bring a lamp."
     )
     _paragraph(canvas, (x, y + 132), words, _ASIDE_WIDTH, 14)
 
@@ -278,7 +278,7 @@ def _draw_best_turn(canvas: Page, at: Point, data: card.CardData) -> None:
     good = tr("good from {arc}", arc=arc_words(style.arc_deg))
     canvas.text((end, y + 64), good, 14, 400, Dark.DIM)
     walk, company = walking_words(direction, Mode.WALK)
-    words = tr("You and the sitter stay as you stand.")
+    words = tr("You and the sitter stay where you are.")
     if walk:
         words = tr("{walk}. {company}", walk=walk, company=company)
     _paragraph(canvas, (x, y + 100), words, _ASIDE_WIDTH, 14)
@@ -290,19 +290,19 @@ def _draw_key(canvas: Page, at: Point, width: float) -> None:
     rows = (
         (
             tr("Pictures"),
-            tr("left the style under its studio lamps, right this place at the best turn"),
+            tr("left: the style in the studio; right: this place at the best turn"),
         ),
-        (tr("Turn"), tr("from where the photographer stands at turn 0, as seen from above")),
+        (tr("Turn"), tr("from the photographer’s position at turn 0, as seen from above")),
         (
             tr("Round plot"),
-            tr("match over the turn, 0° up, clockwise to the right; dashed: the least needed"),
+            tr("match by turn, 0° up, clockwise to the right; dashed: the minimum"),
         ),
-        (tr("Amber"), tr("the best turn, and the turns around it that are within 3 % of it")),
+        (tr("Amber"), tr("the best turn, and the turns within 3% of it")),
         (
             tr("Match"),
-            tr("likeness to the target; the tick is the least that the style needs"),
+            tr("similarity to the target; the tick is the style’s minimum"),
         ),
-        (tr("Contrast"), tr("depth of light and shadow, compared with the studio’s")),
+        (tr("Contrast"), tr("depth of light and shadow compared with the studio")),
     )
     canvas.panel((x, y, width, 1.0), Dark.LINE)
     column_width = (width - (_KEY_COLUMNS - 1) * 32.0) / _KEY_COLUMNS

@@ -288,9 +288,9 @@ def _draw_turn(canvas: Page, sheet: SetSheet) -> float:
         canvas.text((end, y + 66.0), clock_words(turn), 15, 400, Print.INK, room=room)
     canvas.text((end, y + 47.0), words, 17, 600, Print.INK)
     walk, company = walking_words(way, Mode.WALK)
-    text = tr("You and the sitter stay as you stand.")
+    text = tr("You and the sitter stay where you are.")
     if sheet.yaw_deg:
-        text = tr("You stay as you stand.")
+        text = tr("You stay where you are.")
     if walk:
         text = tr("{walk}, around the sitter.", walk=walk)
     canvas.text((MARGIN, y + 98.0), text, 17, 600, Print.INK, room=_COLUMN)
@@ -403,6 +403,6 @@ def _draw_notes(canvas: Page, sheet: SetSheet) -> None:
 def _draw_foot(canvas: Page, sheet: SetSheet) -> None:
     draw_logo(canvas, (MARGIN + 8.0, _FOOT - 4.5), (8.0, 6.75, 5.2), (Print.INK, Print.PAPER))
     end = canvas.text((MARGIN + 24.0, _FOOT), tr("Turnlight set sheet"), 12, 600, Print.INK)
-    text = tr("Turns are degrees, clockwise as seen from above.")
+    text = tr("Turns are in degrees, clockwise as seen from above.")
     text = f"{sheet.head}. {text}" if sheet.head else text
     canvas.text((_RIGHT, _FOOT), text, 12, 400, Print.DIM, "right", _RIGHT - end - 24.0)

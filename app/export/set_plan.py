@@ -223,7 +223,7 @@ def overlap(a: Box, b: Box) -> float:
 def _draw_legend(canvas: Page, place: Point, sheet: SetSheet) -> None:
     x, y = place
     if direction_of(sheet.turn_deg) == "none":
-        text = tr("From above. You and the sitter stay as you stand.")
+        text = tr("From above. You and the sitter stay where you are.")
         if sheet.yaw_deg:
             text = tr("From above. Nose past you, eyes on you.")
         canvas.text((x, y + 24.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
@@ -237,9 +237,9 @@ def _draw_legend(canvas: Page, place: Point, sheet: SetSheet) -> None:
     end = canvas.text((end + 36.0, y + 20.3), words[1], size, 400, Print.INK)
     canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
     canvas.text((end + 32.0, y + 20.3), words[2], size, 400, Print.INK)
-    text = tr("Seen from above. The sitter faces you throughout.")
+    text = tr("From above. The sitter faces you throughout.")
     if sheet.yaw_deg:
-        text = tr("Seen from above. Nose past you, eyes on you.")
+        text = tr("From above. Nose past you, eyes on you.")
     canvas.text((x, y + 38.0), text, 12, 400, Print.DIM, room=WIDTH - 32.0)
 
 

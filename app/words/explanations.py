@@ -9,36 +9,36 @@ from app.core.base.catalogue import tr
 # fmt: off
 EXPLANATIONS: Final = {
     "turn": (tr("Turn"), tr(
-        "How far the sitter, and you with them, rotate. Clockwise is as seen from above: you walk "
-        "to your left around the sitter.")),
+        "How far you and the sitter rotate. Clockwise is seen from above: you walk to "
+        "your left around the sitter.")),
     "clock": (tr("Clock hour"), tr(
-        "Where the turn leads, on a clock that lies on the floor: at 12 is what the sitter faced "
-        "before, at 3 what was at their right hand.")),
+        "The turn on a clock face laid on the floor: 12 is straight ahead of the sitter "
+        "before the turn, 3 is to their right.")),
     "good_from": (tr("Good from … to"), tr(
-        "Within these turns hardly anything is lost: choose the nicer background.")),
+        "Any of these turns looks about as good, so choose the nicer background.")),
     "match": (tr("Match"), tr(
-        "How much the face at that turn looks like the style’s studio picture, from brow to chin. "
-        "100 is that picture itself; the tick on a bar is the least that the style needs.")),
+        "How closely the face, from brows to chin, resembles the style’s studio picture. "
+        "100 is identical; the tick on the bar is the minimum for the style.")),
     "contrast": (tr("Contrast"), tr(
-        "How deep the play of light and shadow is, as a share of the studio’s: 100 % is as deep "
-        "as in the studio picture.")),
+        "How deep the shadows are compared with the studio picture: 100% is just as deep.")),
     "grade": (tr("Grade"), tr(
-        "In reach: the face shows what the style is named for. Nearly: it shows it, but shallower "
-        "or softer. Out of reach: the place lacks something, and the card says what.")),
+        "In reach: the face shows the style. Nearly: it shows a softer or shallower "
+        "version. Out of reach: the place lacks something; the card says what.")),
     "ratio": (tr("Lighting ratio"), tr(
-        "How much brighter the lit side of the face is than the other: key and fill together, "
-        "over fill alone. One stop is twice as bright.")),
+        "How much brighter the lit side of the face is than the other: key and fill "
+        "together against fill alone. One stop is twice as bright.")),
     "quality": (tr("Quality C"), tr(
-        "The paper’s own score of a turn. It has no upper end: compare it within one place.")),
-    "confidence": (tr("How sure it is"), tr(
-        "The probability that the live camera looks where the number says: certain, likely or "
-        "doubtful.")),
+        "The paper’s own score for a turn. It has no maximum, so compare it only within "
+        "one place.")),
+    "confidence": (tr("Confidence"), tr(
+        "How likely it is that the live camera points where the number says: certain, "
+        "likely or doubtful.")),
     "side": (tr("Sitter’s left"), tr(
-        "The side of the sitter’s own left hand: on the right in the picture. A style is named "
-        "after the side of its main light.")),
-    "card": (tr("What a card says"), tr(
-        "The left picture is the style in the studio, the right one this place at the best turn. "
-        "Amber is that turn; the number and the bar are the match.")),
+        "The sitter’s own left, which is on the right of the picture. A style is named "
+        "after the side of its key light.")),
+    "card": (tr("How to read a card"), tr(
+        "On the left is the style in the studio, on the right this place at the best "
+        "turn. Amber marks that turn; the number and bar show the match.")),
 }
 """Title and words of each."""
 # fmt: on

@@ -24,7 +24,7 @@ _AT_GOAL: Final = (
     tr("Not at the goal yet"),
 )
 _FOR_LAMP: Final = (
-    tr("Right place for the lamp"),
+    tr("Right for the lamp"),
     tr("Nearly right for the lamp"),
     tr("Not right for the lamp yet"),
 )
@@ -40,10 +40,10 @@ _NOSE_TO: Final = {
     Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
 }
 _STILL: Final = tr("Hold still")
-_MEASURING: Final = tr("measuring the nose")
+_MEASURING: Final = tr("Measuring the nose")
 _TROUBLE: Final = {
     Phase.LOST: tr("Point the camera past the sitter at the background."),
-    Phase.LEFT: tr("The camera has not moved. Take it along and point it past the sitter."),
+    Phase.LEFT: tr("The camera has not moved. Carry it with you, pointed past the sitter."),
     Phase.AWAY: tr("Webcam disconnected. Plug it back in to continue."),
 }
 _TROUBLE_LINES: Final = {**_TROUBLE, Phase.LEFT: tr("The camera has not moved.")}
@@ -116,9 +116,9 @@ def _turning(guidance: Guide, mode: Mode) -> GuideWords:
         headline = tr("Hold it")
         spoken = tr("Take the picture. {here}. Hold it.", here=here)
     elif guidance.inside and guidance.lamp:
-        spoken = tr("{here}. {left}° to the best, {direction}. {walk}.", **numbers)
+        spoken = tr("{here}. {left}° to the best turn, {direction}. {walk}.", **numbers)
     elif guidance.inside:
-        spoken = tr("Take the picture. {here}. {left}° to the best, {direction}.", **numbers)
+        spoken = tr("Take the picture. {here}. {left}° to the best turn, {direction}.", **numbers)
     elif guidance.phase is Phase.NOSE:
         off, light, walk, company = guidance.further, near, "", ""
         headline = _NOSE_TO[mode][off < 0] if off else _MEASURING

@@ -39,24 +39,26 @@ SIZE_CHOICES: Final = {
 }
 """Sizes of the studio's lamps that are offered, by key."""
 
-RATIO_CHOICES: Final = {key: tr("As it comes") if key == "none" else key for key in RATIO_KEYS}
+RATIO_CHOICES: Final = {key: tr("Unchanged") if key == "none" else key for key in RATIO_KEYS}
 """Lighting ratios of the studio that are offered, by key."""
 
 GUIDE: Final = (
-    tr("Make a room as dark as you can: curtains, other lamps, screens."),
     tr(
-        "Put the 360 camera on a stand where the head would be, away from "
-        "mirrors and glossy tables."
+        "Make the room as dark as possible: close the curtains, switch off other lamps and screens."
+    ),
+    tr("Put the 360 camera on a stand where the head will be, away from mirrors and shiny tables."),
+    tr(
+        "Hold the lamp at its working distance, facing the camera, and measure that "
+        "distance from the camera."
     ),
     tr(
-        "Hold the lamp at the distance at which it will be used, facing the "
-        "camera, and measure that distance from the camera."
+        "Shoot a bracket with fixed white balance. The lamp must not be clipped in the "
+        "darkest frame."
     ),
     tr(
-        "Take a bracket with fixed white balance; in its darkest frame the lamp "
-        "must not be burnt out."
+        "Add the files here. Measure places with the same camera, so that their "
+        "brightness is comparable."
     ),
-    tr("Give the files here. Use the same camera for places: then their brightness compares."),
 )
 """How to capture a lamp, step by step."""
 
@@ -132,27 +134,27 @@ def comparison_sentence(comparison: Comparison) -> str:
     title = comparison.title
     if comparison.unknown is Unknown.LAMP:
         return tr(
-            "The brightness of “{title}” is not known: its files do not state the exposure.",
+            "The brightness of “{title}” is unknown: its files do not state the exposure.",
             title=title,
         )
     if comparison.unknown is Unknown.BOTH:
         return tr(
-            "The brightness of “{title}” and of the place is not known: their files do not "
+            "The brightness of “{title}” and of the place is unknown: their files do not "
             "state the exposure.",
             title=title,
         )
     if comparison.unknown is Unknown.PLACE:
         return tr(
-            "The brightness of the place is not known: its files do not state the "
-            "exposure, so that “{title}” cannot be added to it.",
+            "“{title}” cannot be added: the brightness of this place is unknown, as its "
+            "files do not state the exposure.",
             title=title,
         )
     if comparison.cameras is None:
         return ""
     lamp, place = comparison.cameras
     return tr(
-        "“{title}” was captured with another camera ({camera}) than the place "
-        "({place_camera}): it may be half a stop brighter or darker than shown.",
+        "“{title}” was captured with a different camera ({camera}) than the place "
+        "({place_camera}). It may be half a stop brighter or darker than shown.",
         title=title,
         camera=lamp,
         place_camera=place,
@@ -163,11 +165,10 @@ def _hint(comparison: Comparison) -> str:
     if comparison.unknown is None:
         return ""
     if comparison.unknown is Unknown.PLACE:
-        return tr("Say how much light falls on the face there, in lux, or capture the place again.")
+        return tr("Enter the light on the face there, in lux, or capture the place again.")
     return tr(
-        "Type its illuminance: hold a light meter where the probe stood, facing "
-        "the lamp. Or capture it again with files that state ISO, aperture and "
-        "shutter."
+        "Enter its illuminance: hold a light meter where the camera stood, facing the "
+        "lamp. Or capture it again with files that state ISO, aperture and shutter."
     )
 
 
@@ -177,16 +178,17 @@ def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
     if mask is not None and mask.in_lit_room:
         warnings.append(
             tr(
-                "The room is not dark: the lamp is only {contrast:.0f} times brighter. "
-                "Close curtains and switch off other lights, or check the mask.",
+                "The room is not dark enough: the lamp is only {contrast:.0f} times "
+                "brighter. Close the curtains and switch off other lights, or check the "
+                "mask.",
                 contrast=mask.contrast,
             )
         )
     if mask is not None and mask.burnt_out:
         warnings.append(
             tr(
-                "{clipped:.0f} % of the lamp is clipped in every frame: it counts as "
-                "dimmer than it is. Take darker frames too.",
+                "{clipped:.0f}% of the lamp is clipped in every frame, so it looks "
+                "dimmer than it is. Shoot darker frames too.",
                 clipped=100 * mask.clipped,
             )
         )
@@ -199,8 +201,8 @@ def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
         return ()
     return (
         tr_plural(
-            "{count} other bright spot was taken for a reflection or another light and left out.",
-            "{count} other bright spots were taken for a reflection or another light and left out.",
+            "{count} other bright spot looked like a reflection or another light and was left out.",
+            "{count} other bright spots looked like reflections or other lights and were left out.",
             mask.rejected,
         ),
     )
@@ -210,5 +212,5 @@ def damage_words(damage: LampDamage) -> str:
     """Write which part of a lamp's text is lost."""
     parts = ", ".join(_PARTS[part] for part in damage.parts)
     if not parts:
-        parts = tr("its text") if damage.error is None else damage.error.message
-    return tr("A part of this lamp could not be read: {parts}.", parts=parts)
+        parts = tr("its description") if damage.error is None else damage.error.message
+    return tr("This lamp is damaged. Unreadable: {parts}.", parts=parts)

@@ -59,11 +59,11 @@ def share_words(share: float, clipped: bool = False) -> str:
 
     Examples:
         >>> share_words(0.64), share_words(0.004), share_words(0.648, clipped=True)
-        ('64 %', '0.4 %', 'at least 64 %')
+        ('64%', '0.4%', 'at least 64%')
     """
     of_hundred = 100.0 * share
     if not clipped:
-        return percent(share) if of_hundred >= 0.95 else f"{max(of_hundred, 0.1):.1f} %"
+        return percent(share) if of_hundred >= 0.95 else f"{max(of_hundred, 0.1):.1f}%"
     # A lower bound is never rounded up.
     number = int(of_hundred + 1e-9) if of_hundred >= 1.0 else int(10.0 * of_hundred) / 10.0
-    return tr("at least {share}", share=f"{number:g} %")
+    return tr("at least {share}", share=f"{number:g}%")

@@ -9,7 +9,7 @@ from app.core.text import tr
 
 _ADVICE: Final = {
     Advice.NOTHING_PAINTED: tr("Nothing painted yet"),
-    Advice.ONE_SIDED: tr("Paint at least one brighter and one darker area."),
+    Advice.ONE_SIDED: tr("Paint at least one brighter area and one darker area."),
 }
 
 

@@ -23,15 +23,15 @@ def photo_warnings(search: PhotoSearch) -> list[str]:
     if fov_deg < search.stated_deg:
         return [
             tr(
-                "The picture seems to be cropped: it is {found} wide, and its EXIF data "
+                "The photo seems to be cropped: it is {found} wide, but its EXIF data "
                 "say {stated}.",
                 **widths,
             )
         ]
     return [
         tr(
-            "The picture was taken with another lens than its EXIF data state: it is {found} "
-            "wide, and its EXIF data say {stated}.",
+            "The photo was taken with a different lens than its EXIF data say: it is "
+            "{found} wide, not {stated}.",
             **widths,
         )
     ]
@@ -41,32 +41,28 @@ def registration_words(registered: Registration) -> str:
     """Write how a second capture lies on the first, and what was carried over."""
     if not registered.trusted:
         return tr(
-            "This does not look like the same spot, so nothing was carried over. "
-            "Drag the marker to where the photographer stands."
+            "This looks like a different spot, so nothing was carried over. Drag the "
+            "marker to where you stand."
         )
     tilt, yaw = f"{registered.tilt_deg:.0f}°", registered.yaw_deg
     if not registered.turned:
         if registered.tilted:
             return tr(
-                "The same spot, and the camera stands as before and leans {tilt} differently. "
-                "Where the photographer stands and all marks are kept.",
+                "Same spot, camera tilted {tilt} differently. Your position and all "
+                "marks are kept.",
                 tilt=tilt,
             )
-        return tr(
-            "The same spot, and the camera stands as before. "
-            "Where the photographer stands and all marks are kept."
-        )
+        return tr("Same spot, same camera direction. Your position and all marks are kept.")
     size = f"{abs(yaw):.0f}°" if abs(yaw) >= 9.95 else f"{abs(yaw):.1f}°"
     turn = {"size": size, "direction": direction_words(math.copysign(1.0, yaw))}
     if registered.tilted:
         return tr(
-            "The same spot; the camera was set down {size} further {direction} and leans "
-            "{tilt} differently. Where the photographer stands and all marks are kept.",
+            "Same spot, camera turned {size} {direction} and tilted {tilt} differently. "
+            "Your position and all marks are kept.",
             tilt=tilt,
             **turn,
         )
     return tr(
-        "The same spot; the camera was set down {size} further {direction}. "
-        "Where the photographer stands and all marks are kept.",
+        "Same spot, camera turned {size} {direction}. Your position and all marks are kept.",
         **turn,
     )

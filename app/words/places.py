@@ -34,18 +34,18 @@ _PARTS: Final = {
     "head": tr("the head"),
     "notes": tr("the notes"),
     "tags": tr("the tags"),
-    "location": tr("where the place is"),
-    "asked": tr("what the results were asked with"),
+    "location": tr("the location"),
+    "asked": tr("the options of the results"),
     "results": tr("the results"),
     "before": tr("the earlier results"),
     "chosen": tr("the chosen style"),
-    "needle_deg": tr("the turn looked at"),
+    "needle_deg": tr("the turn on display"),
     "goal_deg": tr("the turn to go to"),
     "capture": tr("how the light was measured"),
-    "said_white_cd_m2": tr("how bright it is there"),
+    "said_white_cd_m2": tr("the brightness of the place"),
     "spot": tr("the spot"),
     "studios": tr("the studio’s lamps"),
-    "lens": tr("where the lens may stand"),
+    "lens": tr("the camera position"),
 }
 
 
@@ -56,21 +56,21 @@ def trouble_words(trouble: Remark) -> str:
 
 def _damage(remark: PartLost) -> str:
     return tr(
-        "A part of this place cannot be read: {why}. Open it and look, or capture here again.",
+        "Part of this place cannot be read: {why}. Open it to check, or capture here again.",
         why=remark.why or _names(remark.parts),
     )
 
 
 def _part_lost(remark: PartLost) -> str:
     words = [
-        tr("A part of this place could not be read: {why}.", why=remark.why)
+        tr("Part of this place could not be read: {why}.", why=remark.why)
         if remark.why
-        else tr("A part of this place could not be read.")
+        else tr("Part of this place could not be read.")
     ]
     if remark.parts:
         words.append(tr("Lost: {names}.", names=_names(remark.parts)))
     if remark.empty:
-        words.append(tr("Only the files in its folder are left."))
+        words.append(tr("Only the files in its folder remain."))
     return " ".join(words)
 
 
@@ -87,40 +87,42 @@ def _name(part: LostPart) -> str:
 def _photos_lost(remark: PhotosLost) -> str:
     if remark.count:
         return tr(
-            "What is known of {count} photos taken here could not be read. The photos themselves "
-            "are in {folder}.",
+            "The results for {count} photos taken here could not be read. The photos "
+            "themselves are in {folder}.",
             count=remark.count,
             folder=remark.folder,
         )
     return tr(
-        "What is known of some photos taken here could not be read. The photos themselves are "
-        "in {folder}.",
+        "The results for some photos taken here could not be read. The photos themselves "
+        "are in {folder}.",
         folder=remark.folder,
     )
 
 
 SENTENCES: Final[Sentences] = {
     LightChanged: tr(
-        "{name} has changed since the results were computed. They are computed again."
+        "{name} has changed since the results were computed. They are being computed again."
     ),
     LightFoundAgain: tr("Its light was found again in {name}."),
     JudgedAnew: tr(
-        "Turnlight now judges a style by what the face shows. This place is computed "
-        "again; its earlier answers are kept with it."
+        "Turnlight now judges styles by the face. This place is being computed again; "
+        "its earlier answers are kept."
     ),
-    Unfinished: tr("This place is not finished; it can be resumed."),
+    Unfinished: tr("This place is not finished. You can resume it."),
     PartLost: _part_lost,
-    FromNewer: tr("A newer Turnlight saved this place; what this one does not know is kept."),
-    CopyKept: tr("The damaged file is saved as {name}."),
-    CopyFailed: tr("The damaged file could not be copied; it is still {name}."),
-    FolderUnreadable: tr("The folder of places {folder} cannot be read: {reason}."),
+    FromNewer: tr(
+        "This place was saved by a newer Turnlight. What this version cannot read is kept."
+    ),
+    CopyKept: tr("The damaged file was saved as {name}."),
+    CopyFailed: tr("The damaged file could not be copied. It is still {name}."),
+    FolderUnreadable: tr("The places folder {folder} cannot be read: {reason}."),
     PlaceUnreadable: tr("This place cannot be read: {why}."),
     LightMissing: tr("The light of this place is missing. Capture here again."),
     PhotosLost: _photos_lost,
 }
 """By remark: its sentence with the names of its fields, or what writes it."""
 _TROUBLES: Final[Sentences] = {
-    Unfinished: tr("This place is not finished. What was captured is saved."),
+    Unfinished: tr("This place is not finished. Everything captured so far is saved."),
     PartLost: _damage,
-    FromNewer: tr("A newer Turnlight saved this place. Update to see all of it."),
+    FromNewer: tr("This place was saved by a newer Turnlight. Update to see all of it."),
 }

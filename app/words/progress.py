@@ -21,21 +21,21 @@ _TASKS: Final = {
     Task.FINDING_LAMPS: tr("Finding lamps"),
     Task.READING_PHOTOS: tr("Reading photos"),
     Task.COMPARING_PHOTOS: tr("Comparing photos"),
-    Task.WATCHING_FILM: tr("Looking through the film"),
+    Task.WATCHING_FILM: tr("Reading the film"),
     Task.FINDING_LIGHT: tr("Finding the light"),
     Task.LEARNING_BACKGROUND: tr("Learning the background"),
     Task.FINDING_BACKGROUND: tr("Looking for the background"),
     Task.FINDING_LAMP: tr("Finding the lamp"),
     Task.TURNING_LAMP: tr("Turning the lamp"),
-    Task.TRYING_LAMP: tr("Trying the lamp all around"),
-    Task.SORTING_SHADOWS: tr("Sorting what the lamp hides"),
-    Task.HOLDING_LAMP: tr("Holding {name} all around"),
+    Task.TRYING_LAMP: tr("Trying every lamp position"),
+    Task.SORTING_SHADOWS: tr("Sorting the lamp’s shadows"),
+    Task.HOLDING_LAMP: tr("Placing {name} at every position"),
     Task.VIEWING_HEAD: tr("Looking at the head"),
     Task.MEASURING_SKIN: tr("Measuring where light reaches the skin"),
     Task.FOLLOWING_LIGHT: tr("Following light through the skin"),
     Task.DONE: tr("Done"),
 }
-_SORTING_NAMED: Final = tr("Sorting what {name} hides")
+_SORTING_NAMED: Final = tr("Sorting the shadows of {name}")
 
 
 def progress_words(progress: Progress | str) -> str:

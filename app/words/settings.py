@@ -41,7 +41,7 @@ class SettingWords(NamedTuple):
 WORDS: Final = {
     "theme": SettingWords(
         tr("Theme"),
-        tr("High contrast is made for bright sun; “System” follows your operating system."),
+        tr("Use High contrast in bright sun. “System” follows your operating system."),
         {
             "system": tr("System"),
             "dark": tr("Dark"),
@@ -51,29 +51,29 @@ WORDS: Final = {
         also=tr("colours dark mode night sunlight"),
     ),
     "text_scale": SettingWords(
-        tr("Size of text and controls"),
-        tr("Makes everything in the window larger."),
+        tr("Text and control size"),
+        tr("Scales everything in the window."),
         also=tr("font zoom scale bigger"),
     ),
     "reduce_motion": SettingWords(
-        tr("Fewer animations"), tr("Things change at once instead of gliding.")
+        tr("Fewer animations"), tr("Changes appear at once instead of gliding.")
     ),
     "head": SettingWords(
         tr("Head"),
         tr(
-            "Head and skin tone that new places start with; the chip at the top changes it for "
-            "one. On dark skin, match reads about 6 points lower than on real faces."
+            "Head and skin tone for new places; change it for one place at the top of "
+            "the window. On dark skin, match reads about 6 points low."
         ),
     ),
     "hair": SettingWords(
         tr("Hair"),
-        tr("Of the head in large pictures; it changes no answer."),
-        {"short": tr("Short"), "long": tr("Long"), "plain": tr("None, bald and plain")},
+        tr("Hair of the head in large pictures. It does not affect the answers."),
+        {"short": tr("Short"), "long": tr("Long"), "plain": tr("None")},
         also=tr("bald portrait brows"),
     ),
     "behind": SettingWords(
         tr("Behind the head"),
-        tr("What is behind the head in pictures here; the place is blurred as at 85 mm, f/2."),
+        tr("Background of the pictures here. The place is blurred as at 85 mm, f/2."),
         {"place": tr("The place"), "grey": tr("Neutral grey")},
         also=tr("background bokeh blur"),
     ),
@@ -82,33 +82,33 @@ WORDS: Final = {
     ),
     "paper_mode": SettingWords(
         tr("Paper mode"),
-        tr("Finds turns by the published rule: the largest quality C, of grey light on grey skin."),
+        tr("Chooses turns by the published rule: the largest quality C, without colour."),
         also=tr("objective best turn quality"),
     ),
     "lamp_size": SettingWords(
         tr("Lamp size"),
-        tr("Size of the lamps in your studio, for new places; the Styles step changes it for one."),
+        tr("Size of your studio lamps, for new places. Change it for one place in Styles."),
         SIZE_CHOICES,
     ),
     "lamp_ratio": SettingWords(
         tr("Lighting ratio"),
-        tr("Key and fill to fill alone in your studio, for new places."),
+        tr("Ratio of key plus fill to fill in your studio, for new places."),
         RATIO_CHOICES,
     ),
     "plan": SettingWords(
         tr("Bracket"),
-        tr("Three frames are quick and clip lamps and the sun; the full range holds them."),
+        tr("Three frames are quick but clip lamps and the sun. Full range records them."),
         {"paper": tr("Three frames"), "full": tr("Full range")},
         also=tr("exposures HDR quick"),
     ),
     "self_timer_s": SettingWords(
         tr("Self-timer"),
-        tr("Time to kneel under the camera before the first exposure."),
+        tr("Time to kneel below the camera before the first exposure."),
         also=tr("countdown delay"),
     ),
     "measure_with": SettingWords(
         tr("Measure with"),
-        tr("What the Probe step measures the light with; it also says how photographs are read."),
+        tr("How the Probe step measures light and reads photos."),
         {
             "camera": tr("360 camera"),
             "film": tr("Film"),
@@ -125,67 +125,67 @@ WORDS: Final = {
     ),
     "watch_folder": SettingWords(
         tr("Watched folder"),
-        tr("Brackets of any camera that arrive in this folder are offered for merging."),
+        tr("New brackets in this folder, from any camera, are offered for merging."),
         empty_means=tr("none"),
     ),
     "mode": SettingWords(
         tr("Who turns"),
-        tr(
-            "Either you walk around the sitter, who turns with you, or you are the sitter yourself."
-        ),
+        tr("You walk around the sitter, or you are the sitter yourself."),
         {"walk": tr("I walk around the sitter"), "selfie": tr("I turn myself")},
         also=tr("selfie alone"),
     ),
     "camera_looks": SettingWords(
-        tr("The live camera looks at"),
-        tr("A laptop’s own camera usually looks at you, a camera in your hand at the sitter."),
+        tr("Live camera points at"),
+        tr("A laptop’s own camera usually points at you; a camera in your hand, at the sitter."),
         {"ask": tr("Ask me"), "sitter": tr("The sitter"), "me": tr("Me")},
     ),
     "webcam": SettingWords(
-        tr("Webcam"), tr("Which of the cameras on this computer is the live one, counted from 0.")
+        tr("Webcam"), tr("Number of the live camera on this computer, starting at 0.")
     ),
     "camera_distance_m": SettingWords(
-        tr("Distance of the camera"), tr("From the sitter to the camera that takes the portrait.")
+        tr("Camera distance"), tr("From the sitter to the portrait camera.")
     ),
     "sounds": SettingWords(
         tr("Sounds"),
-        tr("A sound says when you may move, and when the turn is reached."),
+        tr("A sound signals when you may move and when you reach the turn."),
         also=tr("mute silent noise"),
     ),
-    "volume": SettingWords(tr("Volume"), tr("Of these sounds.")),
+    "volume": SettingWords(tr("Volume"), tr("Volume of these sounds.")),
     "voice": SettingWords(
         tr("Spoken voice"),
-        tr("Says aloud when to kneel and which frame is taken, in this computer's own voice."),
+        tr("Announces when to kneel and which frame is being taken."),
     ),
     "places_folder": SettingWords(
-        tr("Places are kept in"),
-        tr("New places go here. Those that are in another folder stay there."),
+        tr("Places folder"),
+        tr("New places are saved here. Existing places stay where they are."),
         empty_means=tr("Turnlight’s own folder"),
         also=tr("save storage disk"),
     ),
     "live_source": SettingWords(
         tr("Live camera"),
-        tr("A network camera or a video in place of a webcam."),
+        tr("A network camera or a video file instead of a webcam."),
         empty_means=tr("the webcam"),
     ),
     "live_views": SettingWords(
-        tr("Live cameras’ angles of view"),
+        tr("Live camera angles of view"),
         tr("Angle of view and resolution of each live camera."),
         empty_means=tr("estimated"),
     ),
     "own_head": SettingWords(
-        tr("Head of your own"), tr("The head file that was chosen last."), empty_means=tr("none")
+        tr("Your own head"), tr("The head file you chose last."), empty_means=tr("none")
     ),
     "last_place": SettingWords(
-        tr("Last place"), tr("The place that is opened at the next start."), empty_means=tr("none")
+        tr("Last place"), tr("The place to open at the next start."), empty_means=tr("none")
     ),
     "card_width": SettingWords(
-        tr("Size of the cards"), tr("Least width of a style’s card; 0 leaves it to the window.")
+        tr("Card size"), tr("Minimum width of a style card; 0 fits it to the window.")
     ),
     "same_exposure": SettingWords(
         tr("Same exposure"), tr("All pictures here use the exposure of the selected style.")
     ),
-    "tour_seen": SettingWords(tr("Tour seen"), tr("Off shows the tour at the next start.")),
+    "tour_seen": SettingWords(
+        tr("Tour seen"), tr("Switch off to show the tour at the next start.")
+    ),
 }
 """By key."""
 
@@ -230,34 +230,34 @@ def value_words(entry: Setting, value: Value) -> str:
         return dict(choices(entry)).get(value, value) or empty_means(entry)
     # Rounded only to be shown; an exact whole number is written without a point.
     digits = f"{value:.2f}".rstrip("0").rstrip(".").replace("-", "−")
-    return digits + ("" if entry.unit in ("", "°", "×") else " ") + entry.unit
+    return digits + ("" if entry.unit in ("", "°", "×", "%") else " ") + entry.unit
 
 
 def takes(entry: Setting) -> str:
     """Say which values a setting takes."""
     name = title(entry)
     if entry.kind == "toggle":
-        return tr("“{title}” is on or off.", title=name)
+        return tr("“{title}” must be on or off.", title=name)
     if entry.kind == "number":
         ends = {"low": value_words(entry, entry.minimum), "high": value_words(entry, entry.maximum)}
         if entry.whole:
-            return tr("“{title}” goes from a whole number {low} to {high}.", title=name, **ends)
-        return tr("“{title}” goes from {low} to {high}.", title=name, **ends)
+            return tr("“{title}” must be a whole number from {low} to {high}.", title=name, **ends)
+        return tr("“{title}” must be from {low} to {high}.", title=name, **ends)
     if entry.kind == "choice" and entry.choices:
         names = ", ".join(words for _, words in choices(entry))
-        return tr("“{title}” is one of: {names}.", title=name, names=names)
+        return tr("“{title}” must be one of: {names}.", title=name, names=names)
     if entry.kind == "folder":
-        return tr("“{title}” is a folder with its whole path, or empty.", title=name)
-    return tr("“{title}” is a text of at most {most} letters.", title=name, most=entry.longest)
+        return tr("“{title}” must be the full path of a folder, or empty.", title=name)
+    return tr("“{title}” must be at most {most} characters long.", title=name, most=entry.longest)
 
 
 def note_words(note: SettingsNote) -> str:
     """Write what was lost when the settings were read."""
     if note.copy is not None:
-        return tr("The file as it was is kept as {name}.", name=note.copy.name)
+        return tr("The original file was saved as {name}.", name=note.copy.name)
     if note.entry is not None:
         return tr(
-            "{message} It is {words} again.",
+            "{message} It was reset to {words}.",
             message=takes(note.entry),
             words=value_words(note.entry, note.entry.default),
         )

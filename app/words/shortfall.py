@@ -11,7 +11,7 @@ They have no full stop, and these lengths:
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, Literal
 
 from app.core.solver.shortfall import (
     AreaShortfall,
@@ -40,22 +40,22 @@ _CAUSES: Final = {
     Cause.EVEN: tr("The light here is too even"),
     Cause.NO_LIGHT: tr("No strong light from {place} here"),
     Cause.ONE_SIDE: tr("Light only from one side"),
-    Cause.ONE_LAMP: tr("Only one of its two lights is here, none from {place}"),
-    Cause.APART: tr("Not all of its lights are here at one turn"),
+    Cause.ONE_LAMP: tr("Only one of its two lights is here; none from {place}"),
+    Cause.APART: tr("No turn combines all of its lights here"),
     Cause.FILLED: tr("Other light fills the shadows"),
-    Cause.SPOILED: tr("Other light spoils the pattern"),
+    Cause.SPOILED: tr("Other light disturbs the pattern"),
     Cause.NO_TURN: tr("No turn gives this pattern here"),
     Cause.WEAK_LAMP: tr("The lamp is too weak for the light here"),
 }
 _ON_CARDS: Final = {
     Cause.NO_LIGHT: tr("No strong light from {place}"),
     Cause.ONE_LAMP: tr("No second light from {place}"),
-    Cause.APART: tr("Not all its lights at one turn"),
+    Cause.APART: tr("No turn combines all its lights"),
     Cause.NO_TURN: tr("No turn gives this pattern"),
 }
 _OBSTACLES: Final = {
-    Obstacle.BACKGROUND: tr("No turn of the head brings this background behind the sitter"),
-    Obstacle.FACE_HIDDEN: tr("Too little of the face is seen from there"),
+    Obstacle.BACKGROUND: tr("No turn puts this background behind the sitter"),
+    Obstacle.FACE_HIDDEN: tr("Too little of the face is visible from there"),
     Obstacle.NO_SHORT_LIGHT: tr("No short light here"),
     Obstacle.NO_BROAD_LIGHT: tr("No broad light here"),
 }
@@ -69,7 +69,7 @@ def reason_sentence(shortfall: Shortfall | None) -> str:
         'No strong light from below here: match 14 of 100'
         >>> shadow = ("left cheek", "left nose shadow")
         >>> reason_sentence(AreaShortfall(Aspect.NOSE_SHADOW, "Loop", *shadow, 0.31, 0.6))
-        'The nose’s shadow is 0.3 stop deep; Loop needs 0.6'
+        'The nose shadow is too shallow: 0.3 stop; Loop needs 0.6'
     """
     match shortfall:
         case AreaShortfall():
@@ -131,7 +131,7 @@ def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
         >>> out_of_reach_sentence(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
         'Out of reach here: the light here is too even: match 14 of 100.'
     """
-    why = reason_sentence(shortfall) or tr("Not within the limits")
+    why = reason_sentence(shortfall) or tr("not within the limits")
     return tr("Out of reach here: {reason}.", reason=lower_first(why))
 
 
@@ -150,10 +150,10 @@ def too_soft_words(contrast: float, least: float) -> str:
 
     Examples:
         >>> too_soft_words(12.3, 20.0)
-        'Too soft: contrast 12 % of the studio’s, needs 20 %'
+        'Too soft: contrast 12% of the studio’s, needs 20%'
     """
     return tr(
-        "Too soft: contrast {contrast}, needs {least} %",
+        "Too soft: contrast {contrast}, needs {least}%",
         contrast=contrast_words(contrast),
         least=f"{least:.0f}",
     )
@@ -164,10 +164,10 @@ def too_soft_card(contrast: float, least: float) -> str:
 
     Examples:
         >>> too_soft_card(12.3, 20.0)
-        'Too soft: 12 %, needs 20 %'
+        'Too soft: 12%, needs 20%'
     """
     share = max(math.floor(contrast), 0)
-    return tr("Too soft: {share} %, needs {least} %", share=share, least=f"{least:.0f}")
+    return tr("Too soft: {share}%, needs {least}%", share=share, least=f"{least:.0f}")
 
 
 def grade_words(grade: str | None, attainable: bool) -> str:
@@ -203,10 +203,12 @@ def _areas(shortfall: AreaShortfall, words: str) -> str:
         style=shortfall.style,
         value=_stops(value, limit),
         limit=f"{limit:.1f}".replace("-", "\N{MINUS SIGN}"),
+        signed=_stops(value, limit, sign="+"),
+        signed_limit=f"{limit:+.1f}".replace("-", "\N{MINUS SIGN}"),
     )
 
 
-def _stops(value: float, limit: float) -> str:
+def _stops(value: float, limit: float, sign: Literal["", "+"] = "") -> str:
     """Round away from the limit, so that a value outside never reads as the limit.
 
     Examples:
@@ -214,7 +216,7 @@ def _stops(value: float, limit: float) -> str:
         ('0.3 stop', '−1.7 stops', '1.98 stops', '0.0 stop')
     """
     digits = 2 if f"{value:.1f}" == f"{limit:.1f}" else 1
-    number = f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+    number = f"{round(value, digits) + 0.0:{sign}.{digits}f}".replace("-", "\N{MINUS SIGN}")
     count = max(math.ceil(abs(round(value, digits))), 1)
     return tr_plural("{number} stop", "{number} stops", count, number=number)
 

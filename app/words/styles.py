@@ -25,8 +25,8 @@ def caution_words(style: str) -> str | None:
     if spread_deg is None:
         return None
     return tr(
-        "Less certain: this style depends on the sitter. On other heads and "
-        "skins the best turn lay {spread_deg:.0f}° away on average",
+        "Less certain: this style varies with the sitter. On other heads and skin tones "
+        "the best turn was {spread_deg:.0f}° away on average",
         spread_deg=spread_deg,
     )
 
@@ -50,17 +50,17 @@ def photo_note(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
     }
     if len(lamps) == 1:
         if read:
-            return tr("Read from a photograph: key {where}, {size} across; no fill.", **lamp)
-        return tr("Set by hand, after a photograph: key {where}, {size} across; no fill.", **lamp)
+            return tr("Read from a photo: key {where}, {size} across; no fill.", **lamp)
+        return tr("Set by hand, based on a photo: key {where}, {size} across; no fill.", **lamp)
     ratio = f"{round(1.0 + key.power / lamps[-1].power, 1):g}:1"
     if read:
         return tr(
-            "Read from a photograph: key {where}, {size} across; frontal fill, {ratio}.",
+            "Read from a photo: key {where}, {size} across; frontal fill, {ratio}.",
             ratio=ratio,
             **lamp,
         )
     return tr(
-        "Set by hand, after a photograph: key {where}, {size} across; frontal fill, {ratio}.",
+        "Set by hand, based on a photo: key {where}, {size} across; frontal fill, {ratio}.",
         ratio=ratio,
         **lamp,
     )

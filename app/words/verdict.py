@@ -21,8 +21,8 @@ from app.words.styles import side_words
 
 _UNLIKE: Final = 10  # of 100: a match under it is no likeness at all
 _SPOKEN_SIDES: Final = {
-    "left": tr("light from the sitter's left, camera right"),
-    "right": tr("light from the sitter's right, camera left"),
+    "left": tr("light from the sitter’s left, camera right"),
+    "right": tr("light from the sitter’s right, camera left"),
 }
 # What a card has room for beside its number: its side, and what its picture is close to.
 _LIKE: Final = {
@@ -76,7 +76,7 @@ def verdict_sentence(result: StyleResult) -> str:
             return tr("Best match here is {best} without a turn.", **values)
         return tr("Best match here is {best} at {turn}.", **values)
     if result.match >= LIMITS.match:
-        values |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f} %"}
+        values |= {"best": contrast_words(result.strength), "limit": f"{LIMITS.strength:.0f}%"}
         if whole(turn) == 0:
             return tr(
                 "Best contrast here is {best} without a turn. The limit is {limit}.", **values
@@ -85,9 +85,7 @@ def verdict_sentence(result: StyleResult) -> str:
     match = whole_of(result.match)
     values |= {"best": str(match), "limit": f"{LIMITS.match:.0f}"}
     if match < _UNLIKE:
-        return tr(
-            "No turn here comes close: the best match is {best}, and {limit} is needed.", **values
-        )
+        return tr("No turn here comes close: the best match is {best}; it takes {limit}.", **values)
     if whole(turn) == 0:
         return tr("Best match here is {best} without a turn. The limit is {limit}.", **values)
     return tr("Best match here is {best} at {turn}. The limit is {limit}.", **values)
@@ -96,7 +94,7 @@ def verdict_sentence(result: StyleResult) -> str:
 def paper_verdict(quality: float) -> str:
     """Write the same by the paper's rule."""
     return tr(
-        "Largest C here is {best}. The limit is {limit}.",
+        "The largest C here is {best}. The limit is {limit}.",
         best=quality_words(quality),
         limit=f"{LIMITS.quality:.0f}",
     )
@@ -168,7 +166,7 @@ def reads_as(title: str) -> str:
 
 def same_picture(titles: Sequence[str]) -> str:
     """Write which styles have the same picture."""
-    return tr("The same picture as {styles}", styles=", ".join(titles))
+    return tr("Same picture as {styles}", styles=", ".join(titles))
 
 
 def gain_words(gain: Gain, match: float) -> str:
@@ -185,18 +183,18 @@ def gain_words(gain: Gain, match: float) -> str:
 def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
     """Write why an answer is doubtful; empty where it is not."""
     if clipped and unseen:
-        return tr("Doubtful: depends on clipped light and on parts that were not seen.")
+        return tr("Doubtful: depends on clipped light and on gaps.")
     if clipped:
         return tr("Doubtful: depends on clipped light.")
     if unseen:
-        return tr("Doubtful: depends on parts that were not seen.")
-    return tr("Rough: from one photo, whose clipped light is a guess.") if rough else ""
+        return tr("Doubtful: depends on gaps.")
+    return tr("Rough: from one photo; its clipped light is an estimate.") if rough else ""
 
 
 def own_lamps_words(studio: Studio) -> str:
     """Write that a style keeps its own lamps, since a studio's would not show it."""
     return tr(
-        "Shown with its own lamps: at {lamps} it would not be seen.", lamps=studio_words(studio)
+        "Shown with its own lamps: lamps of {lamps} would not show it.", lamps=studio_words(studio)
     )
 
 

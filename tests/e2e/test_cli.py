@@ -139,7 +139,7 @@ def test_an_answer_that_cannot_be_printed_is_an_error_in_one_line(tmp_path: Path
     for line in ("turnlight styles >&-", "turnlight styles >/dev/full", "turnlight -h >/dev/full"):
         done = shell(line, tmp_path)
         assert done.returncode == 2, line
-        assert done.stderr.startswith("turnlight: The answer cannot be printed: ")
+        assert done.stderr.startswith("turnlight: The result cannot be printed: ")
         assert done.stderr.count("\n") == 1
     # Only words are lost here.
     for line in ("turnlight styles 2>&-", "turnlight styles 2>/dev/full <&-"):

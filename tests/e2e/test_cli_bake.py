@@ -33,8 +33,8 @@ def test_a_small_head_is_baked_exported_and_solved_with(
     facts = json.loads(printed.out)
     assert facts["transport"] == str(target)
     assert 0 < facts["noise"] < 1
-    assert " 95 %  Writing the head" in printed.err
-    assert printed.err.splitlines()[-1] == "100 %  Writing the head"
+    assert " 95%  Writing the head" in printed.err
+    assert printed.err.splitlines()[-1] == "100%  Writing the head"
     transport, pack = load_transport(target), load_pack(pack_path(target))
     assert transport.environment_shape == (8, 16)
     assert transport.size == 12
@@ -81,7 +81,7 @@ def test_a_head_of_ones_own_without_eyes(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ([], "Say where to write"),
+        ([], "--export-scene DIR"),
         (["-o", "t.npz", "--env", "64x64"], "twice as wide as high"),
         (["-o", "t.npz", "--env", "wide"], "must look like 64x32"),
         (["-o", "t.npz", "--image", "4"], "--image must be"),

@@ -62,8 +62,8 @@ def test_one_side_says_what_merge_says_and_what_is_blind(
     assert {"response", "clipped_energy_fraction", "warnings", "seconds"} <= facts.keys()
     # Behind the ball: its last pixels, some 20 degrees across; and the photographer.
     assert 0.02 < facts["blind"] < 0.08
-    assert any("was not seen" in note for note in facts["notes"])
-    assert any("where nothing was seen" in line for line in facts["advice"])
+    assert any("is hidden behind the ball" in note for note in facts["notes"])
+    assert any("gaps were twice as bright" in line for line in facts["advice"])
     found = [(lamp["azimuth_deg"], lamp["elevation_deg"]) for lamp in facts["lamps"]]
     for azimuth, elevation in ((60.0, 20.0), (-100.0, -15.0), (-35.0, 55.0)):
         near = [abs(difference(a, azimuth)) < 3.0 and abs(e - elevation) < 3.0 for a, e in found]
@@ -89,11 +89,11 @@ def test_what_cannot_be_measured_is_said(
     two = traced(place(), SIZE, 60.0, balls=((-0.15, 0.0, 0.0), (0.15, 0.0, 0.0)), samples=1)
     write_bracket(tmp_path / "two", two / np.float32(4.0), stops=STOPS)
     for words, said in (
-        ([tmp_path / "none"], "no mirror ball"),
+        ([tmp_path / "none"], "No mirror ball"),
         ([tmp_path / "two"], "2 mirror balls"),
-        ([front, "--second", front], "do not show the same place"),
+        ([front, "--second", front], "from another side"),
         ([front, "--from", "90"], "--second"),
-        ([front, "--second", front, "--from", "180"], "do not show the same place"),
+        ([front, "--second", front, "--from", "180"], "from another side"),
         ([front, "--reflectance", "2"], "--reflectance"),
         ([front, "--pitch", "-80"], "--pitch"),
     ):
@@ -113,6 +113,6 @@ def test_two_folders_dropped_on_the_window_are_two_sides(
     opened = make_place(intake, OpenOptions(tmp_path, now, Settings()), Token(), silent)
     assert opened.place.capture is not None
     assert opened.place.capture.plan == "ball"
-    assert any("0.0 % of the sphere" in note for note in sentences(opened.place.capture.notes))
+    assert any("0.0% of the sphere" in note for note in sentences(opened.place.capture.notes))
     assert opened.folder is not None
     assert len(list((opened.folder / "originals").iterdir())) == 2 * len(STOPS)

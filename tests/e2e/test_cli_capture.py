@@ -125,7 +125,7 @@ def test_an_interrupted_capture_is_gone_on_with_to_its_end(scene: Path, tmp_path
     assert len(list((folder / "originals").iterdir())) == 3
     code, _, err = finish(start("--camera", url, "-o", folder))
     assert code == 2
-    assert "finished already" in err
+    assert "already finished" in err
 
 
 @pytest.mark.slow
@@ -191,10 +191,10 @@ def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path:
     assert "not from a session" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "full")
     assert "delay" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "a", "--delay", "99")
     words = ("--camera", url, "-o", tmp_path / "a", "--user", "me")
-    assert "go together" in refused(capsys, 2, *words)
+    assert "given together" in refused(capsys, 2, *words)
     assert "no password" in refused(capsys, 2, *words, "--password-file", tmp_path / "empty")
     assert "cannot be read" in refused(capsys, 2, *words, "--password-file", tmp_path / "missing")
-    assert "for a camera" in refused(capsys, 2, "--watch", tmp_path, "--delay", "2")
+    assert "--watch" in refused(capsys, 2, "--watch", tmp_path, "--delay", "2")
     assert refused(capsys, 3, "--watch", tmp_path / "missing").count("\n") >= 1
     assert "choose from" in refused(capsys, 2, "--camera", url, "--plan", "all")
     assert not (tmp_path / "a").exists()
@@ -248,10 +248,10 @@ def test_a_finished_session_gives_its_camera_back_what_it_owes(
         session.update(serial="")
         assert main(["capture", *map(str, words)]) == 0
         told = capsys.readouterr()
-        assert told.out == "The camera has its own settings back.\n"
-        assert "still owed" in told.err
+        assert told.out == "The camera’s own settings were restored.\n"
+        assert "not restored yet" in told.err
         assert Session.open(folder).journal.settings_to_restore == {}
-        assert "finished already" in refused(capsys, 2, *words)
+        assert "already finished" in refused(capsys, 2, *words)
 
 
 def test_a_camera_that_is_owed_settings_is_sought_but_does_not_stop_the_merge(
@@ -270,7 +270,7 @@ def test_a_camera_that_is_owed_settings_is_sought_but_does_not_stop_the_merge(
     assert reach({}) == (None, None)
     assert capsys.readouterr().err == ""
     assert reach({"sleepDelay": 300}) == (None, None)
-    assert "still owed" in capsys.readouterr().err
+    assert "not restored yet" in capsys.readouterr().err
     with pytest.raises(Unreachable):
         reach({"sleepDelay": 300}, finished="yesterday")
     with pytest.raises(Unreachable):
@@ -295,11 +295,11 @@ def test_a_first_answer_is_said_once(capsys: pytest.CaptureFixture[str], scene: 
     light = read_environment(scene).radiance
     tell = command.StatusTeller(VirtualClock(), load_named_pack("generic"))
     tell(Status(message="Bringing the frames over"))
-    assert "rough" not in capsys.readouterr().err
+    assert "Rough" not in capsys.readouterr().err
     for _ in range(2):
         tell(Status(message="Metering", metered=LivePicture(light, (160, 320)).frame(0)))
     lines = capsys.readouterr().err.splitlines()
-    rough = [line for line in lines if "rough" in line]
+    rough = [line for line in lines if "Rough" in line]
     assert len(rough) == 1
-    assert rough[0].startswith("A rough first answer: ")
+    assert rough[0].startswith("Rough first answer: ")
     assert "°" in rough[0]

@@ -141,7 +141,7 @@ def test_live_it_says_on_the_way_what_is_known(
     assert main(["film", str(film), "--live"]) == 0
     out, err = capsys.readouterr()
     assert err.count("After ") >= 3
-    assert "from where the film began" in out
+    assert "from the first frame" in out
 
 
 @pytest.mark.slow

@@ -197,11 +197,11 @@ def test_a_captured_lamp_from_a_file(
     said = capsys.readouterr().err
     assert "do not state the exposure" in said
     assert "--lamp-lux" in said
-    assert "taken as cd/m²" in said
+    assert "assumed to be cd/m²" in said
     unknown_words = (place, "--head", head, "--lamp", str(unknown), "--style", "badger")
     values = _light(capsys, *unknown_words, "--lux", "100")
     assert values["comparable"] is False
-    assert "Type its illuminance" in values["comparison"]
+    assert "Enter its illuminance" in values["comparison"]
 
 
 @pytest.mark.slow
@@ -222,7 +222,7 @@ def test_what_a_meter_reads_makes_a_lamp_comparable(
     assert told["comparable"] is True
     assert told["match"] == pytest.approx(right["match"], abs=1e-3)
     assert main(["light", *words, "phone", "--lamp-lux", "9"]) == 2
-    assert "known by its numbers" in capsys.readouterr().err
+    assert "already has a brightness" in capsys.readouterr().err
 
 
 def test_captures_of_unknown_exposure_are_taken_alike_and_that_is_said(
@@ -239,7 +239,7 @@ def test_captures_of_unknown_exposure_are_taken_alike_and_that_is_said(
     assert values["cd_m2_per_unit"] == 1.0
     assert values["assumed"] is True
     assert values["comparable"] is False
-    assert "and of the place is not known" in captured.err
+    assert "and of the place is unknown" in captured.err
     assert "as if captured alike" in captured.err
 
 
@@ -285,10 +285,10 @@ def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) ->
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["{place}", "--lamp", "candle@0.3"], "no lamp called"),
-        (["{place}", "--lamp", "candle"], "none in your library"),
+        (["{place}", "--lamp", "candle@0.3"], "no lamp “"),
+        (["{place}", "--lamp", "candle"], "nor in your library"),
         (["{place}", "--lamp", "phone@soon"], "not a distance"),
-        (["{place}", "--lamp", "phone@90"], "cannot be computed"),
+        (["{place}", "--lamp", "phone@90"], "cannot be used"),
         (["{place}", "--lamp", "{folder}/none.exr"], "none.exr"),
         (["{place}", "--lamp", "{folder}/text.hdr"], "text.hdr"),
         (["{place}"], "--lamp"),

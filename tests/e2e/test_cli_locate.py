@@ -116,7 +116,7 @@ def test_the_table(tmp_path: Path, panorama: Path, capsys: pytest.CaptureFixture
         (["{place}", "{text}"], "text.jpg"),
         (["{place}", "{photo}", "--fov", "0"], "not a field of view"),
         (["{place}", "{photo}", "--fov", "nan"], "not a field of view"),
-        (["{blank}", "{photo}"], "nothing in this panorama"),
+        (["{blank}", "{photo}"], "too little detail"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(

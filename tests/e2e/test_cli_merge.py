@@ -174,7 +174,7 @@ def test_a_mask_is_filled_and_its_effect_told(
     values = _merge(capsys, paper, "-o", tmp_path / "out.exr", "--mask", "nadir:-65")
     assert values["masked"][0]["confidence"] == 1.0
     assert len(values["mask_changes"]) == len(NAMES)
-    assert any("Without what is masked" in note for note in values["notes"])
+    assert any("Masking changes" in note for note in values["notes"])
 
 
 def test_times_replace_missing_exif(
@@ -239,7 +239,7 @@ def test_an_exposure_is_never_written_over(
     files = write_bracket(tmp_path, light, THETA_V, exposures)
     copy = files[0].with_suffix(".hdr")
     shutil.copy(files[0], copy)
-    assert "one of the files that are read" in _refused(capsys, copy, files[1], "-o", copy)
+    assert "one of the input files" in _refused(capsys, copy, files[1], "-o", copy)
 
 
 def test_other_endings_are_refused(

@@ -33,7 +33,7 @@ def test_in_words(photo: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["photo", str(photo)]) == 0
     said = capsys.readouterr().out
     assert "to the sitter’s left (camera right)" in said
-    assert "looks like Rembrandt (sitter's left)" in said
+    assert "looks like Rembrandt (sitter’s left)" in said
 
 
 def test_in_json(photo: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,7 +129,7 @@ def test_with_a_place_the_turn_is_told(in_a_room: Path, capsys: pytest.CaptureFi
     assert main(asked) == 0
     said = capsys.readouterr().out
     assert "too frontal. Ratio 1.0 stops, promised " in said
-    assert "Split (sitter's left): no." in said
+    assert "Split (sitter’s left): no." in said
 
 
 def test_the_best_style_of_a_saved_place(

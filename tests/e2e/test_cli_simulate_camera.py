@@ -101,7 +101,7 @@ def test_a_port_that_is_taken(scene: str, capsys: pytest.CaptureFixture[str]) ->
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         assert main(["simulate-camera", "--scene", scene, "--port", port]) == 2
-    assert f"Cannot listen at port {port}" in capsys.readouterr().err
+    assert f"Cannot listen on port {port}" in capsys.readouterr().err
 
 
 def test_scale() -> None:

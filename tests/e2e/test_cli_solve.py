@@ -189,7 +189,7 @@ def test_solving_needs_the_pack_only(
         (["{folder}/text.hdr"], "text.hdr"),
         (["{place}", "--front", "nan"], "finite"),
         (["{place}", "--objective", "best"], "invalid choice"),
-        (["{place}", "--sheet", "{folder}/none/sheet.png"], "no folder"),
+        (["{place}", "--sheet", "{folder}/none/sheet.png"], "does not exist"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(

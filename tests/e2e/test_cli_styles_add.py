@@ -53,7 +53,7 @@ def test_words_and_a_title_of_its_own(
     assert main(["styles", "add", "--from", str(photo)]) == 0
     assert main(["styles", "add", "--from", str(photo), "--title", "Window"]) == 0
     said = capsys.readouterr().out
-    assert "“Like Grandma 2” is among your styles." in said
+    assert "“Like Grandma 2” was added to your styles." in said
     assert "to the sitter’s right (camera left)" in said
     assert sorted(styles(tmp_path)) == ["Like Grandma", "Like Grandma 2", "Window"]
 

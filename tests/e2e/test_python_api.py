@@ -137,7 +137,7 @@ def test_the_api_is_imported_without_an_app_on_the_path(tmp_path: Path) -> None:
     done = run("import turnlight; print(turnlight.CoreError.__module__)")
     assert done.stdout == "app.core.base.errors\n", done.stderr
     done = run("import sys, turnlight; sys.modules['app'] = sys; turnlight.CoreError")
-    assert "Another package named 'app' is loaded" in done.stderr
+    assert "Another package named “app”" in done.stderr
 
 
 def test_every_public_name_has_a_docstring() -> None:

@@ -163,8 +163,8 @@ def test_instruments_need_a_clone(installed: Path, tmp_path: Path, words: list[s
     done = call(turnlight, *words, cwd=tmp_path, extra={"PYTHONPATH": "."}, code=2)
     assert done.stdout == ""
     assert done.stderr == (
-        f"turnlight: '{words[0]}' is not part of the installed program. "
-        f"Clone Turnlight's source and run 'python3 run.py {words[0]}' in it.\n"
+        f"turnlight: “{words[0]}” is not part of the installed program. "
+        f"Clone Turnlight’s source and run “python3 run.py {words[0]}” in it.\n"
     )
     assert f"\n    {words[0]} " in call(turnlight, "--help", cwd=tmp_path).stdout
 

@@ -37,6 +37,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text
 from app.ui.widgets.surfaces import Menu
 from app.words.explanations import EXPLANATIONS
+from app.words.verdict import own_lamps_words
 from tests.helpers.styles_screen import Table, head, scene_light
 
 KEY = Qt.Key
@@ -266,7 +267,7 @@ class TestGrid:
             assert card.accessibleDescription() == ("chosen" if card.state.chosen else "")
         assert any(
             card.accessibleName().startswith(
-                "Rembrandt, light from the sitter's left, camera right"
+                "Rembrandt, light from the sitter’s left, camera right"
             )
             for card in shown.view.findChildren(StyleCard)
         )
@@ -732,7 +733,7 @@ class TestLamps:
         assert isinstance(sheet, LampsSheet)
         names = [stop.accessibleName() for stop in sheet._stops()]
         size = "Lamp size: Standard studio lamps"
-        assert names == [size, "As it comes", "This style only", "Close"]
+        assert names == [size, "Unchanged", "This style only", "Close"]
         for _ in range(2):
             shown.press(KEY.Key_Down)
         assert self.studio(shown, "left-loop") == Studio(30.0, None)
@@ -760,7 +761,7 @@ class TestLamps:
         shown.table.presenter.choose("left-loop-rim")
         shown.settle()
         assert detail._note.isVisible()
-        assert detail._note.text() == "Shown with its own lamps: at 2:1 it would not be seen."
+        assert detail._note.text() == own_lamps_words(Studio(None, 2.0))
         shown.table.presenter.choose("left-loop")
         shown.settle()
         assert "its own lamps" not in detail._note.text()

@@ -192,7 +192,11 @@ def test_settings_are_found_by_what_somebody_may_call_them(app: App, robot: Robo
 
     whole = shown()
     assert len(whole) > 12
-    for typed, title in (("dark mode", "Theme"), ("selfie", "Who turns"), ("FONT", "Size of text")):
+    for typed, title in (
+        ("dark mode", "Theme"),
+        ("selfie", "Who turns"),
+        ("FONT", "Text"),
+    ):
         robot.write(typed)
         found = shown()
         assert 1 <= len(found) <= 4, typed

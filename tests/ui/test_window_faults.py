@@ -270,7 +270,7 @@ def test_settings_that_cannot_be_kept_count_and_are_kept_later(home: Path) -> No
         with full_disk():
             app.commands.change("theme", "light")
             sentence = say(app, robot, "settings were not saved")
-            assert "They count until you quit." in sentence
+            assert "They apply until you quit." in sentence
             assert theme().name == "light"
             works(app, robot)
         assert read_settings(home / FILE)[0].theme != "light"
@@ -336,7 +336,7 @@ def test_a_painted_style_without_room_stays_on_the_canvas(home: Path) -> None:
         with full_disk():
             robot.press(Qt.Key.Key_Return)
             sentence = say(app, robot, "Not saved: the disk is full.")
-            assert "Your strokes are kept: make room, then save again." in sentence
+            assert "Your strokes are safe. Free some space, then save again." in sentence
             assert (presenter.canvas.weights == painted).all()
             assert half_written(home) == []
         # The name is still there to be taken once more.
@@ -387,8 +387,8 @@ def no_sense(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("damage", "listed", "light"),
     [
-        (cut_off, "A part of this place cannot be read", True),
-        (no_sense, "A part of this place cannot be read", True),
+        (cut_off, "Part of this place cannot be read", True),
+        (no_sense, "Part of this place cannot be read", True),
         (no_light, "The light of this place is missing. Capture here again.", False),
         (broken_light, "", False),
     ],

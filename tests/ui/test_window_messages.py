@@ -68,7 +68,7 @@ def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
         # Another theme makes the window anew, and the error is still there.
         app.commands.change("theme", "light")
         robot.settle()
-        assert sees(robot, "There is nothing here that Turnlight can read.")
+        assert sees(robot, "Turnlight cannot read any of this.")
         assert foot(robot) == "Opening notes.txt failed."
         robot.click("Messages, 1 unread")
         assert sees(robot, "Close")

@@ -196,7 +196,7 @@ def test_a_split_is_a_quarter_turn_from_the_lamp(
         number = round_half_up(found)
         assert card.state.turn == f"{number}°"
         assert card.state.way == WAYS[sign]
-        assert f"from the sitter's {side}, camera {other}" in card.accessibleName()
+        assert f"from the sitter’s {side}, camera {other}" in card.accessibleName()
         assert f"turn {number} degrees {WAYS[sign]}" in card.accessibleName()
         assert detail_of(robot) == (number, WAYS[sign])
 

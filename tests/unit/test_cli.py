@@ -196,7 +196,7 @@ def test_an_unknown_language_is_one_sentence(
 ) -> None:
     install(lambda args: 0)
     assert cli.main(["--language", "klingon", "fake"]) == 2
-    said = "turnlight: Turnlight does not speak 'klingon'. Choose one of en, test.\n"
+    said = "turnlight: Turnlight is not available in 'klingon'. Choose one of en, test.\n"
     assert capsys.readouterr().err == said
     assert cli.main(["--language"]) == 2
     assert "argument --language: expected one argument" in capsys.readouterr().err

@@ -126,7 +126,7 @@ def test_repairs_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     ("words", "error", "match"),
     [
         (("hall.exr", "--turn", "0", "-o", "a.jpg"), CoreError, "pictures are .png or .exr"),
-        (("hall.exr", "--turn", "0", "-o", "none/a.png"), CoreError, "there is no folder"),
+        (("hall.exr", "--turn", "0", "-o", "none/a.png"), CoreError, "does not exist"),
         (("hall.exr", "--turn", "nan", "-o", "a.png"), CoreError, "number of degrees"),
         (("hall.exr", "--turn", "inf", "-o", "a.png"), CoreError, "number of degrees"),
         (("hall.exr", "--turn", "1e300", "-o", "a.png"), CoreError, "number of degrees"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.environment import environment as env
-from app.words.remarks import sentences
+from app.core.environment.remarks import ClippedFile, Repaired
 from benchmarks.truth.stock import rotate
 from tests.helpers.pace import units
 from tests.helpers.people import mean_luminance
@@ -145,11 +145,7 @@ def test_repairs_are_counted_by_texel() -> None:
     assert place.radiance[1, 1].tolist() == [300000.0, 1.0, 1.0]
     assert place.radiance[2, 2:4].min() == 0.0
     assert np.isfinite(place.radiance).all()
-    assert sentences(place.warnings) == (
-        "hall: repaired 2 NaN texels (set to 0), 1 infinite texel (set to 300000),"
-        " 2 negative texels (set to 0).",
-        "hall is clipped: its brightest areas may be brighter than the file says.",
-    )
+    assert place.warnings == (Repaired("hall", 2, 1, 2, 300_000.0), ClippedFile("hall"))
 
 
 def test_a_sound_panorama_has_no_warning_and_is_read_only() -> None:

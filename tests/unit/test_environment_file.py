@@ -230,8 +230,8 @@ def test_scrambled_files_never_crash(tmp_path: Path, pixels: np.ndarray) -> None
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"\xff\xd8\xff\xe0 a photograph", "JPEG image.*HDR panorama is needed"),
-        (b"\x89PNG\r\n\x1a\n", "PNG image.*HDR panorama is needed"),
+        (b"\xff\xd8\xff\xe0 a photograph", "JPEG image.*needs an HDR panorama"),
+        (b"\x89PNG\r\n\x1a\n", "PNG image.*needs an HDR panorama"),
         (b"II*\x00 a raw file", "TIFF or raw image"),
         (b"hello, this is text", "not an HDR panorama"),
         (b"\x00", "not an HDR panorama"),
@@ -254,12 +254,12 @@ def test_not_two_to_one_is_refused(tmp_path: Path, ending: str, shape: tuple[int
 
 def test_one_by_two_pixels_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "tiny.exr", np.ones((1, 2, 3), np.float32))
-    check_refused(path, "only 2 x 1: too few texels")
+    check_refused(path, "only 2 x 1")
 
 
 def test_all_black_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "cellar.exr", np.zeros((32, 64, 3), np.float32))
-    check_refused(path, "cellar is black")
+    check_refused(path, "cellar is completely black")
 
 
 @pytest.mark.parametrize("width", [MAX_WIDTH * 2, 100_000, 1_000_000])

@@ -60,7 +60,7 @@ def test_words_end_where_they_are_asked_to() -> None:
 
 def test_missing_fonts_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(canvas_module, "resources", lambda: tmp_path)
-    with pytest.raises(CoreError, match=r"Inter-Regular\.otf.*Install Turnlight again"):
+    with pytest.raises(CoreError, match=r"Inter-Regular\.otf.*Reinstall Turnlight"):
         canvas_module.load_fonts.__wrapped__()
 
 

@@ -107,20 +107,20 @@ def test_nothing_at_the_target_counts_until_it_is_whole(tmp_path: Path) -> None:
 
 
 def test_missing_folder(tmp_path: Path) -> None:
-    with pytest.raises(CoreError, match=r"there is no folder .*nowhere"):
+    with pytest.raises(CoreError, match=r"nowhere.* does not exist"):
         check_target(tmp_path / "nowhere" / "a.txt")
-    with pytest.raises(CoreError, match="there is no folder"):
+    with pytest.raises(CoreError, match="does not exist"):
         atomic_write_text(tmp_path / "nowhere" / "a.txt", "x")
 
 
 def test_file_as_folder(tmp_path: Path) -> None:
     (tmp_path / "plain").write_text("x")
-    with pytest.raises(CoreError, match="there is no folder"):
+    with pytest.raises(CoreError, match="does not exist"):
         check_target(tmp_path / "plain" / "a.txt")
 
 
 def test_folder_as_target(tmp_path: Path) -> None:
-    with pytest.raises(CoreError, match="that is a folder"):
+    with pytest.raises(CoreError, match="it is a folder"):
         check_target(tmp_path)
 
 

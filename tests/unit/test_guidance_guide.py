@@ -457,7 +457,7 @@ def test_a_sitter_is_asked_to_hold_still_while_it_is_found_out() -> None:
         guide_words(shown).spoken,
         guide_words(shown).light,
     )
-    assert said == ("measuring the nose", "“Hold still.”", "Hold still.", "Nearly in the light")
+    assert said == ("Measuring the nose", "“Hold still.”", "Hold still.", "Nearly in the light")
 
 
 def test_a_nose_that_sways_out_is_not_lit_though_the_number_is_steady() -> None:

@@ -186,7 +186,7 @@ def test_files_that_are_no_shape_are_refused_in_sentences(tmp_path: Path) -> Non
 def test_one_changed_number_is_found(tmp_path: Path) -> None:
     arrays = _arrays()
     arrays["positions"] = arrays["positions"] + np.float32(1e-3)
-    with pytest.raises(TransportError, match="checksum does not fit"):
+    with pytest.raises(TransportError, match="checksum"):
         load_shape(_store(tmp_path / "x.shape.npz", arrays))
 
 
@@ -210,7 +210,7 @@ def test_a_newer_shape_asks_for_an_update(tmp_path: Path) -> None:
 def test_shapes_that_contradict_themselves_are_refused(
     changed: dict[str, NDArray[Any]], tmp_path: Path
 ) -> None:
-    with pytest.raises(TransportError, match="contradicts itself"):
+    with pytest.raises(TransportError, match="inconsistent"):
         load_shape(_store(tmp_path / "x.shape.npz", _arrays(changed)))
 
 

@@ -176,7 +176,7 @@ def test_an_index_can_be_stopped_and_says_how_far_it_is() -> None:
 
 
 def test_a_blank_panorama_is_said_to_be_one() -> None:
-    with pytest.raises(CoreError, match="nothing in this panorama"):
+    with pytest.raises(CoreError, match="too little detail"):
         build_index(np.full((512, 1024, 3), 128, np.uint8))
 
 

@@ -198,7 +198,7 @@ def test_a_crop_is_said_and_a_whole_photo_is_not_called_one() -> None:
     middle = np.ascontiguousarray(view.picture[:, 250:950])
     cropped = search_photo(Photo(middle, (700, 900), None, 14.0), demo_index())
     (warning,) = photo_warnings(cropped)
-    assert warning.startswith("The picture seems to be cropped: ")
+    assert warning.startswith("The photo seems to be cropped: ")
     whole = search_photo(Photo(view.picture, (4000, 3000), None, 30.0), demo_index())
     assert whole.stated_deg is None
     assert whole.heading.fov_deg == pytest.approx(60.0, rel=0.05)

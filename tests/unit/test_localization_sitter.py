@@ -267,13 +267,13 @@ def test_a_damaged_network_is_said(
     monkeypatch.setattr(module, "resources", lambda: tmp_path)
     module._network.cache_clear()
     try:
-        with pytest.raises(CoreError, match="finds heads"):
+        with pytest.raises(CoreError, match="head detector"):
             find_sitter(view(0, 120), FOV_DEG)
         file.write_bytes(b"")
-        with pytest.raises(CoreError, match="finds heads"):
+        with pytest.raises(CoreError, match="head detector"):
             find_sitter(view(0, 120), FOV_DEG)
         file.write_bytes(b"PK\x03\x04 nothing")
-        with pytest.raises(CoreError, match="Install Turnlight again"):
+        with pytest.raises(CoreError, match="Reinstall Turnlight"):
             find_sitter(view(0, 120), FOV_DEG)
     finally:
         module._network.cache_clear()

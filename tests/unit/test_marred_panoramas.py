@@ -381,7 +381,7 @@ class TestCommands:
             assert values["layer"] == "key"
             assert values["layers"] == ["fill", "key"]
             assert values["blind"] == pytest.approx(share_of(nadir(0.3)), abs=1e-3)
-            assert "does not show 30 % of the sphere" in output.err
+            assert "leaves 30% of the sphere empty" in output.err
             if command == "solve":
                 doubtful = [one["name"] for one in values["styles"] if one["doubtful"]]
                 assert doubtful

@@ -360,7 +360,7 @@ def test_a_picture_that_is_no_panorama() -> None:
     assert not mask[50:80, :20].any()
     # What touches the left edge has nothing to do with the right one.
     assert mask[:, 30:].all()
-    assert "7 % from the left, 54 % from the top" in sentences(motion.remarks)[0]
+    assert "7% from the left, 54% from the top" in sentences(motion.remarks)[0]
     assert motion.share == pytest.approx(np.mean(mask == 0), abs=1e-12)
 
 

@@ -79,7 +79,7 @@ def test_mirrored_film_read_as_mirrored_agrees_with_its_place() -> None:
 def test_place_overrules_what_was_said_of_a_mirror() -> None:
     assert mirror_words(False, None) == mirror_words(True, True) == ""
     assert "only its mirror image fits" in mirror_words(False, True)
-    assert "not read as mirrored" in mirror_words(True, False)
+    assert "not flipped" in mirror_words(True, False)
 
 
 @pytest.mark.slow

@@ -77,7 +77,7 @@ def test_masks_are_filled_and_their_effect_told() -> None:
     found = finish(merged, pack(), MeasureOptions(masks=(parse_mask("nadir:-60"),)))
     assert len(found.clutter) == 1
     assert len(found.changes) == len(pack().styles)
-    assert "Without what is masked" in sentences(found.notes)[0]
+    assert "Masking" in sentences(found.notes)[0]
 
 
 def test_lamps_that_are_not_there_are_named() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import EnvironmentFileError
+from app.core.measure.finish.remarks import CostlyChange, MaskingChanges
 from app.core.measure.finish.turn_changes import Change, changes, masking_changes
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack import StylePack
@@ -31,7 +32,10 @@ def test_the_same_light_at_any_exposure_changes_nothing(pack: StylePack) -> None
     for each in found:
         assert each.change_deg == pytest.approx(0.0, abs=1e-3)
         assert each.given_up == pytest.approx(0.0, abs=1e-6)
-    assert remark_words(masking_changes(found)) == "Without what is masked no turn changes."
+    remark = masking_changes(found)
+    assert remark.worst is None
+    assert remark.moved_deg == pytest.approx(0.0, abs=1e-3)
+    assert (remark.gained, remark.lost) == ((), ())
 
 
 def test_a_lamp_that_moved_takes_every_turn_with_it(pack: StylePack) -> None:
@@ -45,10 +49,9 @@ def test_a_lamp_that_moved_takes_every_turn_with_it(pack: StylePack) -> None:
         assert each.turn_after_deg != each.turn_before_deg
     worst = max(reached, key=lambda each: each.given_up)
     assert worst.given_up > 0.3
-    words = remark_words(masking_changes(found))
-    assert words.startswith("Without what is masked ")
-    assert "give up" in words
-    assert (worst.title or worst.style) in words
+    remark = masking_changes(found)
+    assert remark.worst is not None
+    assert remark.worst.title in remark_words(remark)
 
 
 def test_given_up_is_what_the_old_turn_loses_on_the_new_curve(pack: StylePack) -> None:
@@ -77,39 +80,30 @@ def change(
 @pytest.mark.parametrize(
     ("found", "expected"),
     [
-        (
-            [change(1.4), change(-0.3)],
-            "Without what is masked no turn changes by more than 2 degrees.",
-        ),
-        ([change(0.8)], "Without what is masked no turn changes by more than 1 degree."),
-        ([change(0.1)], "Without what is masked no turn changes."),
+        ([change(1.4), change(-0.3)], MaskingChanges(2, 0, None, 1.4, (), ())),
+        ([change(0.1)], MaskingChanges(1, 0, None, 0.1, (), ())),
         (
             [change(0.1), change(90.0, 0.5, before=False, after=False)],
-            "Without what is masked no turn changes.",
+            MaskingChanges(1, 0, None, 0.1, (), ()),
         ),
-        (
-            [change(170.0, 0.002)],
-            "Without what is masked no turn gets worse. Turns move by up to 170 degrees, "
-            "but the old ones are as good within 1 %.",
-        ),
+        ([change(170.0, 0.002)], MaskingChanges(1, 0, None, 170.0, (), ())),
         (
             [change(12.0, 0.08), change(1.0)],
-            "Without what is masked 1 of 2 turns changes, most of all Loop: from 10° to 22°; "
-            "the old turn would give up 8 % of its range.",
+            MaskingChanges(2, 1, CostlyChange("Loop", 10.0, 22.0, 0.08), 1.0, (), ()),
         ),
         (
             [change(0.0), change(0.2, before=False, name="rim")],
-            "Without what is masked no turn changes. Now within reach: Rim.",
+            MaskingChanges(2, 0, None, 0.2, ("Rim",), ()),
         ),
         (
             [change(0.0), change(0.2, after=False, name="rim")],
-            "Without what is masked no turn changes. No longer within reach: Rim.",
+            MaskingChanges(2, 0, None, 0.2, (), ("Rim",)),
         ),
-        (
-            [change(5.0, before=False, after=False)],
-            "Without what is masked, as with it, no style is within reach.",
-        ),
+        ([change(5.0, before=False, after=False)], MaskingChanges(0, 0, None, 0.0, (), ())),
     ],
 )
-def test_changes_are_said_in_words(found: list[Change], expected: str) -> None:
-    assert remark_words(masking_changes(found)) == expected
+def test_masking_changes_count_what_is_in_reach(
+    found: list[Change], expected: MaskingChanges
+) -> None:
+    assert masking_changes(found) == expected
+    assert remark_words(expected).endswith(".")

@@ -55,7 +55,7 @@ def strangers(radiance: Float, curve: Curve) -> dict[str, tuple[Bytes, Reason]]:
     return {
         "own HDR": (rendered(frames), Reason.TONE_MAPPED),
         "preview": (tone_mapped(radiance), Reason.TONE_MAPPED),
-        "other scene": (other, Reason.OTHER_SCENE),
+        "different scene": (other, Reason.OTHER_SCENE),
         "black": (np.zeros_like(other), Reason.BLACK),
         "other white balance": (white, Reason.TONE_MAPPED),
     }
@@ -76,7 +76,7 @@ def found(frames: list[Bytes], stops: list[float]) -> list[Foreign]:
 
 
 @pytest.mark.parametrize("stop", [0.0, 2.0, -2.0])
-@pytest.mark.parametrize("kind", ["own HDR", "preview", "other scene", "black"])
+@pytest.mark.parametrize("kind", ["own HDR", "preview", "different scene", "black"])
 def test_a_foreign_frame_is_found_whatever_exposure_it_states(kind: str, stop: float) -> None:
     frames = pictures(place(), STOPS)
     picture, reason = strangers(place(), SRGB)[kind]
@@ -91,7 +91,7 @@ def test_a_frame_of_another_white_balance_is_found() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["own HDR", "preview", "other scene", "black"])
+@pytest.mark.parametrize("kind", ["own HDR", "preview", "different scene", "black"])
 def test_a_foreign_frame_beside_a_camera_curve_is_found(kind: str) -> None:
     stops = (2.0, 0.0, -2.0, -4.0)
     picture, reason = strangers(place(), FILMIC)[kind]

@@ -115,7 +115,7 @@ def test_every_clipped_region_that_matters_belongs_to_a_light() -> None:
 
 
 def test_only_full_panoramas() -> None:
-    with pytest.raises(ProbeError, match="only be found in a full panorama"):
+    with pytest.raises(ProbeError, match="only in a full panorama"):
         find_lights(clip(np.ones((100, 150, 3), np.float32)))
     with pytest.raises(ProbeError, match="black"):
         find_lights(clip(np.zeros((64, 128, 3), np.float32), 1.0))
@@ -151,7 +151,7 @@ def test_gains_are_checked() -> None:
     lights = find_lights(merged)
     with pytest.raises(ProbeError, match=r"no lamp 'F'.*Lamps: A"):
         apply_gains(merged, lights, {"F": 1.0})
-    with pytest.raises(ProbeError, match="none was found"):
+    with pytest.raises(ProbeError, match="none"):
         apply_gains(merged, (), {"A": 1.0})
     for stops in (float("nan"), 21.0, -float("inf")):
         with pytest.raises(ProbeError, match="-20 to 20 stops"):

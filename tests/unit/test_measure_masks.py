@@ -1,4 +1,4 @@
-"""Masks by hand: areas against the sphere's own, and clear words for what is not understood."""
+"""Masks by hand: areas against the sphere's own, and clear words for what is not valid."""
 
 from __future__ import annotations
 
@@ -79,15 +79,15 @@ def test_masks_of_the_command_line_are_read(text: str, spec: MaskSpec) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "not understood"),
-        ("tripod", "not understood"),
-        ("nadir:", "not understood"),
+        ("", "not valid"),
+        ("tripod", "not valid"),
+        ("nadir:", "not valid"),
         ("nadir:-65,3", "needs 1 numbers"),
         ("nadir:-95", "outside -90 to 90"),
         ("nadir:nan", "outside -360 to 360"),
         ("box:1,2,3", "needs 4 numbers"),
         ("box:0,10,-20,-40", "ends below"),
-        ("0,1;2,3;4,5", "not understood"),
+        ("0,1;2,3;4,5", "not valid"),
     ],
 )
 def test_what_is_not_a_mask_is_refused_in_words(text: str, words: str) -> None:

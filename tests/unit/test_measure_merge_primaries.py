@@ -1,4 +1,4 @@
-"""Linear frames that state other primaries than Rec. 709 are brought to those, as panoramas are."""
+"""Linear frames in another colour space than Rec. 709 are converted to it, as panoramas are."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_our_own_primaries_change_nothing(
 
 def test_frames_of_two_colour_spaces_are_no_bracket(tmp_path: Path) -> None:
     one, other = write(tmp_path / "a", light(), ACES), write(tmp_path / "b", light(), None)
-    with pytest.raises(ProbeError, match="other primaries"):
+    with pytest.raises(ProbeError, match="another colour space"):
         merged([*one[:2], other[2]])
 
 

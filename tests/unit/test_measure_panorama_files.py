@@ -116,7 +116,7 @@ def test_where_its_ends_do_not_meet_its_width_is_asked_for(
 def test_one_ordinary_photograph_is_refused(whole: Any, tmp_path: Path, capsys: Any) -> None:
     file = write(tmp_path / "one.jpg", whole[:, :960])
     assert main(["stitch", str(file), "-o", str(tmp_path / "one.exr")]) == 2
-    assert "One photograph" in capsys.readouterr().err
+    assert "One photo" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["FullPanoWidthPixels", "CroppedAreaImageHeightPixels"])

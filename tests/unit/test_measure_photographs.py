@@ -67,7 +67,7 @@ def test_a_ring_becomes_an_environment_that_says_what_it_lacks(
     # A ring of 53 degrees tall shows at least sin(22 deg) and at most sin(31 deg) of the sphere.
     assert 0.48 < facts["blind"] < 0.62
     assert any("filled" in line for line in facts["warnings"])
-    assert any("One exposure" in line for line in facts["warnings"])
+    assert any("one exposure" in line for line in facts["warnings"])
     placed = facts["photographs"]
     assert [each["placed"] for each in placed] == [True] * COUNT
     assert placed[0]["azimuth_deg"] == pytest.approx(0.0, abs=0.01)
@@ -126,7 +126,7 @@ def test_two_places_are_told_apart(
     told = refused(capsys, *cafe.files, *other, "-o", target)
     assert "YARD" in told
     assert "IMG" in told
-    assert "each place by itself" in told
+    assert "each place separately" in told
     assert not target.exists()
 
 

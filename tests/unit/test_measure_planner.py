@@ -13,8 +13,14 @@ from hypothesis import strategies as st
 from app.core.base.errors import ProbeError
 from app.core.measure.plan.camera_models import CAMERAS, CameraFacts, camera_facts
 from app.core.measure.plan.planner import CameraLimits, Plan, plan
+from app.core.measure.plan.remarks import (
+    BracketShifted,
+    DarkestExposure,
+    OffsetMissed,
+    WiderSteps,
+)
 from app.core.measure.read.frame import Exposure
-from app.words.remarks import remark_words, sentences
+from app.words.remarks import sentences
 
 MODELS = st.sampled_from(CAMERAS)
 
@@ -91,7 +97,10 @@ def test_every_plan_is_legal(
     for shot in made.shots:
         # The lists' widest gap is that between 1/8 and 1/6 s.
         missed = abs(shot.ev_offset - shot.wanted_ev)
-        told = any(f"{shot.wanted_ev:+.1f} EV is out of" in note for note in sentences(made.notes))
+        told = any(
+            isinstance(note, OffsetMissed) and note.wanted_ev == shot.wanted_ev
+            for note in made.notes
+        )
         assert missed <= 0.21 or told
         assert missed > 1.0 / 6.0 or not told
 
@@ -149,26 +158,23 @@ def test_sunlight_on_the_oldest_model_is_told_truly() -> None:
     made = plan(Exposure(1 / 2400, 100.0, 2.0), limits_of("S"), "paper")
     assert made.shots[-1].exposure.shutter_s == 0.00015625
     assert made.shots[-1].ev_offset == pytest.approx(-1.415, abs=1e-3)
-    assert sentences(made.notes) == (
-        "-2.0 EV is out of the camera's reach; -1.4 EV is the nearest.",
-    )
+    (note,) = made.notes
+    assert note == OffsetMissed(-2.0, made.shots[-1].ev_offset)
     full = plan(Exposure(1 / 2400, 100.0, 2.0), limits_of("S"), "full")
     assert len(full.shots) == 3
-    assert "darkest exposure is -1.4 EV" in remark_words(full.notes[0])
+    assert isinstance(full.notes[0], DarkestExposure)
+    assert full.notes[0].floor_ev == pytest.approx(-1.415, abs=1e-3)
 
 
 def test_night_raises_iso_to_its_end_and_says_what_is_missing() -> None:
     made = plan(Exposure(4.0, 3200.0, 2.4), limits_of("X"), "paper")
     assert [shot.exposure.shutter_s for shot in made.shots] == [4.0, 1.0]
-    assert sentences(made.notes) == (
-        "+2.0 EV is out of the camera's reach; +0.0 EV is the nearest.",
-    )
+    assert made.notes == (OffsetMissed(2.0, 0.0),)
     darker = plan(Exposure(16.0, 3200.0, 2.4), limits_of("X"), "paper")
     assert [shot.exposure.shutter_s for shot in darker.shots] == [4.0, 1.0]
     assert offsets(darker) == pytest.approx([-2.0, -4.0])
-    assert remark_words(darker.notes[0]) == (
-        "The place is too dark for the camera: the bracket is shot 2.0 EV darker than metered."
-    )
+    assert isinstance(darker.notes[0], BracketShifted)
+    assert darker.notes[0].middle_ev == pytest.approx(-2.0)
 
 
 def test_a_place_brighter_than_the_camera_can_take() -> None:
@@ -177,7 +183,8 @@ def test_a_place_brighter_than_the_camera_can_take() -> None:
         chosen: Literal["paper", "full"] = "paper" if kind == "paper" else "full"
         made = plan(Exposure(1 / 6400, 100.0, 16.0), limits_of("S"), chosen)
         assert offsets(made) == pytest.approx([6.0, 8.0])
-        assert "too bright" in sentences(made.notes)[0]
+        assert isinstance(made.notes[0], BracketShifted)
+        assert made.notes[0].middle_ev > 0.0
 
 
 def test_full_with_few_frames_spreads_them_and_keeps_the_darkest() -> None:
@@ -190,7 +197,10 @@ def test_full_with_few_frames_spreads_them_and_keeps_the_darkest() -> None:
     dark = [0.0, *offsets(few)[2:]]
     steps = [bright - dim for bright, dim in itertools.pairwise(dark)]
     assert steps == pytest.approx([4.62] * 3, abs=0.1)
-    assert sentences(few.notes) == ("With 5 frames the dark ones are 4.6 EV apart instead of 2.",)
+    (note,) = few.notes
+    assert isinstance(note, WiderSteps)
+    assert (note.frames, note.usual_ev) == (5, 2.0)
+    assert note.step_ev == pytest.approx(4.62, abs=0.1)
     two = plan(Exposure(1 / 30, 200.0, 2.1), limits_of("Z1"), "full", 2)
     assert [shot.wanted_ev for shot in two.shots] == pytest.approx([0.0, -13.85], abs=0.01)
 
@@ -219,7 +229,7 @@ def test_unusable_requests_are_refused() -> None:
         with pytest.raises(ProbeError, match="2 to 19 frames"):
             plan(metered, limits, "full", shots)
     for longest in (0.0, 1e-6, math.nan, math.inf):
-        with pytest.raises(ProbeError, match="no exposure of"):
+        with pytest.raises(ProbeError, match="cannot expose for"):
             plan(metered, limits, "paper", longest_s=longest)
     with pytest.raises(ProbeError, match="two different exposures"):
         plan(metered, CameraLimits((1 / 60,), (100.0,), (2.0,)), "paper")

@@ -75,7 +75,7 @@ def test_the_best_three_by_grade_then_match() -> None:
     assert keys == sorted(keys)
     assert all(one.result.attainable for one in answers)
     words = rough_words(answers_of(seen((40.0, 35.0, 12.0, 40.0)), pack()))
-    assert words.startswith("A rough first answer: ")
+    assert words.startswith("Rough first answer: ")
     assert answers[0].result.title in words
 
 

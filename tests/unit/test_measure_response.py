@@ -284,7 +284,7 @@ class TestWrongTags:
             for scene, stop in zip(("city", "night", "studio"), PAPER, strict=True)
         ]
         choice = choose_response(samples(frames), PAPER)
-        assert any("do not fit each other" in sentence for sentence in said(choice))
+        assert any("do not match" in sentence for sentence in said(choice))
         assert np.all(np.diff(choice.response.table, axis=1) > 0.0)
 
 

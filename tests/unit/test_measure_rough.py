@@ -60,7 +60,7 @@ def test_white_counts_as_four_stops_and_one_clipped_channel_as_one(tmp_path: Pat
     assert found[rest] == pytest.approx(0.2, rel=0.01)
     assert probe.rough
     assert probe.merged.cd_m2 is None
-    assert any("states no exposure time" in each for each in sentences(probe.warnings))
+    assert any("does not state its exposure time" in each for each in sentences(probe.warnings))
 
 
 @pytest.mark.usefixtures("best_turns")
@@ -127,9 +127,9 @@ GREY = np.full((128, 256, 3), 0.2, np.float32)
 @pytest.mark.parametrize(
     ("light", "sentence", "hint"),
     [
-        (np.full((128, 256, 3), 1.0, np.float32), "is overexposed: 100 %", "shorter exposure"),
-        (np.zeros((128, 256, 3), np.float32), "is black", "expose longer"),
-        (GREY[:100], "is 256 x 100: alone it has to show every direction", "360 camera"),
+        (np.full((128, 256, 3), 1.0, np.float32), "is overexposed: 100%", "shorter exposure"),
+        (np.zeros((128, 256, 3), np.float32), "is completely black", "expose longer"),
+        (GREY[:100], "is 256 x 100. A single picture must be a full panorama", "360 camera"),
     ],
 )
 def test_photographs_of_no_use(light: Float32, sentence: str, hint: str, tmp_path: Path) -> None:
@@ -143,14 +143,14 @@ def test_a_part_of_a_sphere_is_no_panorama(tmp_path: Path) -> None:
     crop = {"CroppedAreaImageWidthPixels": 128, "FullPanoWidthPixels": 256}
     file = tmp_path / "part.jpg"
     file.write_bytes(jpeg(None, pose_xmp(**crop), shape=(64, 128)))
-    with pytest.raises(ProbeError, match="only a part of the sphere"):
+    with pytest.raises(ProbeError, match="only part of a panorama"):
         measure([file], MeasureOptions(alone=True))
 
 
 def test_a_bracket_still_needs_two(tmp_path: Path) -> None:
-    with pytest.raises(ProbeError, match="is alone"):
+    with pytest.raises(ProbeError, match="single frame"):
         measure([photograph(GREY, tmp_path / "one.png")], MeasureOptions())
     linear = tmp_path / "linear.exr"
     write_exr(linear, GREY)
-    with pytest.raises(ProbeError, match="is alone"):
+    with pytest.raises(ProbeError, match="single frame"):
         measure([linear], MeasureOptions(alone=True))

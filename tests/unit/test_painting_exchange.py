@@ -80,7 +80,7 @@ def test_a_file_is_replaced_only_when_asked(style: UserStyle, tmp_path: Path) ->
     with pytest.raises(StyleError, match="already a file"):
         export_style(style, file)
     assert file.read_text(encoding="utf-8") == "dear"
-    with pytest.raises(CoreError, match="no folder"):
+    with pytest.raises(CoreError, match="does not exist"):
         export_style(style, tmp_path / "no" / "where.turnstyle")
 
 

@@ -31,7 +31,7 @@ def test_wheel_has_them_inside_whatever_lies_beside(tmp_path: Path) -> None:
 
 
 def test_damaged_installation_is_a_sentence(tmp_path: Path) -> None:
-    with pytest.raises(CoreError, match=r"own files are missing.*Install Turnlight again"):
+    with pytest.raises(CoreError, match=r"own files are missing.*Reinstall Turnlight"):
         resources(tmp_path / "app")
 
 

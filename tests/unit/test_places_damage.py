@@ -167,8 +167,8 @@ def test_cut_off_file_leaves_the_light_and_what_the_folder_says(kept: Path, shar
     [
         (b"", "it is empty"),
         (b"\0" * 512, "it is empty"),
-        (b"[1, 2]", "it is something else"),
-        (b"\x89PNG\r\n\x1a\n\xff\xfe", "it is not all text"),
+        (b"[1, 2]", "it has the wrong content"),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", "it is not plain text"),
         (b'{"a":' * 5000, "nested too deeply"),
         (b"x" * (17 << 20), "far too large"),
     ],

@@ -128,7 +128,7 @@ def test_too_large_and_too_many_are_sentences(
         adopt_files(place, [card / "R1.JPG"] * 201)
     usage = shutil.disk_usage(place)._replace(free=1 << 20)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage)
-    with pytest.raises(PlaceError, match="3 MB are needed and 1 MB are free"):
+    with pytest.raises(PlaceError, match="3 MB are needed, 1 MB are free"):
         adopt_files(place, [card / "R0.JPG"])
     assert names(place) == []
 
@@ -141,7 +141,7 @@ def test_file_that_changes_meanwhile_is_not_taken(card: Path, place: Path, chang
             with (card / "R0.JPG").open("r+b") as stream:
                 stream.truncate(BIG * 2 if change == "grows" else BIG - (1 << 20))
 
-    with pytest.raises(PlaceError, match="changed while it was copied"):
+    with pytest.raises(PlaceError, match="changed while it was being copied"):
         adopt_files(place, [card / "R0.JPG"], Token(), touch)
     assert names(place / "originals") == []
 

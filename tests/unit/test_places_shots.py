@@ -100,7 +100,7 @@ def test_removed_and_brought_back_and_gone_for_good(place: Path, photo: Path) ->
     assert purge_shots(place) == 1
     assert not photo_of(place, second).exists()
     assert photo.is_file()
-    with pytest.raises(PlaceError, match="not kept any more"):
+    with pytest.raises(PlaceError, match="no longer in the place"):
         mark_shot(place, first.key, removed=False)
     assert purge_shots(place) == 0
 

@@ -243,7 +243,7 @@ def test_angle_that_is_none_is_refused(angle: float) -> None:
 
 def test_place_in_a_file_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "places").write_bytes(b"")
-    with pytest.raises(PlaceError, match=r"Cannot make a place .* Choose another folder"):
+    with pytest.raises(PlaceError, match=r"Cannot create a place .* Choose another places folder"):
         create_place(tmp_path / "places", "x", NOON)
 
 
@@ -357,7 +357,7 @@ def test_full_disk_leaves_the_place_as_it_was(kept: Path, monkeypatch: pytest.Mo
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(PlaceError, match=r"was not kept.*no space left.*untouched"):
+    with pytest.raises(PlaceError, match=r"was not saved.*no space left.*unchanged"):
         write_place(kept, place)
     assert (kept / "place.json").read_bytes() == before
 

@@ -96,11 +96,11 @@ def test_deletes_nothing_but_places(root: Path, folder: Path) -> None:
 
 def test_only_what_is_in_the_trash_is_restored(root: Path, folder: Path) -> None:
     for wrong in (folder, root / ".trash" / "20260621T120500Z--x", root / ".trash"):
-        with pytest.raises(PlaceError, match="not in the trash"):
+        with pytest.raises(PlaceError, match="no longer in the trash"):
             restore_place(wrong)
     trashed = delete_place(folder)
     restore_place(trashed)
-    with pytest.raises(PlaceError, match="not in the trash"):
+    with pytest.raises(PlaceError, match="no longer in the trash"):
         restore_place(trashed)
 
 
@@ -117,12 +117,14 @@ def test_move_that_fails_is_a_sentence(
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "rename", busy)
-    with pytest.raises(PlaceError, match=r"not deleted: permission denied\. It is where it was"):
+    with pytest.raises(
+        PlaceError, match=r"not deleted: permission denied\. It is still in its folder"
+    ):
         delete_place(folder)
     monkeypatch.undo()
     trashed = delete_place(folder)
     monkeypatch.setattr(os, "rename", busy)
-    with pytest.raises(PlaceError, match="not brought back"):
+    with pytest.raises(PlaceError, match="not restored"):
         restore_place(trashed)
     assert trashed.exists()
 
@@ -175,6 +177,6 @@ def test_what_cannot_be_deleted_is_told_and_the_rest_goes(
         return rename(path, target)
 
     monkeypatch.setattr(Path, "rename", refuse)
-    with pytest.raises(PlaceError, match="not empty: permission denied"):
+    with pytest.raises(PlaceError, match="not emptied: permission denied"):
         empty_trash(root, Token())
     assert [each.folder for each in list_trash(root)] == [stuck]

@@ -122,10 +122,10 @@ def test_marks_survive() -> None:
     found = register_again(first, other_frame(first, 50.0))
     assert found.carried(30.0) == pytest.approx(-20.0, abs=0.1)
     assert found.carried(-150.0) == pytest.approx(160.0, abs=0.1)
-    assert "50° further clockwise" in registration_words(found)
+    assert "50° clockwise" in registration_words(found)
     back = register_again(other_frame(first, 50.0), first)
     assert back.yaw_deg == pytest.approx(-50.0, abs=0.1)
-    assert "50° further counter-clockwise" in registration_words(back)
+    assert "50° counter-clockwise" in registration_words(back)
     laid = remap_frame(other_frame(first, 50.0), found.rotation)
     middle = slice(150, 350)
     assert float(np.abs(laid[middle].astype(int) - first[middle]).mean()) < 4.0
@@ -134,7 +134,7 @@ def test_marks_survive() -> None:
 def test_a_camera_left_standing() -> None:
     found = register_again(panorama("studio"), spoiled(panorama("studio"), 0.5, 0.6, seed=1))
     assert abs(found.yaw_deg) < 0.1
-    assert registration_words(found).startswith("The same spot, and the camera stands as before.")
+    assert found.trusted
 
 
 @pytest.mark.slow
@@ -146,7 +146,7 @@ def test_other_places_are_refused() -> None:
     found = register_again(panorama("probe-1"), panorama("probe-2"))
     assert not found.trusted
     assert (found.yaw_deg, found.carried(40.0)) == (0.0, 40.0)
-    assert registration_words(found).startswith("This does not look like the same spot")
+    assert "different spot" in registration_words(found)
 
 
 @pytest.mark.slow

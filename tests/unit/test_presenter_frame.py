@@ -32,7 +32,7 @@ def services() -> Any:
 
 def test_a_camera_is_said_with_what_it_tells() -> None:
     seen = CameraSeen(FOUND, 0.82, 1_900_000_000)
-    assert camera_words(seen) == "THETA V, 82 %, 1.9 GB free"
+    assert camera_words(seen) == "THETA V, 82%, 1.9 GB free"
     assert camera_words(replace(seen, battery=None, free_bytes=None)) == "THETA V"
 
 

@@ -17,6 +17,7 @@ from app.core.portrait.head import Head
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import AS_PUBLISHED, Studio
 from app.core.styles.style_pack_build import StudioPacks
+from app.words.verdict import own_lamps_words
 from tests.helpers.cases import sample_first
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, head, on_time, scene_light
@@ -93,7 +94,7 @@ def test_a_choice_for_one_style_is_for_its_mirror_image_too_and_for_no_other(tab
 
 
 def test_a_style_that_the_lamps_would_not_show_says_that_it_has_its_own(table: Table) -> None:
-    note = "Shown with its own lamps: at 2:1 it would not be seen."
+    note = own_lamps_words(Studio(None, 2.0))
     table.desk.choose_lamps(Studio(None, 2.0))
     assert lit(table).pack.studio("left-loop-rim") == AS_PUBLISHED
     card, other = table.card("left-loop-rim"), table.card("left-loop")

@@ -21,6 +21,7 @@ from app.ui.screens.light.placement import answers as placed
 from app.ui.screens.light.placement import work
 from app.ui.screens.light.placement.answers import Answers
 from app.ui.screens.light.screen import LightPresenter
+from app.words.shortfall import too_soft_words
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
 
@@ -228,7 +229,7 @@ def test_a_style_that_is_too_soft_says_so(rig: LightRig) -> None:
     rig.weak.add("badger")
     rig.start()
     (part,) = [one for one in rig.state.sections if one.title == "Still out of reach"]
-    assert part.rows[0].line == "Too soft: contrast 12 % of the studio’s, needs 20 %"
+    assert part.rows[0].line == too_soft_words(12.0, 20.0)
 
 
 def test_late_answers_for_a_lamp_that_was_put_away_are_not_shown(rig: LightRig) -> None:
@@ -331,13 +332,13 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     rig.start()
     count = len(rig.hands)
     rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=False)])
-    assert rig.state.meter.startswith("The brightness of “mine” is not known")
-    assert "Type its illuminance" in rig.state.meter
+    assert rig.state.meter.startswith("The brightness of “mine”")
+    assert "Enter its illuminance" in rig.state.meter
     assert len(rig.hands) == count
     rig.presenter.lamp_actions.answer("lux", "a lot")
     assert rig.state.meter_error.startswith("This is not a number of lux.")
     rig.presenter.lamps.take([own_lamp(tmp_path / "other.exr", known=False)])
-    assert rig.state.meter.startswith("The brightness of “other” is not known")
+    assert rig.state.meter.startswith("The brightness of “other”")
     assert not rig.state.meter_error, "that was said of another lamp"
     rig.presenter.take_lamp("own:mine")
     rig.presenter.lamp_actions.answer("lux", "640")

@@ -112,11 +112,11 @@ def test_another_camera_is_said(rig: LightRig, tmp_path: Path) -> None:
     rig.start(bright="")
     rig.model.update(place=place)
     rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=True)])
-    assert "another camera" not in rig.state.note, "nobody knows which took the lamp"
+    assert "different camera" not in rig.state.note, "nobody knows which took the lamp"
     own = rig.presenter.lamps.own
     assert own is not None
     rig.presenter.lamps.own = replace(own, camera="RICOH THETA Z1")
-    assert "another camera (RICOH THETA Z1)" in rig.state.note
+    assert "different camera (RICOH THETA Z1)" in rig.state.note
     # What the user says comes from no camera.
     rig.presenter.scale.type("100")
-    assert "another camera" not in rig.state.note
+    assert "different camera" not in rig.state.note

@@ -82,7 +82,7 @@ def test_the_head_follows_the_key(table: Table, photo: Path) -> None:
     found = state(table)
     assert (found.azimuth_deg, found.altitude_deg) == (-60.0, 85.0)
     assert found.best == (before.azimuth_deg, before.altitude_deg)
-    assert found.note.startswith("Set by hand, after a photograph: key ")
+    assert found.note.startswith("Set by hand, based on a photo: key ")
     assert found.head is not None
     assert before.head is not None
     left, right = found.head[200:340, 160:240].mean(), found.head[200:340, 272:352].mean()

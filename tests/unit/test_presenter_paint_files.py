@@ -119,7 +119,7 @@ def test_full_disk_is_told_and_strokes_are_kept(
     painted = room.presenter.canvas
     monkeypatch.setattr("app.core.painting.user_style.write_layers", full)
     room.presenter.files.named("save", "Mine")
-    words = "Not saved: the disk is full. Your strokes are kept: make room, then save again."
+    words = "Not saved: the disk is full. Your strokes are safe. Free some space, then save again."
     assert [str(error) for error in room.told.errors] == [words]
     view.show_trouble.assert_called_with(words)
     assert room.presenter.canvas is not None

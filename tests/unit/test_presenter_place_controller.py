@@ -232,7 +232,7 @@ def test_a_panorama_with_a_gap_and_a_clipped_lamp_marks_its_styles(
     assert any(lamp.clipped for lamp in lamps)
     notice = advice_notice(found, find(light), None, CameraBlock())
     assert notice is not None
-    assert "does not show 15 % of the sphere" in f"{notice.title} {notice.body}"
+    assert "leaves 15% of the sphere empty" in f"{notice.title} {notice.body}"
     assert notice.body.endswith("The style cards show which answers depend on that.")
     doubtful = {*facts.doubtful, *facts.doubtful_unseen}
     for card in table.presenter.resolve().cards:

@@ -66,7 +66,7 @@ class TestCapture:
             "Get ready", *frames, "You may move"
         ]  # fmt: skip
         captions = " ".join(dict.fromkeys(sign.caption for sign in signs))
-        stages = ("Connecting", "Metering", "Stay down", "All exposures made", "File 3 of 3")
+        stages = ("Connecting", "Metering", "Stay down", "All exposures taken", "File 3 of 3")
         assert sorted(stages, key=captions.index) == list(stages)
         assert "s left" in captions
         arrived = [sum(tile.picture is not None for tile in state.frames) for state in running]
@@ -414,7 +414,7 @@ class TestShownBeforeItIsKept:
         entered(bench)
 
         def full(*_: object, **__: object) -> None:
-            raise PlaceError("The light was not kept.") from OSError(28, "No space left on device")
+            raise PlaceError("The light was not saved.") from OSError(28, "No space left on device")
 
         with monkeypatch.context() as patch:
             patch.setattr("app.core.places.save.store_environment", full)

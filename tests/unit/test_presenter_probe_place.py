@@ -72,8 +72,8 @@ class TestAge:
         bench.later(27.0)
         state = bench.presenter.resolve()
         # 15 degrees an hour times the cosine of 23.4: 6.2 degrees in 27 minutes.
-        assert state.age.startswith("Measured 27 min ago, the sun has moved 6 degrees")
-        assert state.age.endswith("capture again.")
+        assert "27 min ago" in state.age
+        assert "6 degrees" in state.age
         assert state.age_old
 
     def test_it_is_said_anew_without_anybody_asking(self, bench: Bench) -> None:

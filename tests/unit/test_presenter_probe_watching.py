@@ -102,16 +102,16 @@ class TestWatching:
 
 class TestWords:
     def test_a_lower_bound_is_never_rounded_up(self) -> None:
-        assert share_words(0.6499, True) == "at least 64 %"
-        assert share_words(0.6499, False) == "65 %"
-        assert share_words(0.0047, True) == "at least 0.4 %"
+        assert share_words(0.6499, True) == "at least 64%"
+        assert share_words(0.6499, False) == "65%"
+        assert share_words(0.0047, True) == "at least 0.4%"
 
     def test_a_row_is_read_out_whole(self) -> None:
         lamp = LampFinding("A", "window", 47.4, 30.2, 20.0, 0.64, True)
         (row,) = lamp_rows(Findings((lamp,)), 0.0)
         assert row.spoken == (
             "A, Window, in front, sitter’s right (camera left), high, azimuth 47°, "
-            "elevation 30° up, share at least 64 %, clipped"
+            "elevation 30° up, share at least 64%, clipped"
         )
 
     @pytest.mark.parametrize(

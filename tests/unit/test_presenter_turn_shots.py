@@ -203,7 +203,7 @@ def test_where_no_background_shows_the_face_tells_the_turn(
     assert row.sentence.startswith("About ")
     assert row.sentence.endswith("too far")
     assert row.face == (
-        "Butterfly in the photo: nearly. Key 12° too far round. Ratio 1.4 stops, promised 2.0"
+        "Butterfly in the photo: nearly. Key 12° too far around. Ratio 1.4 stops, promised 2.0"
     )
     assert row.detail.endswith("turn by the light on the face")
     (kept,) = read_shots(place)[0]
@@ -258,7 +258,7 @@ def test_a_face_that_tells_no_turn_shows_its_light_all_the_same(
     rig.presenter.open_photos([photo])
     (row,) = rig.state.shots.rows
     assert row.sentence == "Neither background nor face shows the turn"
-    assert row.face == "Key 12° too far round. Ratio 1.4 stops, promised 2.0"
+    assert row.face == "Key 12° too far around. Ratio 1.4 stops, promised 2.0"
 
 
 def test_a_head_turned_aside_counts_with_the_background(

@@ -30,7 +30,7 @@ def test_an_attainable_style_needs_no_reason() -> None:
 
 def test_even_light_is_called_even() -> None:
     assert _say("top", np.ones((32, 64)), 60.0, 12.9) == (
-        "The light here is too even: contrast 12 % of the studio’s"
+        "The light here is too even: contrast 12% of the studio’s"
     )
     assert _say("top", np.ones((32, 64)), 30.0, 25.0) == (
         "The light here is too even: match 30 of 100"
@@ -59,7 +59,7 @@ def test_the_place_named_has_no_strong_light_at_any_turn() -> None:
     """A lamp of the style's height somewhere around is not called missing."""
     light = lamp_environment(130.0, -45.0) + 3 * lamp_environment(-50.0, 10.0)
     said = _say("below", light, 30.0, 50.0)
-    assert said == "Other light spoils the pattern: match 30 of 100"
+    assert said == "Other light disturbs the pattern: match 30 of 100"
 
 
 def test_one_of_two_lamps_missing() -> None:
@@ -70,7 +70,7 @@ def test_one_of_two_lamps_missing() -> None:
     assert said == "Light only from one side: match 30 of 100"
     light = lamp_environment(0.0, 45.0)
     assert _say("clamshell", light, 30.0, 90.0) == (
-        "Only one of its two lights is here, none from below: match 30 of 100"
+        "Only one of its two lights is here; none from below: match 30 of 100"
     )
 
 
@@ -82,7 +82,7 @@ def test_all_lamps_missing() -> None:
 def test_light_is_there_but_drowned() -> None:
     light = lamp_environment(0.0, 45.0) + lamp_environment(100.0, 30.0) + 0.01
     assert _say("butterfly", light, 60.0, 15.0) == (
-        "Other light fills the shadows: contrast 15 % of the studio’s"
+        "Other light fills the shadows: contrast 15% of the studio’s"
     )
 
 

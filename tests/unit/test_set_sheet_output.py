@@ -75,6 +75,6 @@ def test_files_are_written_whole(tmp_path: Path) -> None:
 @pytest.mark.parametrize("write", [write_pdf, write_png])
 def test_what_cannot_be_written_is_said(tmp_path: Path, write: object) -> None:
     assert callable(write)
-    with pytest.raises(CoreError, match="no folder"):
+    with pytest.raises(CoreError, match="does not exist"):
         write(tmp_path / "missing" / "sheet.pdf", sheet_of())
     assert not list(tmp_path.iterdir())

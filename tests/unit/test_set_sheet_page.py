@@ -146,7 +146,7 @@ def test_it_says_the_turn_the_side_and_the_rest() -> None:
         "Walk to your left, around the sitter.",
         "Good from 79° to 111°.",
         "88 of 100",
-        ", contrast 55 % of the studio’s",
+        ", contrast 55% of the studio’s",
         "2.0 stops, 4:1 (key plus fill : fill),",
         "North studio",
         "21 Nov 2026, 14:05",
@@ -330,7 +330,7 @@ def test_the_marks_on_the_strip(turn: float) -> None:
 def test_no_turn_needs_no_walk() -> None:
     words = said(sheet_of(turn_deg=0.2, arc_deg=(-180.0, 180.0)))
     assert "no turn needed" in words
-    assert "You and the sitter stay as you stand." in words
+    assert "You and the sitter stay where you are." in words
     assert "Good at any turn." in words
     assert "o’clock" not in words
 

@@ -143,7 +143,7 @@ def test_words_for_the_dialog() -> None:
     angle = Setting("angle", "turning", "number", 65.0, maximum=150.0, unit="°")
     assert words.value_words(angle, 65.0) == "65°"
     assert words.value_words(setting("text_scale"), 1.25) == "1.25×"
-    assert words.value_words(setting("volume"), 70.0) == "70 %"
+    assert words.value_words(setting("volume"), 70.0) == "70%"
     assert words.value_words(setting("theme"), "contrast") == "High contrast"
     assert words.value_words(setting("places_folder"), "") == "Turnlight’s own folder"
     assert words.value_words(setting("sounds"), True) == "on"

@@ -41,14 +41,17 @@ BOMBS: dict[str, tuple[str, str]] = {
     "a long side": (f'title = "x"\nside = "{"l" * 60_000}"\n', "side must be"),
     "a side that is a table": ('title = "x"\nside = {a = 1}\n', "side must be"),
     "a side that is a list": ("side = [1]\n", "side must be"),
-    "an area that is a list": (re.sub(r'bright = ("[^"]*")', r"bright = [\1]", SOUND), "no area"),
+    "an area that is a list": (
+        re.sub(r'bright = ("[^"]*")', r"bright = [\1]", SOUND),
+        "unknown area",
+    ),
     "a float without end": (f"a = 1.{'0' * 60_000}1\n", "unknown key"),
     "an exponent": ("title = 'x'\nside = 'left'\n[[lamps]]\n" + LAMP.format("1e99999"), "finite"),
     "no number": ("title = 'x'\nside = 'left'\n[[lamps]]\n" + LAMP.format("nan"), "finite"),
     "a month 13": ("a = 2026-13-01\n", "not valid TOML"),
     "a byte order mark": ("\ufefftitle = 'x'\n", "not valid TOML"),
     "a bell": ("title = '\a'\n", "not valid TOML"),
-    "a turn of writing": ("title = 'x\u202egnp'\nside = 'left'\n", "cannot be shown"),
+    "a turn of writing": ("title = 'x\u202egnp'\nside = 'left'\n", "cannot be displayed"),
     "a cut text": ('title = "', "not valid TOML"),
 }
 

@@ -67,7 +67,7 @@ def test_shorter_sentences_are_no_longer() -> None:
 
 def test_numbers_never_read_as_their_limit() -> None:
     shallow = AreaShortfall(Aspect.NOSE_SHADOW, "Loop", "left cheek", "left patch", 0.58, 0.6)
-    assert reason_sentence(shallow) == "The nose’s shadow is 0.58 stop deep; Loop needs 0.6"
+    assert "0.58 stop" in reason_sentence(shallow)
     close = LightShortfall(Cause.EVEN, "match", 44.99, 45.0)
     assert reason_sentence(close) == "The light here is too even: match 44 of 100"
 

@@ -60,45 +60,42 @@ def add_questions(
     add = partial(argument, parser)
     add("environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
     add_layer(parser)
-    add("--style NAME", tr("styles wanted (default: all)"), nargs="+", action="extend")
+    add("--style NAME", tr("styles to solve (default: all)"), nargs="+", action="extend")
     add(
         "--head NAME",
-        tr(
-            "head to light: a name, or a transport file from 'turnlight bake' "
-            "(default: %(default)s)"
-        ),
+        tr("head: a name, or a transport file from “turnlight bake” (default: %(default)s)"),
         default="generic",
     )
     add(
         "--objective",
         tr(
-            "what chooses the turn: the best matching picture, or the paper's "
-            "quality C (default: %(default)s)"
+            "how to choose the turn: best matching picture, or the paper’s quality C "
+            "(default: %(default)s)"
         ),
         choices=OBJECTIVES,
     )
     add(
         "--grey",
-        tr("take all light and skin as grey, as the paper's search does"),
+        tr("ignore colour, as the paper’s search does"),
         action="store_true",
     )
     add(
         "--front DEG",
-        tr("azimuth in the panorama at which the photographer stands (default: 0)"),
+        tr("azimuth of the photographer in the panorama (default: 0)"),
         type=degrees,
         default=0.0,
     )
     add(
         "--softness SIZE",
         tr(
-            "size of the lamps in your studio: degrees, hard, medium, large, a modifier and its "
-            "distance such as octabox@1.5, or paper for each style's own (default)"
+            "size of your studio lamps: degrees, hard, medium, large, a modifier and its "
+            "distance such as octabox@1.5, or paper for each style’s own (default)"
         ),
         type=_read(parse_softness),
     )
     add(
         "--ratio N:1",
-        tr("lighting ratio in your studio, key and fill to fill alone, or none (default)"),
+        tr("lighting ratio of your studio, key plus fill to fill, or none (default)"),
         type=_read(parse_ratio),
     )
     add_json(parser, run)
@@ -106,7 +103,9 @@ def add_questions(
 
 def add_layer(parser: argparse.ArgumentParser) -> None:
     """Add ``--layer``."""
-    words = tr("layer of an OpenEXR panorama to read (default: the unnamed one, else the beauty)")
+    words = tr(
+        "layer of an OpenEXR panorama to read (default: the unnamed one, else the beauty layer)"
+    )
     argument(parser, "--layer NAME", words, default="")
 
 
@@ -126,15 +125,15 @@ def add_lens(parser: argparse.ArgumentParser) -> None:
     add(
         "--yaw DEG",
         tr(
-            "how far the face turns toward the sitter's own left from the line to the lens, up to "
-            "{most:.0f} degrees either way; or auto, short or broad: the best of all (default: 0)",
+            "how far the face turns toward the sitter’s own left, up to {most:.0f} "
+            "degrees either way; or auto, short or broad for the best yaw (default: 0)",
             most=MOST_YAW_DEG,
         ),
         type=_yaw,
     )
     add(
         "--background FROM:TO",
-        tr("azimuths, clockwise, in which the middle of the background must lie"),
+        tr("azimuths, clockwise, for the middle of the background"),
         type=_arc,
     )
 
@@ -164,7 +163,7 @@ def yaw_degrees(text: str) -> float:
 def _arc(text: str) -> tuple[float, float]:
     start, colon, end = text.partition(":")
     if not colon:
-        raise argparse.ArgumentTypeError(tr("{text} is not FROM:TO, as in 90:130", text=text))
+        raise argparse.ArgumentTypeError(tr("{text} is not FROM:TO, such as 90:130", text=text))
     return degrees(start), degrees(end)
 
 
@@ -200,7 +199,7 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
     if own:
         say(
             tr(
-                "These styles keep their own lamps, since yours would not show them: {styles}.",
+                "These styles keep their own lamps, as yours would not show them: {styles}.",
                 styles="; ".join(own),
             )
         )
@@ -214,7 +213,7 @@ def studio_facts(args: argparse.Namespace) -> dict[str, object]:
 
 def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
     """Add ``--json``, and what the command does."""
-    argument(parser, "--json", tr("print one JSON object"), action="store_true")
+    argument(parser, "--json", tr("print a JSON object"), action="store_true")
     parser.set_defaults(run=run)
 
 
@@ -253,7 +252,7 @@ def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
                 if len(endings) == 2
                 else endings[0],
             ),
-            tr("Change the ending."),
+            tr("Change the file extension."),
         )
 
 
@@ -279,12 +278,10 @@ def check_outputs(
         keys = _keys(target)
         source = next((read[key] for key in keys if key in read), None)
         if source is not None:
-            words = tr(
-                "Cannot write {target}: it is one of the files that are read.", target=target
-            )
+            words = tr("Cannot write {target}: it is one of the input files.", target=target)
             if source.name != target.name:
                 words = tr(
-                    "Cannot write {target}: it is one of the files that are read ({name}).",
+                    "Cannot write {target}: it is one of the input files ({name}).",
                     target=target,
                     name=source.name,
                 )
@@ -292,7 +289,7 @@ def check_outputs(
         if output_keys & keys:
             raise CoreError(
                 tr(
-                    "Cannot write {target} twice: two of the files to be written are the same.",
+                    "Cannot write {target} twice: two outputs have the same name.",
                     target=target,
                 ),
                 tr("Choose another name for one of them."),

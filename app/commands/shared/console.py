@@ -58,7 +58,7 @@ class _Plain:
             if self._needs_escape:
                 reason = (getattr(error, "strerror", None) or str(error)).lower()
                 raise CoreError(
-                    tr("The answer cannot be printed: {reason}.", reason=reason)
+                    tr("The result cannot be printed: {reason}.", reason=reason)
                 ) from error
 
     def __getattr__(self, name: str) -> Any:

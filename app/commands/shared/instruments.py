@@ -28,9 +28,9 @@ def instrument(command: str) -> ModuleType:
     root, folder = Path(app.__file__).resolve().parents[1], INSTRUMENTS[command]
     if not (root / "benchmarks" / folder / "command.py").is_file():
         raise CoreError(
-            tr("'{command}' is not part of the installed program.", command=command),
+            tr("“{command}” is not part of the installed program.", command=command),
             tr(
-                "Clone Turnlight's source and run 'python3 run.py {command}' in it.",
+                "Clone Turnlight’s source and run “python3 run.py {command}” in it.",
                 command=command,
             ),
         )

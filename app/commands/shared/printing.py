@@ -93,7 +93,7 @@ class ProgressPrinter:
         if gain > 0.02 and fraction < 1:
             time_left = about_words((now - self._first[1]) / gain * (1 - fraction))
             words = tr("{message}, about {time} left", message=message, time=time_left)
-        line = f"{100 * fraction:3.0f} %  {words}"
+        line = f"{100 * fraction:3.0f}%  {words}"
         due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
         if line != self._last_line and due:
             say(line)

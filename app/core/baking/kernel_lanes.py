@@ -190,7 +190,7 @@ def select_variant(variant: str = "auto") -> Any:
     """
     if variant not in VARIANTS:
         raise BakeError(
-            tr("There is no variant called “{variant}”.", variant=variant),
+            tr("There is no variant “{variant}”.", variant=variant),
             hint=tr("Choose from {names}.", names=", ".join(VARIANTS)),
         )
     variant_name = variant
@@ -212,7 +212,7 @@ def select_variant(variant: str = "auto") -> Any:
             importlib.import_module("drjit").eval(float_type(1.0) + float_type(1.0))
     except (ImportError, RuntimeError, AttributeError) as error:
         raise BakeError(
-            tr("Mitsuba's {variant} variant does not work on this machine.", variant=variant_name),
+            tr("Mitsuba’s {variant} variant does not work on this computer.", variant=variant_name),
             hint=tr("Try --variant llvm or --variant scalar."),
         ) from error
     return mitsuba

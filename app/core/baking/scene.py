@@ -175,17 +175,17 @@ def load_head(
                 name=skin_file.name,
                 height=height,
             ),
-            hint=tr("Say how many millimetres one unit of the file is, with --unit."),
+            hint=tr("Use --unit to set the size of one unit in millimetres."),
         )
     open_edges = count_open_edges(skin)
     if open_edges:
         raise HeadError(
             tr(
-                "The head in {name} is not closed: {open_edges} edges have no second side.",
+                "The head in {name} is not closed: {open_edges} edges belong to only one face.",
                 name=skin_file.name,
                 open_edges=open_edges,
             ),
-            hint=tr("Close the mesh; light must not leak into the skin."),
+            hint=tr("Close the mesh, so that no light leaks into the skin."),
         )
     eyes = None if eyes_file is None else _load_mesh(eyes_file, unit_mm)
     parts = [skin] if eyes is None else [skin, eyes]
@@ -217,24 +217,20 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
     kind = _check_mesh_file(path)
     if not 0.0 < unit_mm <= _MOST_UNIT_MM:
         raise HeadError(
-            tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("Metres are 1000.")
+            tr("A unit of {unit_mm:g} mm is not possible.", unit_mm=unit_mm), tr("A metre is 1000.")
         )
     # First without normals: Mitsuba computes them from the faces.
     plain = _load({"type": kind, "filename": str(path), "face_normals": True})
     count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
     if corners.size and int(corners.max()) >= count:
-        raise HeadError(
-            tr("{name} has faces with corners that are not in the file.", name=path.name), _EXPORT
-        )
+        raise HeadError(tr("{name} has faces that use missing vertices.", name=path.name), _EXPORT)
     mesh = _load({"type": kind, "filename": str(path)})
     vertices = np.array(mesh["vertex_positions"], np.float32).reshape(-1, 3)
     faces = np.array(mesh["faces"], np.uint32).reshape(-1, 3)
     if not 0 < len(vertices) <= _MAX_VERTICES or len(faces) == 0:
-        raise HeadError(tr("{name} holds no usable mesh.", name=path.name), _EXPORT)
+        raise HeadError(tr("{name} has no usable mesh.", name=path.name), _EXPORT)
     if not np.isfinite(vertices).all():
-        raise HeadError(
-            tr("{name} holds coordinates that are not numbers.", name=path.name), _EXPORT
-        )
+        raise HeadError(tr("{name} has coordinates that are not numbers.", name=path.name), _EXPORT)
     vertices = vertices * np.float32(unit_mm / MILLIMETRES_PER_UNIT)
     normals = np.array(mesh["vertex_normals"], np.float32).reshape(-1, 3)
     if normals.shape != vertices.shape or not np.isfinite(normals).all():
@@ -258,13 +254,11 @@ def _check_mesh_file(path: Path) -> str:
     if path.stat().st_size > _MAX_MESH_BYTES:
         most = f"{_MAX_MESH_BYTES // 10**6} MB"
         raise HeadError(
-            tr("{name} is too large: a head has {most} at most.", name=path.name, most=most),
+            tr("{name} is too large. A head may have at most {most}.", name=path.name, most=most),
             _EXPORT,
         )
     if kind == "ply" and not _is_plain(path):
-        raise HeadError(
-            tr("{name} is damaged or not a mesh that can be read.", name=path.name), _EXPORT
-        )
+        raise HeadError(tr("{name} is damaged or not a readable mesh.", name=path.name), _EXPORT)
     return kind
 
 
@@ -283,7 +277,7 @@ def _load(description: dict[str, Any]) -> Any:
     except (RuntimeError, ValueError, TypeError) as error:  # TypeError: the name is not text.
         name = Path(description["filename"]).name
         raise HeadError(
-            tr("{name} is damaged or not a mesh that can be read.", name=name), _EXPORT
+            tr("{name} is damaged or not a readable mesh.", name=name), _EXPORT
         ) from error
 
 
@@ -419,8 +413,8 @@ def scene_files(folder: Path) -> tuple[Path, Path, Path]:
     Raises `BakeError` if the folder cannot be made.
     """
     meshes = folder / "meshes"
-    sentence = tr("Cannot make the folder {folder}: {reason}.")
-    with os_errors_as(BakeError, sentence, tr("Choose another one."), folder=folder):
+    sentence = tr("The folder {folder} cannot be created: {reason}.")
+    with os_errors_as(BakeError, sentence, tr("Choose another folder."), folder=folder):
         meshes.mkdir(parents=True, exist_ok=True)
     return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"
 

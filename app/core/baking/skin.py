@@ -149,6 +149,6 @@ def find_skin(name: str) -> Skin:
             return skin
     names = ", ".join(skin.name for skin in SKINS)
     raise BakeError(
-        tr("There is no skin tone called “{name}”.", name=name),
+        tr("There is no skin tone “{name}”.", name=name),
         hint=tr("Choose from {names}.", names=names),
     )

@@ -160,7 +160,7 @@ def read_sealed(
         ) from error
     if not whole:
         raise TransportError(
-            tr("{name} is damaged: its checksum does not fit.", name=path.name), hint
+            tr("{name} is damaged: its checksum does not match.", name=path.name), hint
         )
     return header, selection
 

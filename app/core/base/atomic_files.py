@@ -59,7 +59,7 @@ class _Readable(io.FileIO):
 
 
 def _no_file(name: str | bytes | None) -> OSError:
-    return OSError(errno.EINVAL, tr("It is not an ordinary file"), name)
+    return OSError(errno.EINVAL, tr("it is not an ordinary file"), name)
 
 
 def check_target(path: Path | str) -> Path:
@@ -77,17 +77,21 @@ def check_target(path: Path | str) -> Path:
             mode = stat.S_IFREG
     if stat.S_ISDIR(mode):
         raise CoreError(
-            tr("Cannot write {target}: that is a folder.", target=target), tr("Give a file name.")
+            tr("Cannot write {target}: it is a folder.", target=target), tr("Give a file name.")
         )
     if not stat.S_ISREG(mode):
         raise CoreError(
-            tr("Cannot write {target}: that is not an ordinary file.", target=target),
+            tr("Cannot write {target}: it is not an ordinary file.", target=target),
             tr("Give another file name."),
         )
     if not folder.is_dir():
         raise CoreError(
-            tr("Cannot write {target}: there is no folder {folder}.", target=target, folder=folder),
-            tr("Make the folder first."),
+            tr(
+                "Cannot write {target}: the folder {folder} does not exist.",
+                target=target,
+                folder=folder,
+            ),
+            tr("Create the folder first."),
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise CoreError(
@@ -261,7 +265,7 @@ def _causes(error: BaseException) -> Iterator[BaseException]:
 
 
 def _write_error(target: Path, error: OSError) -> CoreError:
-    hint = tr("Make room, or choose another folder.") if error.errno in _NO_ROOM else ""
+    hint = tr("Free some space, or choose another folder.") if error.errno in _NO_ROOM else ""
     return CoreError(
         tr("Cannot write {target}: {reason}.", target=target, reason=words_of(error)), hint
     )

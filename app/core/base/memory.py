@@ -69,9 +69,9 @@ def check_limit(least: int) -> None:
     if limit != resource.RLIM_INFINITY and limit < least:
         raise CoreError(
             tr(
-                "This process may use only {most} MB of memory and needs {least} MB.",
+                "This process may use only {most} MB of memory, but needs {least} MB.",
                 most=limit // _MEGABYTE,
                 least=least // _MEGABYTE,
             ),
-            tr("Raise the limit: ulimit -v."),
+            tr("Raise the limit with ulimit -v."),
         )

@@ -46,7 +46,7 @@ def native_path(path: Path | str) -> str:
             return os.path.join(_link_to(folder), last)
         return _link_to(whole)
     except (OSError, NotImplementedError, ValueError):
-        words = tr("Its name is not UTF-8 text. Rename it first")
+        words = tr("its name is not UTF-8 text; rename it first")
         raise OSError(errno.EILSEQ, words, name) from None
 
 

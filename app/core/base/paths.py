@@ -31,7 +31,7 @@ def resources(package: Path = _PACKAGE) -> Path:
             "The program's own files are missing (no 'resources' folder at {folder}).",
             folder=package.parent,
         ),
-        tr("Install Turnlight again."),
+        tr("Reinstall Turnlight."),
     )
 
 

@@ -45,18 +45,18 @@ def percent(share: float, digits: int = 0) -> str:
 
     Examples:
         >>> percent(0.824), percent(0.0637, 1)
-        ('82 %', '6.4 %')
+        ('82%', '6.4%')
     """
-    return f"{100.0 * share:.{digits}f} %"
+    return f"{100.0 * share:.{digits}f}%"
 
 
 def small_percent(share: float) -> str:
-    """Format a share that may be small as a percentage, with a decimal below 10 %.
+    """Format a share that may be small as a percentage, with a decimal below 10%.
 
     Examples:
         >>> small_percent(0.824), small_percent(0.0637), small_percent(0.0004)
-        ('82 %', '6.4 %', 'under 0.1 %')
+        ('82%', '6.4%', 'under 0.1%')
     """
     if 0.0 < share < 0.001:
-        return tr("under 0.1 %")
+        return tr("under 0.1%")
     return percent(share, 1 if share < 0.1 else 0)

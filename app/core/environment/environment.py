@@ -163,7 +163,7 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
         raise EnvironmentFileError(
             tr(
-                "{name} is not a full panorama: it has the shape {shape}, not (H, 2 H, 3).",
+                "{name} is not a full panorama: its shape is {shape}, not (H, 2 H, 3).",
                 name=name,
                 shape=shape,
             )

@@ -111,8 +111,8 @@ def read_panorama(path: Path | str, layer: str = "", *, coverage: bool = True) -
         return _read_layer(source, file, layer, coverage)
     except MemoryError:
         raise EnvironmentFileError(
-            tr("{name} is too large for this machine's memory.", name=file.name),
-            tr("Scale it down to 4096 x 2048 texels."),
+            tr("{name} is too large for this computer’s memory.", name=file.name),
+            tr("Scale it down to 4096 x 2048 pixels."),
         ) from None
     except UnicodeError:
         # The header has damaged names of channels.
@@ -145,7 +145,7 @@ def _check_signature(file: Path) -> None:
         file,
         EnvironmentFileError,
         tr("{file} is a folder, not a panorama.", file=file),
-        tr("Name one .exr or .hdr file."),
+        tr("Choose an .exr or .hdr file."),
     )
     if head.startswith((_EXR, b"#?")) or is_linear(file):
         return
@@ -153,14 +153,14 @@ def _check_signature(file: Path) -> None:
         if head.startswith(magic):
             raise EnvironmentFileError(
                 tr(
-                    "{name} is a {kind} image, which does not hold the light's full range: "
-                    "an HDR panorama is needed.",
+                    "{name} is a {kind} image, which cannot hold the full range of "
+                    "light. Turnlight needs an HDR panorama.",
                     name=file.name,
                     kind=kind,
                 ),
                 tr(
-                    "Merge a bracket of exposures to an OpenEXR file first, or this picture alone "
-                    "for a rough one."
+                    "Merge a bracket of exposures first, or merge this picture alone for "
+                    "a rough result."
                 ),
             )
     raise EnvironmentFileError(tr("{name} is not an HDR panorama.", name=file.name), _SAVE_AS)
@@ -254,11 +254,11 @@ def _check_seen(unseen: Bools | None, file: Path) -> None:
     if visible_share < _LEAST_SEEN:
         raise EnvironmentFileError(
             tr(
-                "{name} shows only {share} of what is around.",
+                "{name} covers only {share} of the sphere.",
                 name=file.name,
                 share=percent(visible_share),
             ),
-            tr("Choose a panorama that is not transparent over most of the sphere."),
+            tr("Choose a panorama without large transparent areas."),
         )
 
 
@@ -294,26 +294,30 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
     if width > MAX_WIDTH or pixel_count > MAX_WIDTH**2 // 2:
         raise EnvironmentFileError(
             tr(
-                "{name} is {size}; at most {max_width} x {max_width} is read.",
+                "{name} is {size}. The largest supported size is {max_width} x {max_width}.",
                 name=file.name,
                 size=size,
                 max_width=MAX_WIDTH,
             ),
-            tr("Scale it down; 2048 x 1024 holds all that is needed."),
+            tr("Scale it down; 2048 x 1024 is enough."),
         )
     if is_unwieldy(spec):
         raise EnvironmentFileError(
-            tr("{name} is stored in blocks or channels too large to read.", name=file.name),
-            tr("Export it in rows, with red, green and blue alone."),
+            tr(
+                "{name} is stored in blocks or channels that are too large to read.", name=file.name
+            ),
+            tr("Export it in rows, with only red, green and blue."),
         )
     if width < MIN_WIDTH:
         raise EnvironmentFileError(
             tr(
-                "{name} is only {size}: too few texels to tell where the light comes from.",
+                "{name} is only {size}: too small to show where the light comes from.",
                 name=file.name,
                 size=size,
             ),
-            tr("Use at least {min_width} x {min_width}, better 1024 x 512.", min_width=MIN_WIDTH),
+            tr(
+                "Use at least {min_width} x {min_width}; 1024 x 512 is better.", min_width=MIN_WIDTH
+            ),
         )
 
 

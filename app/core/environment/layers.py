@@ -52,12 +52,12 @@ class LayerError(EnvironmentFileError):
     def __init__(self, file_name: str, layers: tuple[str, ...], layer_name: str = "") -> None:
         names = ", ".join(layers[:_MOST_NAMES]) + (", …" if len(layers) > _MOST_NAMES else "")
         words = (
-            tr("{name} has no layer {layer!r}, but {layers}.", name=file_name, layer=layer_name,
+            tr("{name} has no layer {layer!r}; it has {layers}.", name=file_name, layer=layer_name,
                layers=names)
             if layer_name
             else tr("{name} has several layers: {layers}.", name=file_name, layers=names)
         )  # fmt: skip
-        super().__init__(words, tr("Choose the one that holds the light (--layer NAME)."))
+        super().__init__(words, tr("Choose the one with the light (--layer NAME)."))
         self.layers = layers
 
 

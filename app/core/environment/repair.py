@@ -83,13 +83,13 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
         band[holes | below] = 0.0
     if largest <= 0.0:
         raise EnvironmentFileError(
-            tr("{name} is black: no texel has any light.", name=name),
+            tr("{name} is completely black.", name=name),
             tr("Choose another panorama."),
         )
     if unknown > _MOST_REPAIRED:
         raise EnvironmentFileError(
             tr(
-                "{name} is damaged: {unknown:.0f} % of the sphere is NaN or infinite.",
+                "{name} is damaged: {unknown:.0f}% of the sphere is NaN or infinite.",
                 name=name,
                 unknown=100.0 * unknown,
             ),
@@ -107,7 +107,7 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
         )
         if below_zero > _MOST_REPAIRED * light:
             raise EnvironmentFileError(
-                tr("{name} is damaged: much of its light is negative.", name=name), COPY_AGAIN
+                tr("{name} is damaged: many of its values are negative.", name=name), COPY_AGAIN
             )
     return Repairs(nan, infinite, negative, level), clipped
 

@@ -177,7 +177,7 @@ def _networks() -> _Networks:
     try:
         first, second = (read_network(folder / name) for name in names)
     except (OSError, cv2.error) as error:
-        message = tr("The program’s own network for faces is missing or damaged.")
+        message = tr("Turnlight’s face detector is missing or damaged.")
         raise CoreError(message, _AGAIN) from error
     return _Networks(first, second)
 

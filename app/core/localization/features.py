@@ -98,8 +98,8 @@ def build_index(
     vectors = np.concatenate([vectors for _, vectors in parts])
     if len(vectors) < _LEAST_POINTS:
         raise CoreError(
-            tr("There is nothing in this panorama that a camera could be found by."),
-            tr("Turn by the number of degrees, or capture it again with more light."),
+            tr("This panorama has too little detail to find a camera in it."),
+            tr("Turn by degrees instead, or capture it again with more light."),
         )
     azimuths = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
     order = np.argsort(azimuths)

@@ -150,7 +150,7 @@ def read_photo(path: Path, token: Token | None = None) -> Photo:
                 columns=photo.size[0],
                 rows=photo.size[1],
             ),
-            tr("Open the photograph itself, not its thumbnail."),
+            tr("Open the original photo, not its thumbnail."),
         )
     return photo
 

@@ -113,12 +113,12 @@ def _check_shape(frame: Frame) -> None:
                 name=name,
                 size=size,
             ),
-            tr("Name the panorama first and the photograph second."),
+            tr("Name the panorama first, then the photo."),
         )
     if columns < _NARROWEST:
         raise EnvironmentFileError(
-            tr("{name} is only {size}: too few pixels to find a camera by.", name=name, size=size),
-            tr("Use the panorama itself, not its thumbnail."),
+            tr("{name} is only {size}: too small to find a camera in it.", name=name, size=size),
+            tr("Use the original panorama, not its thumbnail."),
         )
     if frame.kind not in ("uint8", "uint16"):
         raise CoreError(
@@ -274,7 +274,7 @@ def _open(path: Path) -> Iterator[ImageInput]:
 
 
 def _unreadable(path: Path) -> CoreError:
-    words = tr("{name} is damaged, or is not a picture that can be read.", name=path.name)
+    words = tr("{name} is damaged or not a readable picture.", name=path.name)
     return CoreError(words, _EXPORT)
 
 
@@ -329,12 +329,12 @@ def _check_file(path: Path) -> None:
     # A pipe would block, and a device has no end.
     if not stat.S_ISREG(about.st_mode):
         raise CoreError(
-            tr("{name} is not a picture file.", name=path.name), tr("Give the name of a picture.")
+            tr("{name} is not a picture file.", name=path.name), tr("Enter the name of a picture.")
         )
     if about.st_size == 0:
         raise CoreError(tr("{name} is empty.", name=path.name), _COPY_AGAIN)
     if about.st_size > _MOST_BYTES:
-        raise CoreError(tr("{name} is too large to be a photograph.", name=path.name), _EXPORT)
+        raise CoreError(tr("{name} is too large for a photo.", name=path.name), _EXPORT)
     _check_head(path)
 
 
@@ -347,8 +347,8 @@ def _check_head(path: Path) -> None:
         raise CoreError(
             tr("{name} is a HEIC picture, which Turnlight cannot read.", name=path.name),
             tr(
-                "Export it as a JPEG; an iPhone takes JPEGs with Settings, Camera, "
-                "Formats, Most Compatible."
+                "Export it as a JPEG. To take JPEGs on an iPhone, choose Settings, "
+                "Camera, Formats, Most Compatible."
             ),
         )
 
@@ -363,7 +363,7 @@ def _check(source: ImageInput, name: str) -> None:
     if min(rows, columns) < _LEAST_SIDE:
         raise CoreError(
             tr("{name} is only {columns} x {rows} pixels.", name=name, columns=columns, rows=rows),
-            tr("Give a larger picture."),
+            tr("Use a larger picture."),
         )
 
 
@@ -381,7 +381,7 @@ def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
         band = read_rows(source, (start * step, stop * step), (0, channels), "uint8")
         if band is None or clear_error(source):
             clear_error(source)
-            raise CoreError(tr("{name} is damaged or ends too early.", name=name), _COPY_AGAIN)
+            raise CoreError(tr("{name} is damaged or incomplete.", name=name), _COPY_AGAIN)
         if step > 1:
             whole = np.ascontiguousarray(band[:, : size[0] * step])
             small = cv2.resize(whole, (size[0], stop - start), interpolation=cv2.INTER_AREA)

@@ -372,5 +372,5 @@ def _network() -> Any:
     try:
         return read_network(file)
     except (OSError, cv2.error) as error:
-        message = tr("The program’s own network that finds heads is missing or damaged.")
-        raise CoreError(message, tr("Install Turnlight again.")) from error
+        message = tr("Turnlight’s head detector is missing or damaged.")
+        raise CoreError(message, tr("Reinstall Turnlight.")) from error

@@ -224,7 +224,7 @@ def make_canvas(
     ]
     fits = len(shape) == 2 and shape[0] == shape[1] and MIN_SIZE <= shape[0] <= 4 * MAX_SIZE
     if not fits or any(layer.shape != shape or not np.isfinite(layer).all() for layer, _ in layers):
-        raise StyleError(tr("These weights are damaged: they do not make a square picture."))
+        raise StyleError(tr("These weights are damaged: they do not form a square picture."))
     return Canvas(*(_frozen(np.clip(layer, low, 1.0)) for layer, low in layers))
 
 

@@ -76,11 +76,11 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
         except CoreError as error:
             raise StyleError(
                 tr(
-                    "{name} was not exported: {folder} cannot be written to.",
+                    "{name} was not exported: {folder} is not writable.",
                     name=file.name,
                     folder=tempfile.gettempdir(),
                 ),
-                tr("Make room there."),
+                tr("Choose another folder, or allow writing there."),
             ) from error
         parts = {_TEXT: style_text(style).encode(), _LAYERS: layers.read_bytes()}
     buffer = io.BytesIO()
@@ -110,7 +110,7 @@ def import_style(folder: Path, file: Path) -> UserStyle:
         except StyleError as error:
             raise StyleError(
                 tr(
-                    "{name} is not a style that can be read. {sentence}",
+                    "{name} is not a readable style. {sentence}",
                     name=file.name,
                     sentence=error.message,
                 ),
@@ -127,7 +127,7 @@ def _members(file: Path) -> dict[str, bytes]:
         with open_file(file) as stream:
             raw = stream.read(_LONGEST + 1)
     if len(raw) > _LONGEST:
-        raise StyleError(tr("{name} is too large to be a style.", name=file.name))
+        raise StyleError(tr("{name} is too large for a style.", name=file.name))
     try:
         return _unpacked(raw)
     except CoreError:
@@ -136,7 +136,7 @@ def _members(file: Path) -> dict[str, bytes]:
     except Exception as error:
         raise StyleError(
             tr("{name} is damaged or not an exported style.", name=file.name),
-            tr("Ask for it again."),
+            tr("Export it again."),
         ) from error
 
 
@@ -145,17 +145,17 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
     with zipfile.ZipFile(io.BytesIO(raw)) as archive:
         entries = archive.infolist()
         if sorted(entry.filename for entry in entries) != sorted(_MOST):
-            raise ValueError("other members than a style has")
+            raise ValueError("unexpected parts")
         for entry in entries:
             most = _MOST[entry.filename]
             plain = entry.compress_type in _METHODS and not entry.flag_bits & _ENCRYPTED
             # Checked before unpacking: a small file can claim to unpack to a huge one.
             if not plain or entry.file_size > most:
-                raise ValueError("a member that is no part of a style")
+                raise ValueError("an unexpected part")
             with archive.open(entry) as member:
                 data = member.read(most + 1)
             if len(data) != entry.file_size:
-                raise ValueError("a member of another size than stated")
+                raise ValueError("a part of the wrong size")
             parts[entry.filename] = data
     return parts
 
@@ -191,7 +191,7 @@ def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged
             continue
         if len(styles) >= _MAX_STYLES:
             refusal = StyleError(
-                tr("There are more than {most} styles; this one is not read.", most=_MAX_STYLES)
+                tr("There are more than {most} styles. This one is not shown.", most=_MAX_STYLES)
             )
             damaged.append(DamagedItem(file, refusal))
             continue

@@ -73,9 +73,9 @@ def photo_style(
 
 _WHY: Final = {
     None: tr("The light on this face cannot be read."),
-    Unread.PROFILE: tr("The face is seen from the side."),
-    Unread.HIDDEN: tr("Too little of the face can be seen."),
-    Unread.FLAT: tr("The light is flat: no side of the face is brighter."),
+    Unread.PROFILE: tr("The face is in profile."),
+    Unread.HIDDEN: tr("Too little of the face is visible."),
+    Unread.FLAT: tr("The light is flat: neither side of the face is brighter."),
     Unread.MIXED: tr("Something hides the face, or several lamps light it."),
 }
 
@@ -85,8 +85,11 @@ def photo_studio(light: FaceLight) -> tuple[Style, Studio]:
     azimuth, elevation, size = light.azimuth_deg, light.elevation_deg, light.softness_deg
     if light.key == "behind":
         raise StyleError(
-            tr("The light in this picture comes from behind; the face does not tell from where."),
-            tr("Choose a picture of a face that is lit from the front or from the side."),
+            tr(
+                "The light in this picture comes from behind, so the face does not show "
+                "its direction."
+            ),
+            tr("Choose a picture of a face lit from the front or the side."),
         )
     if azimuth is None or elevation is None or size is None:
         raise StyleError(

@@ -108,7 +108,7 @@ def _layers(source: ImageInput, path: Path) -> tuple[Float32, Float32]:
     names = [str(name) for name in spec.channelnames]
     square = spec.width == spec.height and MIN_SIZE <= spec.width <= MAX_SIZE
     if sorted(names) != sorted(_CHANNELS) or not square or spec.deep or spec.depth != 1:
-        raise StyleError(tr("{name} does not hold painted weights.", name=path.name))
+        raise StyleError(tr("{name} does not contain painted weights.", name=path.name))
     size = int(spec.width)
     pixels = source.read_image(0, 0, 0, len(_CHANNELS), "float")
     if pixels is None:
@@ -117,7 +117,9 @@ def _layers(source: ImageInput, path: Path) -> tuple[Float32, Float32]:
     values = np.asarray(pixels, np.float32).reshape(size, size, len(_CHANNELS))
     weights, ignore = (np.ascontiguousarray(values[:, :, names.index(n)]) for n in _CHANNELS)
     if not (_within(weights, -1.0) and _within(ignore, 0.0)):
-        raise StyleError(tr("{name} holds numbers that are not painted weights.", name=path.name))
+        raise StyleError(
+            tr("{name} contains numbers that are not painted weights.", name=path.name)
+        )
     weights.setflags(write=False)
     ignore.setflags(write=False)
     return weights, ignore
@@ -183,10 +185,10 @@ def clean_text(text: str, key: str) -> str:
     if len(value) > _LONGEST[key]:
         raise StyleError(
             {
-                "place": tr("This place is longer than {most} characters.", most=_LONGEST[key]),
-                "note": tr("This note is longer than {most} characters.", most=_LONGEST[key]),
-                "head": tr("This head is longer than {most} characters.", most=_LONGEST[key]),
-                "origin": tr("This origin is longer than {most} characters.", most=_LONGEST[key]),
+                "place": tr("The place name is longer than {most} characters.", most=_LONGEST[key]),
+                "note": tr("The note is longer than {most} characters.", most=_LONGEST[key]),
+                "head": tr("The head name is longer than {most} characters.", most=_LONGEST[key]),
+                "origin": tr("The origin is longer than {most} characters.", most=_LONGEST[key]),
             }[key],
             tr("Shorten it."),
         )
@@ -240,19 +242,19 @@ def not_saved(error: OSError | CoreError) -> StyleError:
     if trouble is DiskTrouble.FULL:
         return StyleError(
             tr("Not saved: the disk is full."),
-            tr("Your strokes are kept: make room, then save again."),
+            tr("Your strokes are safe. Free some space, then save again."),
         )
     if trouble is DiskTrouble.LOCKED:
         return StyleError(
-            tr("Not saved: the folder of your styles cannot be written to."),
-            tr("Your strokes are kept: allow writing there, then save again."),
+            tr("Not saved: the folder of your styles is not writable."),
+            tr("Your strokes are safe. Allow writing there, then save again."),
         )
     if isinstance(error, CoreError):
         return StyleError(
-            tr("Not saved. {message}", message=error.message), tr("Your strokes are kept.")
+            tr("Not saved. {message}", message=error.message), tr("Your strokes are safe.")
         )
     return StyleError(
-        tr("Not saved: {reason}.", reason=words_of(error)), tr("Your strokes are kept.")
+        tr("Not saved: {reason}.", reason=words_of(error)), tr("Your strokes are safe.")
     )
 
 
@@ -265,7 +267,7 @@ def read_user_style(path: Path) -> UserStyle:
     style = UserStyle(**facts, weights=weights, ignore=ignore)
     if checksum(style) != sha256 or len(weights) != size:
         raise StyleError(
-            tr("The weights of {name} are damaged: their checksum does not fit.", name=path.name)
+            tr("The weights of {name} are damaged: their checksum does not match.", name=path.name)
         )
     return style
 

@@ -18,8 +18,7 @@ from app.core.text import tr
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 _MOST_LISTED: Final = 2000
 _KINDS: Final = tr(
-    "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, their folder, or one "
-    "photograph of all directions."
+    "Drop an HDR panorama (.exr, .hdr), the photos of a bracket or their folder, or one 360 photo."
 )
 
 
@@ -71,13 +70,13 @@ def sort_out(paths: Sequence[Path], way: str = "camera") -> Intake:
     name = _name_of(paths, used)
     if len(panoramas) > 1:
         raise CoreError(
-            tr("These are {number} panoramas, and a place has one.", number=len(panoramas)),
-            tr("Open them one by one."),
+            tr("These are {number} panoramas, but a place has only one.", number=len(panoramas)),
+            tr("Open them one at a time."),
         )
     if panoramas:
         return Intake(name, environment=panoramas[0])
     if chosen is None:
-        raise CoreError(tr("There is nothing here that Turnlight can read."), _KINDS)
+        raise CoreError(tr("Turnlight cannot read any of this."), _KINDS)
     _check_count(len(used), chosen)
     return Intake(name, files=tuple(used), way=chosen.key)
 
@@ -87,12 +86,12 @@ def _check_count(number: int, way: MeasuringWay) -> None:
         return
     if way.most == 1:
         raise CoreError(
-            tr("These are {number} films, and a place has one.", number=number),
+            tr("These are {number} films, but a place has only one.", number=number),
             tr("Choose the one that shows the whole turn."),
         )
     raise CoreError(
         tr(
-            "These are {number} photographs; a bracket has at most {most}.",
+            "These are {number} photos, but a bracket has at most {most}.",
             number=number,
             most=way.most,
         ),

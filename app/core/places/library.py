@@ -78,7 +78,7 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
     when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
     trash = folder.parent / TRASH
     sentence = tr("The place was not deleted: {reason}.")
-    with os_errors_as(PlaceError, sentence, tr("It is where it was.")):
+    with os_errors_as(PlaceError, sentence, tr("It is still in its folder.")):
         make_folder(trash, private=True)
         return _move(folder, trash, f"{when}--{folder.name}", "~")
 
@@ -92,10 +92,10 @@ def restore_place(trashed: Path) -> Path:
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
         raise PlaceError(
-            tr("This place is not in the trash any more."), tr("Look at the list of places.")
+            tr("This place is no longer in the trash."), tr("Check the list of places.")
         )
-    hint = tr("It is kept in {trashed}.", trashed=trashed)
-    with os_errors_as(PlaceError, tr("The place was not brought back: {reason}."), hint):
+    hint = tr("It is in {trashed}.", trashed=trashed)
+    with os_errors_as(PlaceError, tr("The place was not restored: {reason}."), hint):
         return _move(trashed, trashed.parent.parent, entry[2], "-")
 
 
@@ -105,7 +105,9 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
         if not os.path.lexists(aside):
             folder.rename(aside)
             return aside
-    raise PlaceError(tr("There are too many called {name} in {target}.", name=name, target=target))
+    raise PlaceError(
+        tr("There are too many places called {name} in {target}.", name=name, target=target)
+    )
 
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
@@ -164,8 +166,8 @@ def empty_trash(root: Path, token: Token, report: Report = silent) -> int:
     trouble = _delete_rest(trash) or trouble
     if trouble is not None:
         raise PlaceError(
-            tr("The trash is not empty: {reason}.", reason=words_of(trouble)),
-            tr("Look at {trash}.", trash=trash),
+            tr("The trash was not emptied: {reason}.", reason=words_of(trouble)),
+            tr("Check {trash}.", trash=trash),
         ) from trouble
     return count
 

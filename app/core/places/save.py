@@ -99,7 +99,9 @@ def save_again(open_place: OpenPlace) -> OpenPlace:
         PlaceError: If the disk fails.
     """
     assert open_place.folder is not None
-    with os_errors_as(PlaceError, tr("Cannot make {folder}: {reason}."), folder=open_place.folder):
+    with os_errors_as(
+        PlaceError, tr("Cannot create {folder}: {reason}."), folder=open_place.folder
+    ):
         make_folder(open_place.folder, private=True)
     return save_place(open_place)
 

@@ -265,8 +265,8 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
         The new folder, a child of `root`, with a name that is valid on all systems.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
-    sentence = tr("Cannot make a place in {root}: {reason}.")
-    hint = tr("Choose another folder for places in Settings.")
+    sentence = tr("Cannot create a place in {root}: {reason}.")
+    hint = tr("Choose another places folder in Settings.")
     with os_errors_as(PlaceError, sentence, hint, root=root):
         make_folder(root, private=True)
         sweep(root)
@@ -316,7 +316,7 @@ def write_place(folder: Path, place: Place) -> Path | None:
     if bad:
         raise PlaceError(
             tr(
-                "“{name}” was not kept: {parts} cannot be.",
+                "“{name}” was not saved: {parts} cannot be written.",
                 name=place.name,
                 parts=", ".join(each.name for each in bad),
             )
@@ -329,8 +329,8 @@ def write_place(folder: Path, place: Place) -> Path | None:
             return write_json(folder / PLACE, facts, MOST_BYTES, base)
     except CoreError as error:
         raise PlaceError(
-            tr("“{name}” was not kept. {message}", name=place.name, message=error.message),
-            tr("What was kept before is untouched; make room or choose another folder."),
+            tr("“{name}” was not saved. {message}", name=place.name, message=error.message),
+            tr("The last saved version is unchanged. Free some space or choose another folder."),
         ) from error
 
 
@@ -360,7 +360,7 @@ def read_place(folder: Path) -> Place:
     if file.state == "unreadable":
         raise PlaceError(
             tr("“{name}” cannot be read: {why}.", name=summary.name, why=file.why),
-            tr("Look at {folder}.", folder=folder),
+            tr("Check {folder}.", folder=folder),
         )
     bad: list[LostPart] = []
     place = place_of(file.facts, bad, summary.name, summary.made_at)

@@ -297,7 +297,7 @@ def load_views(path: Path, digest: str, shape: HeadShape) -> HeadViews:
         if not all(_fits(views, *each) for each in parts.items()):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN) from error
     return views
 
 

@@ -96,7 +96,7 @@ def _seen_aside(
         bald = front[0].hair is None
         return aside.plain() if bald else replace(aside, hair=_hair(arrays | own, aside)), tone
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN) from error
 
 
 @lru_cache(maxsize=1)
@@ -137,7 +137,7 @@ def _load_head(path: Path) -> PortraitHead:
         if not _fits(head):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN) from error
     return head
 
 
@@ -178,7 +178,7 @@ def _load_skin(path: Path, head: PortraitHead) -> PortraitSkin:
         if not skin.fits(head.nodes, len(head.visible.index)):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN) from error
     return skin
 
 
@@ -199,7 +199,7 @@ def _load_hair(path: Path, head: PortraitHead) -> Hair:
         ):
             raise ValueError("sizes")
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN) from error
     return hair
 
 

@@ -122,8 +122,8 @@ def _portrait(
     portrait = load_portrait(transport.header.head, transport.header.skin, hair, yaw)
     if portrait is None or head.endswith(".npz"):
         raise CoreError(
-            tr("The head {name} has no portrait at full size.", name=head),
-            tr("Leave out --size, or choose a head that ships."),
+            tr("The head {name} has no full-size portrait.", name=head),
+            tr("Leave out --size, or choose a built-in head."),
         )
     light = portrait_light(environment.radiance)
     nose = wrap(turn - yaw)

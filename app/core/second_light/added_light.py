@@ -398,13 +398,13 @@ def _check(lamp: PlacedLamp) -> None:
     right = lamp.light.shape == (COUNT, *SHAPE, 3) and lamp.alpha.shape == (COUNT, *SHAPE)
     if not right or not np.isfinite(lamp.light).all() or lamp.light.min() < 0:
         raise CoreError(
-            tr("{title} is damaged and cannot be searched with.", title=lamp.title),
+            tr("The lamp “{title}” is damaged.", title=lamp.title),
             tr("Capture it again."),
         )
     # False for NaN, too.
     if not ((lamp.alpha >= 0) & (lamp.alpha <= 1)).all():
         raise CoreError(
-            tr("The mask of {title} is damaged.", title=lamp.title), tr("Make it again.")
+            tr("The mask of {title} is damaged.", title=lamp.title), tr("Mark the lamp again.")
         )
 
 

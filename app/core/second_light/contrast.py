@@ -80,8 +80,8 @@ def find_hidden(alpha: Floats) -> HiddenTexels:
         row, column = np.nonzero((still > _LEAST_HIDDEN).any(axis=0))
         if len(row) > _MOST:
             raise CoreError(
-                tr("This lamp hides nearly everything around the head."),
-                tr("Correct its mask: only the lamp itself belongs to it."),
+                tr("The mask of this lamp covers almost everything around the head."),
+                tr("Correct the mask: it should cover only the lamp."),
             )
         views.append(_both(row * SHAPE[1] + (column + _STEPS[:, None]) % TURNS, 1))
         own.append(_both(row[:, None] * SHAPE[1] + (column[:, None] - _STEPS) % TURNS, 0))

@@ -131,7 +131,7 @@ class NumbersLamp:
         if not NEAREST_M <= self.distance_m <= FARTHEST_M:
             raise CoreError(
                 tr(
-                    "A lamp {distance:g} m from the middle of the head cannot be computed.",
+                    "A lamp {distance:g} m from the middle of the head cannot be used.",
                     distance=self.distance_m,
                 ),
                 tr(
@@ -142,17 +142,17 @@ class NumbersLamp:
             )
         if not 0.0 < self.lux_at_1m <= 1e6 or not math.isfinite(self.lux_at_1m):
             raise CoreError(
-                tr("No lamp gives {lux:g} lux at 1 m.", lux=self.lux_at_1m),
-                tr("Look it up in the lamp's manual, or measure it with a light meter."),
+                tr("{lux:g} lux at 1 m is not possible for a lamp.", lux=self.lux_at_1m),
+                tr("Look it up in the lamp’s manual, or measure it with a light meter."),
             )
         if not all(0.001 <= side <= 3.0 for side in self.size_m):
             raise CoreError(
                 tr(
-                    "A lamp of {width:g} x {height:g} m cannot be computed.",
+                    "A lamp of {width:g} x {height:g} m cannot be used.",
                     width=self.size_m[0],
                     height=self.size_m[1],
                 ),
-                tr("Its sides should be between 1 mm and 3 m."),
+                tr("Each side must be between 1 mm and 3 m."),
             )
 
     @property
@@ -178,8 +178,8 @@ def parse(text: str) -> NumbersLamp:
     name, at, metres = text.strip().lower().partition("@")
     if name not in KINDS:
         raise CoreError(
-            tr("There is no lamp called “{name}”.", name=name),
-            tr("Known: {names}.", names=", ".join(KINDS)),
+            tr("There is no lamp “{name}”.", name=name),
+            tr("Available: {names}.", names=", ".join(KINDS)),
         )
     if not at:
         return at_distance(KINDS[name])
@@ -190,6 +190,6 @@ def parse(text: str) -> NumbersLamp:
     if not math.isfinite(distance):
         raise CoreError(
             tr("“{metres}” is not a distance.", metres=metres),
-            tr("Type it in metres, for example {name}@0.3.", name=name),
+            tr("Type it in metres, such as {name}@0.3.", name=name),
         )
     return at_distance(KINDS[name], distance)

@@ -99,15 +99,13 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     """
     if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
         raise CoreError(
-            tr("No lamp gives {lux:g} lux.", lux=lux),
-            tr("Type what the meter reads."),
+            tr("{lux:g} lux is not possible for a lamp.", lux=lux),
+            tr("Enter the reading of your light meter."),
         )
     unit = replace(lamp, white_cd_m2=1.0)
     face_lux = unit.lux
     if not face_lux:
-        raise CoreError(
-            tr("{title} gives no light.", title=lamp.title), tr("Mark where the lamp is.")
-        )
+        raise CoreError(tr("{title} gives no light.", title=lamp.title), tr("Mark the lamp."))
     return replace(lamp, white_cd_m2=lux / face_lux)
 
 
@@ -147,7 +145,7 @@ def check_lux(lux: float) -> float:
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(
             tr("{lux:g} lux is outside the range for photos.", lux=lux),
-            tr("A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."),
+            tr("Typical values: candle-lit table 10, lit room 200, cloudy day 10,000, sun 60,000."),
         )
     return lux
 
@@ -165,7 +163,8 @@ def read_lux(text: str) -> float:
     number = plain.removesuffix("lux").removesuffix("lx").strip()
     if not _NUMBER.fullmatch(number):
         raise CoreError(
-            tr("This is not a number of lux."), tr("Type what the meter reads, as 450.")
+            tr("This is not a number of lux."),
+            tr("Enter the reading of your light meter, such as 450."),
         )
     parts = re.split(r"[ ,’']", number)
     if len(parts) > 1 and all(len(part) == 3 for part in parts[1:]):

@@ -64,7 +64,7 @@ def seek(
         CoreError: If no placement is within reach.
     """
     if is_open is not None and not is_open.any():
-        raise CoreError(tr("The lamp cannot be held anywhere within reach."), tr("Hold it nearer."))
+        raise CoreError(tr("The lamp cannot be held anywhere within reach."), tr("Move it closer."))
     turns = TURNS if turn is None else 1
     open_ = np.broadcast_to(True if is_open is None else is_open, (turns, COUNT))
     if objective == "paper":

@@ -96,7 +96,7 @@ def load_shape(path: Path) -> HeadShape:
     if "head" not in header:
         raise TransportError(tr("{name} is not a head's shape.", name=path.name), _AGAIN)
     if not _fits(arrays):
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN)
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN)
     return HeadShape(head=str(header["head"]), **arrays)
 
 

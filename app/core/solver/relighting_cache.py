@@ -89,7 +89,7 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     if light.shape not in (shape, (*shape, 3)):
         raise EnvironmentFileError(
             tr(
-                "The environment has {light_shape} texels, the head takes {head_shape}.",
+                "The environment is {light_shape} texels, but the head needs {head_shape}.",
                 light_shape=light.shape,
                 head_shape=shape,
             )
@@ -99,8 +99,8 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     peak = float(values.max())
     if not np.isfinite(values).all() or peak <= 0:
         raise EnvironmentFileError(
-            tr("The environment is black: there is no light to turn toward."),
-            tr("Expose longer, and measure the place again."),
+            tr("The environment is completely black."),
+            tr("Measure the place again with a longer exposure."),
         )
     values = values / peak
     mean = float(luminance_of(values).mean())

@@ -127,7 +127,7 @@ def render(transport: Transport, radiance: Floats) -> Float32:
     if radiance.shape[:2] != (height, width):
         raise TransportError(
             tr(
-                "The environment is {columns} x {rows} texels, this transport takes "
+                "The environment is {columns} x {rows} texels, but this transport needs "
                 "{width} x {height}.",
                 columns=radiance.shape[1],
                 rows=radiance.shape[0],
@@ -171,8 +171,8 @@ def transport_path(name: str) -> Path:
     if name not in transport_names():
         names = ", ".join(transport_names())
         raise TransportError(
-            tr("There is no head called “{name}”.", name=name),
-            tr("Known heads: {names}.", names=names)
+            tr("There is no head “{name}”.", name=name),
+            tr("Available heads: {names}.", names=names)
             if names
             else tr("None is installed; reinstall Turnlight."),
         )
@@ -359,4 +359,4 @@ def _check_shapes(transport: Transport, path: Path) -> None:
         and int(transport.pixels.max()) < header.picture**2
     )
     if not fits:
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), hint=_AGAIN)
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), hint=_AGAIN)

@@ -88,13 +88,13 @@ def _parsed(data: bytes) -> JsonFile:
     try:
         facts = json.loads(data.decode("utf-8-sig"), parse_int=integer)
     except UnicodeDecodeError:
-        return JsonFile("damaged", error=CoreError(tr("it is not all text")))
+        return JsonFile("damaged", error=CoreError(tr("it is not plain text")))
     except RecursionError:
         return JsonFile("damaged", error=CoreError(tr("it is nested too deeply")))
     except ValueError:
         return JsonFile("damaged", error=CoreError(tr("it is damaged or incomplete")))
     if not isinstance(facts, dict):
-        return JsonFile("damaged", error=CoreError(tr("it is something else")))
+        return JsonFile("damaged", error=CoreError(tr("it has the wrong content")))
     if not _is_shallow(facts, _DEEPEST + 1):
         return JsonFile("damaged", error=CoreError(tr("it is nested too deeply")))
     return JsonFile("whole", facts)
@@ -128,7 +128,7 @@ def write_json(path: Path, facts: Facts, most: int, base: str = "") -> Path | No
     data = dump(facts)
     if len(data) > most:
         raise CoreError(
-            tr("There is too much to keep in {path}: {size} MB.", path=path, size=len(data) >> 20)
+            tr("{path} would be too large: {size} MB.", path=path, size=len(data) >> 20)
         )
     copy = _other_version(path, most, base)
     atomic_write_bytes(path, data, private=True)

@@ -102,7 +102,7 @@ class Library:
         """Clean a title; raise the library's error if it is empty or too long."""
         value = one_line(title)
         if not value:
-            raise self.error(tr("It needs a name."), tr("Type one."))
+            raise self.error(tr("A name is missing."), tr("Type one."))
         if len(value) > self.longest:
             raise self.error(
                 tr("This name is longer than {longest} characters.", longest=self.longest),

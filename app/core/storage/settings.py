@@ -121,7 +121,7 @@ class SettingValueError(SettingsError):
     """A value is invalid; `app.words.settings.takes` describes the valid ones."""
 
     def __init__(self, entry: Setting) -> None:
-        super().__init__(tr("The setting {key!r} takes no such value.", key=entry.key))
+        super().__init__(tr("Invalid value for the setting {key!r}.", key=entry.key))
         self.entry = entry
 
 

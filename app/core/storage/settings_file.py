@@ -72,7 +72,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
     with os_errors_as(
         SettingsError,
         tr("The settings were not saved in {parent}: {reason}."),
-        tr("They count until you quit."),
+        tr("They apply until you quit."),
         parent=path.parent,
     ):
         make_folder(path.parent, private=True)
@@ -84,7 +84,7 @@ def write_settings(path: Path, settings: Settings, base: Settings | None = None)
             except CoreError as error:
                 raise SettingsError(
                     tr("The settings were not saved. {message}", message=error.message),
-                    tr("They count until you quit."),
+                    tr("They apply until you quit."),
                 ) from error
     return copy
 

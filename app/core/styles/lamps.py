@@ -56,12 +56,12 @@ class Studio:
         size, ratio = self.softness_deg, self.ratio
         if size is not None and not SIZES_DEG[0] <= size <= SIZES_DEG[1]:
             raise StyleError(
-                tr("A lamp cannot be {size:g}° across.", size=size),
+                tr("A lamp size of {size:g}° is not possible.", size=size),
                 tr("Choose {low:g} to {high:g}°.", low=SIZES_DEG[0], high=SIZES_DEG[1]),
             )
         if ratio is not None and not RATIO_RANGE[0] <= ratio <= RATIO_RANGE[1]:
             raise StyleError(
-                tr("A lighting ratio of {ratio:g}:1 cannot be computed.", ratio=ratio),
+                tr("A lighting ratio of {ratio:g}:1 is not possible.", ratio=ratio),
                 tr("Choose {low:g}:1 to {high:g}:1.", low=RATIO_RANGE[0], high=RATIO_RANGE[1]),
             )
 
@@ -105,9 +105,9 @@ def parse_softness(text: str) -> float | None:
         return math.degrees(2.0 * math.atan(MODIFIERS_M[name] / 2.0 / number))
     if distance or not math.isfinite(number):
         raise StyleError(
-            tr("{text!r} is not the size of a lamp.", text=text),
+            tr("{text!r} is not a lamp size.", text=text),
             tr(
-                "Give degrees, {names}, paper, or a modifier and its distance in metres: {widths}.",
+                "Use degrees, {names}, paper, or a modifier and its distance in metres: {widths}.",
                 names=", ".join(SOFTNESS_DEG),
                 widths=_WIDTHS,
             ),

@@ -62,7 +62,7 @@ def read_painted(path: Path) -> PaintedValues:
     table, where = parse_named(path), path.name
     painted = table.get("painted")
     if not isinstance(painted, dict):
-        raise StyleError(tr("{where} has no [painted] part.", where=where))
+        raise StyleError(tr("{where} has no [painted] section.", where=where))
     _check_format(painted.get("format"), where)
     refuse_unknown(table, _PAINTED_KEYS, where)
     refuse_unknown(painted, _PAINTED_TABLE, where)
@@ -75,7 +75,7 @@ def read_painted(path: Path) -> PaintedValues:
         or not isinstance(sha256, str)
         or not _SHA256.fullmatch(sha256)
     ):
-        raise StyleError(tr("{where} does not say which weights are its own.", where=where))
+        raise StyleError(tr("{where} does not name its weights.", where=where))
     untouched = painted.get("untouched", False)
     if not isinstance(untouched, bool):
         raise StyleError(tr("{where}: untouched must be true or false.", where=where))
@@ -85,7 +85,7 @@ def read_painted(path: Path) -> PaintedValues:
 
 def _check_format(version: object, where: str) -> None:
     if isinstance(version, bool) or not isinstance(version, int):
-        raise StyleError(tr("{where} does not say which format it has.", where=where))
+        raise StyleError(tr("{where} does not state its format.", where=where))
     if version > PAINTED_FORMAT:
         raise StyleError(
             tr(
@@ -98,7 +98,7 @@ def _check_format(version: object, where: str) -> None:
     if version < PAINTED_FORMAT:
         raise StyleError(
             tr(
-                "{where} has an older format ({version}) that is no longer read.",
+                "{where} has an old format ({version}) that Turnlight no longer reads.",
                 where=where,
                 version=version,
             )

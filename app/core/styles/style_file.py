@@ -47,7 +47,7 @@ def read_style(path: Path) -> Style:
     refuse_unknown(table, _STYLE_KEYS, where)
     title, side, place, note = style_words(table, where, TEXT_LENGTHS)
     if side == "none" and not place:
-        raise StyleError(tr("{where}: a style without a side needs a place in words.", where=where))
+        raise StyleError(tr("{where}: a style without a side needs a place.", where=where))
     paper = table.get("paper", False)
     if not isinstance(paper, bool):
         raise StyleError(tr("{where}: paper must be true or false.", where=where))
@@ -62,7 +62,7 @@ def _range(table: Mapping[str, object], key: str, where: str) -> tuple[float, fl
     if ends is None:
         return None
     if not isinstance(ends, list) or len(ends) != 2:
-        raise StyleError(tr("{where}: {key} has two numbers, from and to.", where=where, key=key))
+        raise StyleError(tr("{where}: {key} needs two numbers, from and to.", where=where, key=key))
     angle = key.removeprefix("key_")
     low, high = (number_of({angle: end}, angle, where) for end in ends)
     return low, high
@@ -72,7 +72,7 @@ def _lamps(table: Mapping[str, object], where: str) -> tuple[StyleLamp, ...]:
     lamps = table.get("lamps")
     if not isinstance(lamps, list) or not 1 <= len(lamps) <= _MAX_LAMPS:
         raise StyleError(
-            tr("{where}: a style has 1 to {most} [[lamps]].", where=where, most=_MAX_LAMPS)
+            tr("{where}: a style needs 1 to {most} [[lamps]].", where=where, most=_MAX_LAMPS)
         )
     return tuple(
         _lamp(lamp, tr("{where}, lamp {index}", where=where, index=index))
@@ -82,7 +82,7 @@ def _lamps(table: Mapping[str, object], where: str) -> tuple[StyleLamp, ...]:
 
 def _lamp(table: object, where: str) -> StyleLamp:
     if not isinstance(table, dict):
-        raise StyleError(tr("{where}: a lamp is a table of numbers.", where=where))
+        raise StyleError(tr("{where}: a lamp must be a table of numbers.", where=where))
     refuse_unknown(table, _LAMP_KEYS, where)
     numbers = {key: number_of(table, key, where) for key in _LAMP_KEYS}
     if numbers["azimuth_deg"] == -180.0:
@@ -95,15 +95,19 @@ def _signature(table: object, where: str) -> Signature:
     if table is None:
         return UNSIGNED
     if not isinstance(table, dict):
-        raise StyleError(tr("{where}: the signature is not a table.", where=where))
+        raise StyleError(tr("{where}: the signature must be a table.", where=where))
     refuse_unknown(table, ("match", "even", "areas", "relations"), where)
     rows, match = table.get("relations"), table.get("match")
     if not isinstance(rows, list) or not 1 <= len(rows) <= _MAX_RELATIONS:
         raise StyleError(
-            tr("{where}: a signature has 1 to {most} relations.", where=where, most=_MAX_RELATIONS)
+            tr(
+                "{where}: a signature needs 1 to {most} relations.",
+                where=where,
+                most=_MAX_RELATIONS,
+            )
         )
     if not isinstance(match, list) or len(match) != 2:
-        raise StyleError(tr("{where}: match has two numbers, for yes and nearly.", where=where))
+        raise StyleError(tr("{where}: match needs two numbers, for yes and nearly.", where=where))
     yes, nearly = (number_of({"match": value}, "match", where) for value in match)
     relations = tuple(
         _relation(row, tr("{where}, relation {index}", where=where, index=index))
@@ -115,19 +119,19 @@ def _signature(table: object, where: str) -> Signature:
 
 def _relation(row: object, where: str) -> Relation:
     if not isinstance(row, dict):
-        raise StyleError(tr("{where} is not a table.", where=where))
+        raise StyleError(tr("{where} must be a table.", where=where))
     refuse_unknown(row, _RELATION_KEYS, where)
     areas = [row.get("bright"), row.get("dark")]
     for area in areas:
         if area not in AREAS:
             raise StyleError(
-                tr("{where}: there is no area {area}.", where=where, area=quoted(area)),
+                tr("{where}: unknown area {area}.", where=where, area=quoted(area)),
                 tr("Valid names: {names}.", names=", ".join(AREAS)),
             )
     if row.get("aspect") not in tuple(Aspect):
         raise StyleError(
             tr(
-                "{where}: there is no aspect {aspect}.",
+                "{where}: unknown aspect {aspect}.",
                 where=where,
                 aspect=quoted(row.get("aspect")),
             ),

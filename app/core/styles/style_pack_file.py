@@ -66,8 +66,8 @@ def load_named_pack(head: str) -> StylePack:
     if head not in pack_names():
         names = ", ".join(pack_names())
         raise TransportError(
-            tr("There is no head called {head!r}.", head=head),
-            tr("Known heads: {names}.", names=names)
+            tr("There is no head {head!r}.", head=head),
+            tr("Available heads: {names}.", names=names)
             if names
             else tr("None is installed; reinstall Turnlight."),
         )
@@ -234,7 +234,7 @@ def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, 
     if header.paired:
         fits = fits and len(arrays["basis_even"]) == len(arrays["basis_odd"])
     if not fits or not (arrays["studio_ratio"] > 0).all():
-        raise TransportError(tr("{name} contradicts itself.", name=path.name), _AGAIN)
+        raise TransportError(tr("{name} is inconsistent.", name=path.name), _AGAIN)
 
 
 def _header(facts: Mapping[str, Any]) -> PackHeader:

@@ -43,7 +43,7 @@ def parse(path: Path) -> Mapping[str, object]:
             data = stream.read(_MAX_BYTES + 1)
         # tomllib needs minutes for a key of very many parts.
         if len(data) > _MAX_BYTES or data.count(b".") > _MOST_DOTS:
-            raise StyleError(tr("{name} is too large to be a style.", name=path.name))
+            raise StyleError(tr("{name} is too large for a style.", name=path.name))
         table = tomllib.loads(data.decode("utf-8"))
         _check_values(table)
     except FileNotFoundError:
@@ -97,7 +97,7 @@ def parse_named(path: Path) -> Mapping[str, object]:
     """Parse a style file whose stem is the name of the style; raises `StyleError`."""
     if not _NAME.fullmatch(path.stem):
         raise StyleError(
-            tr("{name} is not a name for a style.", name=path.name),
+            tr("“{name}” is not a valid style name.", name=path.name),
             tr("Use lower-case letters, digits and hyphens, at most 40."),
         )
     return parse(path)
@@ -149,7 +149,7 @@ def text_of(table: Mapping[str, object], key: str, where: str, lengths: Mapping[
         )
     if not value.isprintable():
         raise StyleError(
-            tr("{where}: {key} has characters that cannot be shown.", where=where, key=key)
+            tr("{where}: {key} contains characters that cannot be displayed.", where=where, key=key)
         )
     return value
 
@@ -168,7 +168,7 @@ def number_of(table: Mapping[str, object], key: str, where: str) -> float:
     if not low <= value <= high:
         raise StyleError(
             tr(
-                "{where}: {key} = {value:g} is not between {low:g} and {high:g}.",
+                "{where}: {key} = {value:g} must be between {low:g} and {high:g}.",
                 where=where,
                 key=key,
                 value=value,

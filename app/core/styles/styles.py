@@ -122,18 +122,18 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
     if len(files) > _MAX_USER_STYLES:
         raise StyleError(
             tr(
-                "{folder} has {count} styles; at most {most} are read.",
+                "{folder} has {count} styles; the limit is {most}.",
                 folder=user_folder,
                 count=len(files),
                 most=_MAX_USER_STYLES,
             ),
-            tr("Move some of them elsewhere."),
+            tr("Move some of them to another folder."),
         )
     for file in files:
         if file.stem in NAMES:
             raise StyleError(
                 tr("{file} has the name of a built-in style.", file=file),
-                tr("Give it a name of its own."),
+                tr("Rename it."),
             )
     return built_in + tuple(read_style(file) for file in files)
 

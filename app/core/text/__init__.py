@@ -22,6 +22,6 @@ def set_language(language: str) -> None:
         speak(language, resources() / "locale")
     except OSError as error:
         raise TextError(
-            tr("Turnlight does not speak {language!r}.", language=language),
+            tr("Turnlight is not available in {language!r}.", language=language),
             tr("Choose one of {languages}.", languages=", ".join(LANGUAGES)),
         ) from error

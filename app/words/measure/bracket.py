@@ -46,19 +46,18 @@ from app.words.sentences import Sentences
 _FOREIGN: Final = {
     Reason.BLACK: tr("{name} is black and was left out."),
     Reason.OTHER_SCENE: tr(
-        "{name} shows another scene and was left out. Remove it from the bracket."
+        "{name} shows a different scene and was left out. Remove it from the bracket."
     ),
     Reason.TONE_MAPPED: tr(
-        "{name} is no exposure of this bracket and was left out: its tones were changed, as in "
-        "an HDR picture or a preview."
+        "{name} was left out: its tones have been edited, as in an HDR picture or a preview."
     ),
 }
 
 
 def _pictures_taken(remark: PicturesTaken) -> str:
     return tr_plural(
-        "Took {count} picture of {folder}: {first} to {last}.",
-        "Took {count} pictures of {folder}: {first} to {last}.",
+        "Used {count} picture from {folder}: {first} to {last}.",
+        "Used {count} pictures from {folder}: {first} to {last}.",
         remark.count,
         folder=remark.folder,
         first=remark.first,
@@ -68,8 +67,8 @@ def _pictures_taken(remark: PicturesTaken) -> str:
 
 def _not_of_bracket(remark: NotOfBracket) -> str:
     return tr_plural(
-        "Left out: {names} does not belong to the bracket.",
-        "Left out: {names} do not belong to the bracket.",
+        "Left out, not part of the bracket: {names}.",
+        "Left out, not part of the bracket: {names}.",
         len(remark.names),
         names=listed(remark.names),
     )
@@ -87,10 +86,10 @@ def _rendered(remark: RenderedByCamera) -> str:
 
 def _copies(remark: Copies) -> str:
     if set(remark.copies) == {remark.name}:
-        return tr("{name} is listed more than once; it is used once.", name=remark.name)
+        return tr("{name} is listed more than once but used only once.", name=remark.name)
     return tr_plural(
-        "{names} is a copy of {name} and left out.",
-        "{names} are copies of {name} and left out.",
+        "{names} is a copy of {name} and was left out.",
+        "{names} are copies of {name} and were left out.",
         len(remark.copies),
         names=listed(remark.copies),
         name=remark.name,
@@ -98,20 +97,20 @@ def _copies(remark: Copies) -> str:
 
 
 def _same_exposure(remark: SameExposure) -> str:
-    return tr("{names} have the same exposure; all of them are used.", names=listed(remark.names))
+    return tr("{names} have the same exposure; all are used.", names=listed(remark.names))
 
 
 def _unstated_tag(remark: TagAssumed | TagIgnored) -> str:
     if remark.tag == "iso":
         return tr_plural(
-            "{names} states no ISO value",
-            "{names} state no ISO value",
+            "{names} does not state the ISO",
+            "{names} do not state the ISO",
             len(remark.names),
             names=listed(remark.names),
         )
     return tr_plural(
-        "{names} states no f-number",
-        "{names} state no f-number",
+        "{names} does not state the f-number",
+        "{names} do not state the f-number",
         len(remark.names),
         names=listed(remark.names),
     )
@@ -128,19 +127,19 @@ def _assumed(remark: TagAssumed) -> str:
 
 def _ignored(remark: TagIgnored) -> str:
     return tr(
-        "{start} and the others differ in theirs: only the given exposure times count.",
+        "{start}, and the other frames differ. Only the exposure times you gave are used.",
         start=_unstated_tag(remark),
     )
 
 
 def _unstated(remark: TagsUnstated) -> str:
     if remark.iso and remark.aperture:
-        start = tr("No frame states its ISO value or f-number: the same ones are assumed for all")
+        start = tr("No frame states its ISO or f-number. All are assumed to be equal")
     elif remark.iso:
-        start = tr("No frame states its ISO value: the same one is assumed for all")
+        start = tr("No frame states its ISO. All are assumed to be equal")
     else:
-        start = tr("No frame states its f-number: the same one is assumed for all")
-    return tr("{start}, and the brightness of the place in cd/m2 stays unknown.", start=start)
+        start = tr("No frame states its f-number. All are assumed to be equal")
+    return tr("{start}, and the brightness of the place in cd/m² stays unknown.", start=start)
 
 
 def _against_exif(remark: TimesAgainstExif) -> str:
@@ -149,7 +148,7 @@ def _against_exif(remark: TimesAgainstExif) -> str:
         tr("{name} ({time:.4g} s, not {stated:.4g} s)", name=name, time=time, stated=stated)
         for name, time, stated in frames
     ]
-    return tr("The given exposure times are used against EXIF: {listed}.", listed=listed(words))
+    return tr("The exposure times you gave override EXIF: {listed}.", listed=listed(words))
 
 
 def _lenses_apart(remark: LensesApart) -> str:
@@ -158,9 +157,8 @@ def _lenses_apart(remark: LensesApart) -> str:
     if one != two:
         both = tr("{isos}, {first:.4g} s and {second:.4g} s", isos=both, first=one, second=two)
     return tr(
-        "{name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so "
-        "that the halves of the panorama do not agree. Shoot the bracket in "
-        "manual mode.",
+        "{name}: the two lenses were exposed {gap:.1f} stops apart ({both}), so the two "
+        "halves of the panorama do not match. Shoot the bracket in manual mode.",
         name=remark.name,
         gap=remark.gap_stops,
         both=both,
@@ -171,15 +169,27 @@ def _contradiction(remark: NoteContradiction) -> str:
     frames = list(zip(remark.names, remark.stated, remark.noted, strict=True))
     if remark.tag == "iso":
         words = [
-            tr("{name} (ISO {stated:g} in EXIF, {noted:g})", name=name, stated=one, noted=two)
+            tr(
+                "{name} (ISO {stated:g} in EXIF, {noted:g} in the maker note)",
+                name=name,
+                stated=one,
+                noted=two,
+            )
             for name, one, two in frames
         ]
-        return tr("EXIF and maker note differ in ISO: {listed}.", listed=listed(words))
+        return tr("The ISO in EXIF and in the maker note differ: {listed}.", listed=listed(words))
     words = [
-        tr("{name} ({stated:.4g} s in EXIF, {noted:.4g} s)", name=name, stated=one, noted=two)
+        tr(
+            "{name} ({stated:.4g} s in EXIF, {noted:.4g} s in the maker note)",
+            name=name,
+            stated=one,
+            noted=two,
+        )
         for name, one, two in frames
     ]
-    return tr("EXIF and maker note differ in the exposure time: {listed}.", listed=listed(words))
+    return tr(
+        "The exposure time in EXIF and in the maker note differ: {listed}.", listed=listed(words)
+    )
 
 
 def _foreign(remark: ForeignFrame) -> str:
@@ -189,12 +199,12 @@ def _foreign(remark: ForeignFrame) -> str:
 def _wrong_tag(remark: WrongTag) -> str:
     sentence = (
         tr(
-            "{name} is {stops:.2f} stops brighter than its exposure tags say; the measured "
+            "{name} is {stops:.2f} stops brighter than its EXIF data say. The measured "
             "exposure is used."
         )
         if remark.stops > 0
         else tr(
-            "{name} is {stops:.2f} stops darker than its exposure tags say; the measured "
+            "{name} is {stops:.2f} stops darker than its EXIF data say. The measured "
             "exposure is used."
         )
     ).format(name=upper_first(remark.name), stops=abs(remark.stops))
@@ -203,18 +213,18 @@ def _wrong_tag(remark: WrongTag) -> str:
     names = remark.suspects[0]
     for other in remark.suspects[1:]:
         names = tr("{names} or {last}", names=names, last=other)
-    return tr("{text} The tags of {names} may be wrong instead.", text=sentence, names=names)
+    return tr("{text} The EXIF data of {names} may be wrong instead.", text=sentence, names=names)
 
 
 def _unchecked(remark: CurveUnchecked) -> str:
     if remark.recover:
         return tr(
-            "No two frames show the same place well exposed, so that the tone curve is taken as "
-            "sRGB; it could not be recovered."
+            "The tone curve could not be recovered: no two frames show the same spot "
+            "well exposed. sRGB is assumed."
         )
     return tr(
-        "No two frames show the same place well exposed, so that the tone curve is taken as "
-        "sRGB; it could not be checked."
+        "The tone curve could not be checked: no two frames show the same spot well "
+        "exposed. sRGB is assumed."
     )
 
 
@@ -228,14 +238,14 @@ def _rotated(remark: FramesRotated) -> str:
 
 def _unlike(remark: FramesUnlike) -> str:
     return tr(
-        "No small rotation matches the other frames, left as shot: {listed}.",
+        "Could not be aligned by a small rotation, left as shot: {listed}.",
         listed=", ".join(remark.names),
     )
 
 
 def _apart(remark: FramesApart) -> str:
     return tr(
-        "Shares too little with the other frames to be aligned, left as shot: {listed}.",
+        "Too little in common with the other frames to align, left as shot: {listed}.",
         listed=", ".join(remark.names),
     )
 
@@ -246,9 +256,7 @@ def _shifted(remark: FramesShifted) -> str:
         tr("{name} by {pixels}", name=name, pixels=f"{shift:.{int(shift < 1.5)}f}")
         for name, shift in frames
     )
-    return tr(
-        "The camera moved. Shifted to match the other frames, in pixels: {names}.", names=words
-    )
+    return tr("The camera moved. Frames were shifted to match, in pixels: {names}.", names=words)
 
 
 def _levelled(remark: Levelled) -> str:
@@ -259,25 +267,25 @@ def _levelled(remark: Levelled) -> str:
     )
     if remark.by_camera:
         return tr(
-            "{name} states a tilt ({tilt}), but the camera has levelled the picture itself; it "
-            "is left as it is.",
+            "{name} states a tilt ({tilt}), but the camera has already levelled the "
+            "picture. It is left as it is.",
             name=remark.name,
             tilt=tilt,
         )
-    return tr("Levelled: the camera was tilted ({tilt}).", tilt=tilt)
+    return tr("The camera was tilted ({tilt}). The panorama was levelled.", tilt=tilt)
 
 
 def _contradict(remark: FramesContradict) -> str:
     share = 100.0 * remark.share
     if remark.same_place:
         return tr(
-            "The frames do not match over {share:.0f} % of the picture, so motion was not removed. "
-            "Exposures or tone curves are not as stated.",
+            "The frames differ over {share:.0f}% of the picture, so motion was not "
+            "removed. Their exposures or tone curves may be wrong.",
             share=share,
         )
     return tr(
-        "The frames show different things over {share:.0f} % of the picture. "
-        "Shoot the bracket again if you can.",
+        "The frames show different things over {share:.0f}% of the picture. Shoot the "
+        "bracket again if you can.",
         share=share,
     )
 
@@ -285,14 +293,12 @@ def _contradict(remark: FramesContradict) -> str:
 def _motion(remark: Motion) -> str:
     places = [_part(each, remark.panorama) for each in remark.places]
     if remark.more:
-        places.append(
-            tr_plural("at {count} smaller place", "at {count} smaller places", remark.more)
-        )
+        places.append(tr_plural("at {count} smaller spot", "at {count} smaller spots", remark.more))
     words = places[0]
     if len(places) > 1:
         words = tr("{places}; and {last}", places="; ".join(places[:-1]), last=places[-1])
     return tr(
-        "Something moved between the frames {listed}. Only frames that agree are used there.",
+        "Something moved between frames {listed}. Only frames that agree are used there.",
         listed=words,
     )
 
@@ -305,7 +311,7 @@ def _part(part: MovedPart, panorama: bool) -> str:
             elevation_deg=part.up,
         )
     return tr(
-        "at {across:.0f} % from the left, {down:.0f} % from the top",
+        "at {across:.0f}% from the left, {down:.0f}% from the top",
         across=100.0 * part.across,
         down=100.0 * part.up,
     )
@@ -313,8 +319,8 @@ def _part(part: MovedPart, panorama: bool) -> str:
 
 def _much_motion(remark: MuchMotion) -> str:
     return tr(
-        "That is {share:.0f} % of the picture. Shoot the bracket again when less moves, if you "
-        "can.",
+        "That is {share:.0f}% of the picture. If you can, shoot the bracket again when "
+        "less is moving.",
         share=100.0 * remark.share,
     )
 
@@ -322,17 +328,17 @@ def _much_motion(remark: MuchMotion) -> str:
 SENTENCES: Final[Sentences] = {
     PicturesTaken: _pictures_taken,
     FileLeftOut: tr("Left out: {message}"),
-    FrameUnread: tr("{message} The frame is left out."),
+    FrameUnread: tr("{message} The frame was left out."),
     NotOfBracket: _not_of_bracket,
     RenderedByCamera: _rendered,
     PhoneRendered: tr(
-        "{name} was rendered by the phone's HDR, which changes every pixel in its own way."
+        "{name} was rendered by the phone’s HDR, which alters every pixel differently."
     ),
-    TwoTimes: tr("{name} states both {shutter_s:.4g} s and {apex_s:.4g} s as its exposure time."),
-    TwoApertures: tr("{name} states both f/{aperture:.3g} and f/{apex:.3g}."),
+    TwoTimes: tr("{name} states two exposure times: {shutter_s:.4g} s and {apex_s:.4g} s."),
+    TwoApertures: tr("{name} states two f-numbers: f/{aperture:.3g} and f/{apex:.3g}."),
     Copies: _copies,
     SameExposure: _same_exposure,
-    TimeUnstated: tr("{name} states no exposure time."),
+    TimeUnstated: tr("{name} does not state its exposure time."),
     TagAssumed: _assumed,
     TagIgnored: _ignored,
     TagsUnstated: _unstated,
@@ -343,26 +349,25 @@ SENTENCES: Final[Sentences] = {
     WrongTag: _wrong_tag,
     CurveUnchecked: _unchecked,
     CurveDoubtful: tr(
-        "The frames are {measured_stops:.2f} stops apart where the files say "
-        "{stated_stops:.2f}: the camera's tone curve is probably not sRGB. Let it be "
-        "recovered from the bracket."
+        "The frames are {measured_stops:.2f} stops apart, but the files say "
+        "{stated_stops:.2f}. The camera’s tone curve is probably not sRGB: recover it "
+        "from the bracket."
     ),
     CurveRecovered: tr(
-        "The camera's tone curve is not sRGB; recovered from the bracket, "
-        "residual {residual_stops:.2f} stops."
+        "The camera’s tone curve is not sRGB. It was recovered from the bracket, to "
+        "within {residual_stops:.2f} stops."
     ),
     OwnCurves: tr(
-        "The camera gave each frame a tone curve of its own, as phones do. They "
-        "were recovered from the bracket; bright and dark places are less exact "
-        "than from a camera with one curve."
+        "The camera used a different tone curve for each frame, as phones do. The curves "
+        "were recovered from the bracket; highlights and shadows are less exact."
     ),
     TwoFramesAlone: tr(
-        "With two frames, another tone curve and a wrong exposure tag look the same; the tags "
-        "are trusted. Add a third frame."
+        "Two frames cannot tell an unusual tone curve from a wrong exposure time, so the "
+        "EXIF data are trusted. Add a third frame."
     ),
     FramesUnfit: tr(
-        "The frames do not fit each other ({residual_stops:.2f} stops off): the light "
-        "changed between them, or more than one exposure is not as stated."
+        "The frames do not match: they are {residual_stops:.2f} stops off. The light "
+        "changed between them, or several exposures are not as stated."
     ),
     FramesRotated: _rotated,
     FramesUnlike: _unlike,

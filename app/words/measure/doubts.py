@@ -22,24 +22,24 @@ def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -
     elif environment.clipped is not None:
         lines.append(
             tr(
-                "Clipped areas give {share} of the light, and may give more.",
+                "Clipped areas give at least {share} of the light.",
                 share=small_percent(environment.clipped_light),
             )
         )
     if environment.clipped is not None:
         lines.append(
-            tr("Clipped light may change the answer: {names}.", names=_names(clipped, styles))
+            tr("Clipped light may change the answer for {names}.", names=_names(clipped, styles))
             if clipped
-            else tr("Clipped light changes no answer.")
+            else tr("Clipped light does not change any answer.")
         )
     if environment.unseen is not None:
         lines.append(
             tr(
-                "Light that was not seen may change the answer: {names}.",
+                "Light from the gaps may change the answer for {names}.",
                 names=_names(unseen, styles),
             )
             if unseen
-            else tr("Light that was not seen changes no answer.")
+            else tr("Light from the gaps does not change any answer.")
         )
     return tuple(lines)
 

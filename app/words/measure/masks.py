@@ -19,7 +19,7 @@ def clutter_name(clutter: Clutter) -> str:
     origin = clutter.origin
     if isinstance(origin, Suggestion):
         person = origin.azimuth_deg is not None
-        return tr("somebody close to the camera") if person else tr("stick, tripod or hand")
+        return tr("someone close to the camera") if person else tr("stick, tripod or hand")
     return _mask_name(origin)
 
 
@@ -30,12 +30,13 @@ def clutter_reason(clutter: Clutter) -> str:
         return tr("Masked by hand.")
     if origin.azimuth_deg is None:
         return tr(
-            "It reaches {far:.0f}° from the camera's foot and looks unlike the ground around it.",
+            "It reaches {far:.0f}° from the foot of the stand and does not look like the "
+            "ground around it.",
             far=origin.reach_deg,
         )
     return tr(
-        "It reaches {far:.0f}° from the camera's foot, around azimuth {azimuth:.0f}°, and "
-        "looks unlike the ground around it.",
+        "It reaches {far:.0f}° from the foot of the stand, around azimuth "
+        "{azimuth:.0f}°, and does not look like the ground around it.",
         far=origin.reach_deg,
         azimuth=origin.azimuth_deg,
     )

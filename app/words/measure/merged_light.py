@@ -38,14 +38,20 @@ _SHOOT: Final = (
     tr("Shoot four darker frames."),
 )
 _SOON: Final[dict[Effect, str]] = {
-    "turn": tr("Up to 3 stops more light would change the turn of {names}."),
-    "into reach": tr("Up to 3 stops more light would bring {names} into reach."),
-    "out of reach": tr("Up to 3 stops more light would put {names} out of reach."),
+    "turn": tr("If clipped light is up to 3 stops brighter, the turn would change for {names}."),
+    "into reach": tr("If clipped light is up to 3 stops brighter, {names} would come into reach."),
+    "out of reach": tr(
+        "If clipped light is up to 3 stops brighter, {names} would be out of reach."
+    ),
 }
 _LATE: Final[dict[Effect, str]] = {
-    "turn": tr("6 stops or more would change the turn of {names}."),
-    "into reach": tr("6 stops or more would bring {names} into reach."),
-    "out of reach": tr("6 stops or more would put {names} out of reach."),
+    "turn": tr("If clipped light is 6 or more stops brighter, the turn would change for {names}."),
+    "into reach": tr(
+        "If clipped light is 6 or more stops brighter, {names} would come into reach."
+    ),
+    "out of reach": tr(
+        "If clipped light is 6 or more stops brighter, {names} would be out of reach."
+    ),
 }
 _SKIES: Final = {"clear": tr("a clear sky"), "hazy": tr("haze"), "thin cloud": tr("thin cloud")}
 _SAME_DEG: Final = 0.5
@@ -61,19 +67,17 @@ def clipped_brief(remark: LampClipped) -> str:
 def _clipped(remark: LampClipped) -> str:
     start = clipped_brief(remark)
     if remark.remedy is Remedy.SKY:
-        return tr(
-            "{start} No camera holds it: set how clear the sky is to restore it.", start=start
-        )
+        return tr("{start} No camera can record it. Choose a sky to restore it.", start=start)
     if remark.remedy is Remedy.GAIN:
         return tr(
-            "{start} The camera cannot go darker: give lamp {id} a gain, or measure it with a "
-            "light meter.",
+            "{start} The camera cannot expose darker. Give lamp {id} a gain, or measure "
+            "it with a light meter.",
             start=start,
             id=remark.lamp,
         )
     if remark.room_stops is not None:
         start = tr(
-            "{start} The camera can go {room_stops:.0f} EV darker.",
+            "{start} The camera can expose {room_stops:.0f} EV darker.",
             start=start,
             room_stops=remark.room_stops,
         )
@@ -82,8 +86,8 @@ def _clipped(remark: LampClipped) -> str:
 
 def _maybe_sun(remark: MaybeSun) -> str:
     return tr(
-        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that "
-        "state their ISO and f-number: then its light is restored.",
+        "The lamp {where} ({id}) is clipped and may be the sun. Use frames that state "
+        "ISO and f-number, so that its light can be restored.",
         where=direction_words(remark.azimuth_deg, remark.elevation_deg),
         id=remark.lamp,
     )
@@ -106,17 +110,17 @@ def _matters(remark: ClippingMatters) -> str:
 
 def _safe(remark: ClippingSafe) -> str:
     if remark.every:
-        return tr("No style's turn depends on what is clipped, nor whether it is in reach.")
+        return tr("No turn and no grade depends on clipped light.")
     return tr_plural(
-        "The other one does not depend on it.",
-        "The other {count} do not depend on it.",
+        "The other style does not depend on it.",
+        "The other {count} styles do not depend on it.",
         remark.count,
     )
 
 
 def _restored_range(remark: RestoredRange) -> str:
     return tr(
-        "The likely range of lamp {id} would change {names}.",
+        "Within the likely range of lamp {id}, the answer would change for {names}.",
         id=remark.lamp,
         names=_all(remark.names, remark.others),
     )
@@ -124,7 +128,7 @@ def _restored_range(remark: RestoredRange) -> str:
 
 def _blind(remark: BlindMatters) -> str:
     names = _all(remark.names, remark.others) if remark.names else tr("no style")
-    return tr("Twice as much light where nothing was seen would change {names}.", names=names)
+    return tr("If the gaps were twice as bright, the answer would change for {names}.", names=names)
 
 
 def _all(names: Sequence[str], others: Sequence[str]) -> str:
@@ -138,22 +142,22 @@ def _all(names: Sequence[str], others: Sequence[str]) -> str:
 
 def _rough(remark: RoughLight) -> str:
     if remark.share <= 0.0:
-        return tr("A rough answer: one photo, though nothing in it is clipped.")
+        return tr("Rough answer: one photo, although nothing in it is clipped.")
     return tr(
-        "A rough answer: in one photo, {share} of the light is clipped and a guess.",
+        "Rough answer: in this one photo, {share} of the light is clipped and estimated.",
         share=percent(remark.share),
     )
 
 
 def _rough_turns(remark: RoughTurns) -> str:
-    return tr("The turn depends on what is clipped: {names}.", names=", ".join(remark.names))
+    return tr("The turn depends on clipped light: {names}.", names=", ".join(remark.names))
 
 
 def _sun(remark: SunRestored) -> str:
     return tr(
-        "The sun (lamp {id}, {height:.0f}° high) is clipped in every "
-        "frame. It was given the {klx} klx that it has at that height under "
-        "{sky} (IES RP-21); {low} to {high} klx are likely.",
+        "The sun (lamp {id}, {height:.0f}° high) is clipped in every frame. It was "
+        "restored to {klx} klx, the value at that height under {sky} (IES RP-21); {low} "
+        "to {high} klx are likely.",
         id=remark.lamp,
         height=remark.elevation_deg,
         klx=_klx(remark.lux),
@@ -170,30 +174,31 @@ def _klx(lux: float) -> str:
 def _gained(remark: LampGained) -> str:
     id_, stops = remark.lamp, remark.stops
     if stops >= 0:
-        return tr("Lamp {id} was made {stops:g} stops brighter, as asked.", id=id_, stops=stops)
-    return tr("Lamp {id} was made {stops:g} stops darker, as asked.", id=id_, stops=-stops)
+        return tr("Lamp {id} was made {stops:g} stops brighter, as requested.", id=id_, stops=stops)
+    return tr("Lamp {id} was made {stops:g} stops darker, as requested.", id=id_, stops=-stops)
 
 
 def _masking(remark: MaskingChanges) -> str:
     if not remark.styles:
-        return tr("Without what is masked, as with it, no style is within reach.")
+        return tr("No style is within reach, with or without the mask.")
     if remark.worst is not None:
         parts = [_costly(remark, remark.worst)]
     elif remark.moved_deg > _MOVED_DEG:
         parts = [
-            tr("Without what is masked no turn gets worse."),
+            tr("Masking makes no turn worse."),
             tr(
-                "Turns move by up to {most:.0f} degrees, but the old ones are as good within 1 %.",
+                "Turns move by up to {most:.0f} degrees, but the old ones are as good to "
+                "within 1%.",
                 most=remark.moved_deg,
             ),
         ]
     elif remark.moved_deg < _SAME_DEG:
-        parts = [tr("Without what is masked no turn changes.")]
+        parts = [tr("Masking changes no turn.")]
     else:
         parts = [
             tr_plural(
-                "Without what is masked no turn changes by more than {count} degree.",
-                "Without what is masked no turn changes by more than {count} degrees.",
+                "Masking changes no turn by more than {count} degree.",
+                "Masking changes no turn by more than {count} degrees.",
                 math.ceil(remark.moved_deg),
             )
         ]
@@ -206,10 +211,10 @@ def _masking(remark: MaskingChanges) -> str:
 
 def _costly(remark: MaskingChanges, worst: CostlyChange) -> str:
     return tr_plural(
-        "Without what is masked {count} of {all} turns changes, most of all {name}: from "
-        "{before:.0f}° to {after:.0f}°; the old turn would give up {lost:.0f} % of its range.",
-        "Without what is masked {count} of {all} turns change, most of all {name}: from "
-        "{before:.0f}° to {after:.0f}°; the old turn would give up {lost:.0f} % of its range.",
+        "Masking changes {count} of {all} turns, {name} the most: from {before:.0f}° to "
+        "{after:.0f}°. The old turn would lose {lost:.0f}% of its range.",
+        "Masking changes {count} of {all} turns, {name} the most: from {before:.0f}° to "
+        "{after:.0f}°. The old turn would lose {lost:.0f}% of its range.",
         remark.changed,
         all=remark.styles,
         name=worst.title,
@@ -231,7 +236,7 @@ SENTENCES: Final[Sentences] = {
     RoughTurns: _rough_turns,
     SunRestored: _sun,
     LampMetered: tr(
-        "Lamp {lamp} was given the {lux:.0f} lux measured; the frames hold {held_lux:.0f}."
+        "Lamp {lamp} was set to the measured {lux:.0f} lux; the frames show {held_lux:.0f}."
     ),
     LampGained: _gained,
     NoClutter: tr("No tripod or photographer found below the camera."),

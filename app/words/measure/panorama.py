@@ -44,7 +44,7 @@ def _repaired(remark: Repaired) -> str:
 
 def _layer(remark: LayerChosen) -> str:
     return tr(
-        "{name}: layer {layer} is read; it also holds {others}.",
+        "{name}: using layer {layer}; the file also has {others}.",
         name=remark.name,
         layer=remark.layer,
         others=", ".join(remark.others),
@@ -53,7 +53,7 @@ def _layer(remark: LayerChosen) -> str:
 
 def _unseen(remark: PartUnseen) -> str:
     return tr(
-        "{name} does not show {share} of the sphere. It was filled from its surroundings.",
+        "{name} leaves {share} of the sphere empty. The gap was filled from its surroundings.",
         name=remark.name,
         share=small_percent(remark.share),
     )
@@ -62,8 +62,8 @@ def _unseen(remark: PartUnseen) -> str:
 SENTENCES: Final[Sentences] = {
     Repaired: _repaired,
     LayerChosen: _layer,
-    FromOnePhoto: tr("{name} was made from one photo: where it was clipped, the light is a guess."),
-    ClippedFile: tr("{name} is clipped: its brightest areas may be brighter than the file says."),
+    FromOnePhoto: tr("{name} was made from one photo: its clipped light is an estimate."),
+    ClippedFile: tr("{name} is clipped: its highlights may be brighter than the file says."),
     PartUnseen: _unseen,
 }
 """By remark: its sentence with the names of its fields, or what writes it."""

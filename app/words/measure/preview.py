@@ -15,8 +15,8 @@ def rough_words(answers: Sequence[RoughAnswer] | None) -> str:
     if answers is None:
         return ""
     if not answers:
-        return tr("A rough first answer: no style seems to be in reach here.")
-    return tr("A rough first answer: {turns}.", turns="; ".join(_named(each) for each in answers))
+        return tr("Rough first answer: no style seems to be in reach here.")
+    return tr("Rough first answer: {turns}.", turns="; ".join(_named(each) for each in answers))
 
 
 def _named(answer: RoughAnswer) -> str:

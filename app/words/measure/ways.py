@@ -48,8 +48,7 @@ _GAPS: Final = {"overhead": tr("overhead"), "below": tr("below"), "sides": tr("t
 
 def _ball_dirty(remark: BallDirty) -> str:
     return tr(
-        "About {share:.1f} % of what the ball shows looks like dirt, and was filled from its "
-        "surroundings.",
+        "About {share:.1f}% of the ball looks dirty and was filled from its surroundings.",
         share=100.0 * remark.share,
     )
 
@@ -57,32 +56,34 @@ def _ball_dirty(remark: BallDirty) -> str:
 def _ball_blind(remark: BallBlind) -> str:
     if remark.sides > 1:
         return tr(
-            "{share:.1f} % of the sphere, behind the ball, was not seen and is filled from around.",
+            "{share:.1f}% of the sphere is hidden behind the ball and was filled from "
+            "its surroundings.",
             share=100.0 * remark.share,
         )
     return tr(
-        "{share:.1f} % of the sphere, behind the ball and the photographer, was not seen and "
-        "is filled from around. Pictures from a second side show it.",
+        "{share:.1f}% of the sphere is hidden behind the ball and the photographer and "
+        "was filled from its surroundings. Photos from a second side would show it.",
         share=100.0 * remark.share,
     )
 
 
 def _circles(remark: CirclesStitched) -> str:
     return tr(
-        "The frames are two fisheye circles. They were stitched; the {front} circle is taken as "
-        "the front, its {side} as up.",
+        "The frames are two fisheye circles and were stitched, with the {front} circle "
+        "as the front and its {side} side up.",
         front=_SIDES[remark.front],
         side=_SIDES[remark.up_deg],
     )
 
 
 def _left_out(remark: PhotosLeftOut) -> str:
-    return tr("Could not be placed, and left out: {names}.", names=listed(remark.names))
+    return tr("Left out, as no position was found: {names}.", names=listed(remark.names))
 
 
 def _gaps(remark: GapsFilled) -> str:
     return tr(
-        "No photo shows {share} of all directions, mostly {where}. They were filled.",
+        "No photo covers {share} of the panorama, mostly {where}. It was filled from its "
+        "surroundings.",
         share=percent(remark.share),
         where=_GAPS[remark.where],
     )
@@ -90,7 +91,7 @@ def _gaps(remark: GapsFilled) -> str:
 
 def _film_blank(remark: FilmBlank) -> str:
     return tr(
-        "The background was blank for {share} % of the film; there an even turn is assumed.",
+        "The background was blank for {share}% of the film. A steady turn is assumed there.",
         share=round(100 * remark.share),
     )
 
@@ -98,13 +99,13 @@ def _film_blank(remark: FilmBlank) -> str:
 def _shifted(remark: BracketShifted) -> str:
     if remark.middle_ev < 0.0:
         return tr(
-            "The place is too dark for the camera: the bracket is shot {stops:.1f} EV darker "
-            "than metered.",
+            "The place is too dark for the camera. The bracket is shot {stops:.1f} EV "
+            "darker than metered.",
             stops=-remark.middle_ev,
         )
     return tr(
-        "The place is too bright for the camera: the bracket is shot {stops:.1f} EV brighter "
-        "than metered.",
+        "The place is too bright for the camera. The bracket is shot {stops:.1f} EV "
+        "brighter than metered.",
         stops=remark.middle_ev,
     )
 
@@ -112,42 +113,45 @@ def _shifted(remark: BracketShifted) -> str:
 SENTENCES: Final[Sentences] = {
     BallDirty: _ball_dirty,
     BallColoured: tr(
-        "The ball is coloured: it reflects red, green and blue like {red:.2f} : {green:.2f} : "
-        "{blue:.2f}. That was corrected."
+        "The ball is tinted: it reflects red, green and blue as {red:.2f} : {green:.2f} "
+        ": {blue:.2f}. The tint was corrected."
     ),
     BallSize: tr(
-        "The ball is {width_px} pixels wide: it resolves {resolution_deg:.1f}°, and less toward "
-        "its rim."
+        "The ball is {width_px} pixels wide, which resolves {resolution_deg:.1f}°, and "
+        "less toward its rim."
     ),
-    BallSmall: tr("Go nearer or use a longer lens, so that the ball is larger."),
+    BallSmall: tr("Move closer or use a longer lens, so that the ball is larger."),
     BallBlind: _ball_blind,
-    LensFromBackground: tr("Focal length not in the files; estimated from the background."),
+    LensFromBackground: tr(
+        "The files do not state the focal length. It was estimated from the background."
+    ),
     CirclesStitched: _circles,
     SeamUnsure: tr(
-        "Where the circles overlap there is too little to measure the lenses by: directions near "
-        "the seam may be off by some degrees. If you can, stitch with the maker's program."
+        "The lenses could not be calibrated where the circles overlap, so directions "
+        "near the seam may be off by a few degrees. If you can, stitch with the camera "
+        "maker’s software."
     ),
-    OneExposure: tr("One exposure; lamps and windows are clipped, and really are brighter."),
+    OneExposure: tr("Only one exposure: lamps and windows are clipped and really brighter."),
     PhotosLeftOut: _left_out,
-    CameraMoved: tr("The camera moved between photos: near things may be doubled."),
+    CameraMoved: tr("The camera moved between photos. Nearby objects may appear twice."),
     GapsFilled: _gaps,
-    FilmPart: tr("The face was seen at {seen_deg}° of the turn; the rest is not seen."),
-    FilmStill: tr("The camera stood still. For all turns, let it go around with the sitter."),
-    FilmOpen: tr("The film does not come back to where it began: its angles are less certain."),
+    FilmPart: tr("The face is visible over {seen_deg}° of the turn only."),
+    FilmStill: tr("The camera stood still. Walk around with the sitter to cover all turns."),
+    FilmOpen: tr("The film does not end where it began, so its angles are less certain."),
     FilmBlank: _film_blank,
-    FilmRough: tr("The face changed more than light explains: treat this as rough."),
+    FilmRough: tr("The face changed more than light can explain. Treat the result as rough."),
     FrontCamera: tr(
-        "A front camera took this film. If text in it reads backwards, switch on Mirrored and "
-        "open it again."
+        "This film was taken with a front camera. If text in it is backwards, switch on "
+        "Mirrored and open it again."
     ),
     OffsetMissed: tr(
-        "{wanted_ev:+.1f} EV is out of the camera's reach; {nearest_ev:+.1f} EV is the nearest."
+        "The camera cannot reach {wanted_ev:+.1f} EV; the nearest is {nearest_ev:+.1f} EV."
     ),
     DarkestExposure: tr(
-        "The place is bright: the camera's darkest exposure is {floor_ev:+.1f} EV."
+        "The place is bright: the camera’s darkest exposure is {floor_ev:+.1f} EV."
     ),
     WiderSteps: tr(
-        "With {frames} frames the dark ones are {step_ev:.1f} EV apart instead of {usual_ev:g}."
+        "With {frames} frames, the dark ones are {step_ev:.1f} EV apart instead of {usual_ev:g}."
     ),
     BracketShifted: _shifted,
 }
@@ -157,12 +161,12 @@ SENTENCES: Final[Sentences] = {
 def beside_words(beside: Beside) -> str:
     """Say whether a film and a panorama agree, and what to do where they do not."""
     if beside.typical_deg is None:
-        return tr("Film and panorama offer no style in common: trust the film.")
+        return tr("Film and panorama have no style in common. Trust the film.")
     if beside.agree:
-        return tr("Film and panorama agree: their turns are {deg}° apart.", deg=beside.typical_deg)
+        return tr("Film and panorama agree to within {deg}°.", deg=beside.typical_deg)
     return tr(
-        "Film and panorama disagree: their turns are {deg}° apart. Trust the film; if the light "
-        "has changed, measure again.",
+        "Film and panorama differ by {deg}°. Trust the film, or measure again if the "
+        "light has changed.",
         deg=beside.typical_deg,
     )
 
@@ -175,5 +179,5 @@ def mirror_words(mirrored: bool, fits: bool | None) -> str:
     if fits is None or fits == mirrored:
         return ""
     if fits:
-        return tr("The film is mirrored: only its mirror image fits the place. It is read as that.")
-    return tr("The film fits the place as it is. It is not read as mirrored.")
+        return tr("The film is mirrored: only its mirror image fits the place. It was flipped.")
+    return tr("The film fits the place as it is. It was not flipped.")

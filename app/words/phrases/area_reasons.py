@@ -16,55 +16,56 @@ class Wording(NamedTuple):
     line: str = ""
 
 
-# By aspect: below the least value, and above the most. {value} and {limit} are in stops.
+# By aspect: below the least value, and above the most. {value} and {limit} are in stops, {signed}
+# and {signed_limit} the same with a sign.
 AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     Aspect.NOSE_SHADOW: (
         Wording(
-            tr("The nose’s shadow is {value} deep; {style} needs {limit}"),
-            tr("The nose’s shadow is {value} deep"),
+            tr("The nose shadow is too shallow: {value}; {style} needs {limit}"),
+            tr("The nose shadow is too shallow"),
         ),
         Wording(
-            tr("The nose’s shadow is {value} deep; {style} bears {limit}"),
-            tr("The nose’s shadow is {value} deep"),
+            tr("The nose shadow is too deep: {value}; {style} allows {limit}"),
+            tr("The nose shadow is too deep"),
         ),
     ),
     Aspect.CHEEKS: (
         Wording(
-            tr("The cheeks are {value} apart; {style} needs {limit}"),
-            tr("The cheeks are {value} apart"),
+            tr("The cheeks differ too little: {value}; {style} needs {limit}"),
+            tr("The cheeks differ too little"),
         ),
         Wording(
-            tr("The cheeks are {value} apart; {style} bears {limit}"),
-            tr("The cheeks are {value} apart"),
+            tr("The cheeks differ too much: {value}; {style} allows {limit}"),
+            tr("The cheeks differ too much"),
         ),
     ),
-    Aspect.OPEN_SHADOW: (Wording(tr("The nose’s shadow runs into the shadow on the cheek")),) * 2,
-    Aspect.PATCH: (Wording(tr("The patch under the far eye is missing")),) * 2,
+    Aspect.OPEN_SHADOW: (Wording(tr("The nose shadow runs into the cheek shadow")),) * 2,
+    Aspect.PATCH: (Wording(tr("No patch of light under the far eye")),) * 2,
     Aspect.DARK_PATCH: (
         Wording(
-            tr("Under the far eye it is {value} darker; {style} needs {limit}"),
-            tr("Under the far eye it is {value} darker"),
+            tr("Not dark enough below the far eye: {value}; {style} needs {limit}"),
+            tr("Not dark enough below the far eye"),
         ),
         Wording(tr("The far eye is too dark")),
     ),
     Aspect.SHADOW_SIDE: (
         Wording(
-            tr("The two sides are {value} apart; {style} needs {limit}"),
-            tr("The two sides are {value} apart"),
+            tr("The two sides differ too little: {value}; {style} needs {limit}"),
+            tr("The two sides differ too little"),
         ),
         Wording(
-            tr("The two sides are {value} apart; {style} bears {limit}"),
-            tr("The two sides are {value} apart"),
+            tr("The two sides differ too much: {value}; {style} allows {limit}"),
+            tr("The two sides differ too much"),
         ),
     ),
     Aspect.EVENNESS: (
         Wording(
-            tr("The sitter’s right is {value} brighter; {style} bears {limit}"),
-            tr("The sitter’s right is {value} brighter"),
+            tr("The sitter’s right is too bright: {value} over the left; {style} allows {limit}"),
+            tr("The sitter’s right is too bright"),
         ),
         Wording(
-            tr("The sitter’s left is {value} brighter; {style} bears {limit}"),
-            tr("The sitter’s left is {value} brighter"),
+            tr("The sitter’s left is too bright: {value} over the right; {style} allows {limit}"),
+            tr("The sitter’s left is too bright"),
         ),
     ),
     Aspect.HEIGHT: (
@@ -84,14 +85,14 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.BELOW: (
         Wording(
-            tr("The light is too high; {style} needs it under the chin"),
+            tr("The light is too high; {style} needs it below the chin"),
             tr("The light is too high"),
         ),
         Wording(tr("The light is too low for {style}")),
     ),
     Aspect.UNDER_THE_CHIN: (
         Wording(
-            tr("Too little light under the chin; {style} needs its lamp there"),
+            tr("Too little light under the chin; {style} needs a lamp there"),
             tr("Too little light under the chin"),
         ),
         Wording(tr("The light is too low for {style}")),
@@ -106,10 +107,10 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.TWO_LAMPS: (
         Wording(
-            tr("One light alone; {style} needs one from above and one from below"),
-            tr("One light alone"),
+            tr("Only one light; {style} needs one from above and one from below"),
+            tr("Only one light"),
         ),
-        Wording(tr("The light comes too much from above for {style}")),
+        Wording(tr("Too much light from above for {style}")),
     ),
     Aspect.FRONT: (
         Wording(
@@ -122,18 +123,21 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
         ),
     ),
     Aspect.SIDE: (
-        Wording(tr("The light comes too much from the front for {style}")),
-        Wording(tr("The light comes too much from behind for {style}")),
+        Wording(tr("Too much light from the front for {style}")),
+        Wording(tr("Too much light from behind for {style}")),
     ),
     Aspect.RIM: (
         Wording(
-            tr("The rim is too weak: {value} over the face, {style} needs {limit}"),
+            tr("The rim is too weak: {signed} relative to the face; {style} needs {signed_limit}"),
             tr("The rim is too weak"),
             tr("The rim is too weak"),
         ),
         Wording(
-            tr("The rim is {value} over the face; {style} bears {limit}"),
-            tr("The rim is {value} over the face"),
+            tr(
+                "The rim is too bright: {signed} relative to the face; "
+                "{style} allows {signed_limit}"
+            ),
+            tr("The rim is too bright"),
         ),
     ),
     Aspect.ONE_RIM: (
@@ -149,22 +153,22 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.TWO_RIMS: (
         Wording(
-            tr("One light behind the head alone; {style} needs one behind each side"),
-            tr("One light behind the head alone"),
+            tr("Only one light behind the head; {style} needs one on each side"),
+            tr("Only one light behind the head"),
         ),
     )
     * 2,
     Aspect.GRAZED_CHEEK: (
-        Wording(tr("The light comes too much from the side for {style}")),
+        Wording(tr("Too much light from the side for {style}")),
         Wording(tr("The light comes from too far behind for {style}")),
     ),
     Aspect.SOFT_SHADOW: (
         Wording(
             tr(
-                "The light is too small or comes from elsewhere; "
-                "{style} needs a large one at the side"
+                "The light is too small or in the wrong place; {style} needs a large one "
+                "at the side"
             ),
-            tr("The light is too small or comes from elsewhere"),
+            tr("The light is too small or in the wrong place"),
         ),
     )
     * 2,
@@ -174,18 +178,21 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.HAIR: (
         Wording(
-            tr("The hair is {value} over the face; {style} needs {limit}"),
-            tr("The hair is {value} over the face"),
+            tr("The hair is too dark: {signed} relative to the face; {style} needs {signed_limit}"),
+            tr("The hair is too dark"),
         ),
         Wording(
-            tr("The hair is {value} over the face; {style} bears {limit}"),
-            tr("The hair is {value} over the face"),
+            tr(
+                "The hair is too bright: {signed} relative to the face; "
+                "{style} allows {signed_limit}"
+            ),
+            tr("The hair is too bright"),
         ),
     ),
     Aspect.HAIR_ONLY: (
         Wording(
-            tr("The light is too low or too far aside; {style} needs it above and behind"),
-            tr("The light is too low or too far aside"),
+            tr("The light is too low or too far to the side; {style} needs it above and behind"),
+            tr("The light is too low or too far to the side"),
         ),
         Wording(tr("The light is too high for {style}")),
     ),
@@ -195,12 +202,18 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.BACKGROUND: (
         Wording(
-            tr("The background is {value} over the face; {style} needs {limit}"),
-            tr("The background is {value} over the face"),
+            tr(
+                "The background is too dark: {signed} relative to the face; "
+                "{style} needs {signed_limit}"
+            ),
+            tr("The background is too dark"),
         ),
         Wording(
-            tr("The background is {value} over the face; {style} bears {limit}"),
-            tr("The background is {value} over the face"),
+            tr(
+                "The background is too bright: {signed} relative to the face; "
+                "{style} allows {signed_limit}"
+            ),
+            tr("The background is too bright"),
         ),
     ),
     Aspect.DARK_EDGE: (
@@ -213,7 +226,7 @@ AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     ),
     Aspect.MIDDLE_LINE: (
         Wording(
-            tr("The middle of the face is not dark enough: {value}, {style} needs {limit}"),
+            tr("The middle of the face is not dark enough: {value}; {style} needs {limit}"),
             tr("The middle of the face is not dark enough"),
             tr("The middle of the face is not dark enough"),
         ),

@@ -31,7 +31,7 @@ SIDE_LINES: Final[dict[str, str]] = {
 }
 """The same on two lines."""
 
-SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter's left"), "right": tr("sitter's right")}
+SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
 """The same in a narrow table."""
 
 _LIGHT: Final[dict[str, str]] = {
@@ -395,7 +395,7 @@ def key_words(key_deg: float, promised_deg: float) -> str:
     if abs(farther) < _TOLD_DEG:
         return ""
     if farther > 0:
-        return tr("Key {size}° too far round", size=farther)
+        return tr("Key {size}° too far around", size=farther)
     return tr("Key {size}° too frontal", size=-farther)
 
 

@@ -74,7 +74,8 @@ def read_metres(text: str) -> float:
     match = _DISTANCE.fullmatch(text.strip().lower())
     if match is None:
         raise CoreError(
-            tr("This is not a distance."), tr("Type metres, as 0.4, or centimetres, as 40 cm.")
+            tr("This is not a distance."),
+            tr("Type metres, such as 0.4, or centimetres, such as 40 cm."),
         )
     value = float(match[1].replace(",", "."))
     return value / 100.0 if match[2] == "cm" else value
@@ -149,9 +150,9 @@ def contrast_words(contrast: float) -> str:
 
     Examples:
         >>> contrast_words(51.9)
-        '51 % of the studio’s'
+        '51% of the studio’s'
     """
-    return tr("{share} % of the studio’s", share=max(math.floor(contrast), 0))
+    return tr("{share}% of the studio’s", share=max(math.floor(contrast), 0))
 
 
 def time_words(moment: datetime, today: datetime) -> str:

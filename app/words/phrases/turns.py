@@ -58,10 +58,10 @@ _BESIDE_LIGHT: Final[dict[_Beside, str]] = {
     "counter-clockwise": tr("{off} counter-clockwise of the light"),
 }
 _BESIDE_BEST: Final[dict[_Beside, str]] = {
-    "short": tr("In the light, {off} short of the best"),
-    "past": tr("In the light, {off} past the best"),
-    "clockwise": tr("In the light, {off} clockwise of the best"),
-    "counter-clockwise": tr("In the light, {off} counter-clockwise of the best"),
+    "short": tr("In the light, {off} short of the best turn"),
+    "past": tr("In the light, {off} past the best turn"),
+    "clockwise": tr("In the light, {off} clockwise of the best turn"),
+    "counter-clockwise": tr("In the light, {off} counter-clockwise of the best turn"),
 }
 
 
@@ -227,7 +227,7 @@ def likeness_words(match: int, best: int) -> str:
     """
     if match > best:
         # Another turn than the best is the better likeness, but its light is too flat.
-        return tr("match {match}, chosen {best}", match=match, best=best)
+        return tr("match {match}, best possible {best}", match=match, best=best)
     return tr("match {match} of best {best}", match=match, best=best)
 
 

@@ -10,16 +10,15 @@ from app.words.phrases.quantities import ago_words, span_words
 
 # By what lights the place: while it soon has to be captured again.
 _CHANGES: Final = {
-    "sky": tr("Measured {ago}; the light of the sky changes."),
-    "windows": tr("Measured {ago}; the light of the windows changes with the day."),
+    "sky": tr("Measured {ago}; the sky is changing."),
+    "windows": tr("Measured {ago}; window light changes during the day."),
     "unknown": tr("Measured {ago}; daylight may have changed."),
 }
 # The same once it is due.
 _CHANGED: Final = {
-    "sky": tr("Measured {ago}; the light of the sky changes. Capture again if it looks different."),
+    "sky": tr("Measured {ago}; the sky is changing. Capture again if the light looks different."),
     "windows": tr(
-        "Measured {ago}; the light of the windows changes with the day. "
-        "Capture again if it looks different."
+        "Measured {ago}; window light changes during the day. Capture again if it looks different."
     ),
     "unknown": tr(
         "Measured {ago}; daylight may have changed. Capture again if it looks different."
@@ -27,20 +26,20 @@ _CHANGED: Final = {
 }
 # How far the sun has moved: while the light holds, soon not, and no longer.
 _SUN: Final = {
-    "fresh": tr("Measured {ago}, the sun has moved {degrees}."),
-    "ageing": tr("Measured {ago}, the sun has moved {degrees}: capture again soon."),
-    "old": tr("Measured {ago}, the sun has moved {degrees}: capture again."),
+    "fresh": tr("Measured {ago}; the sun has moved {degrees}."),
+    "ageing": tr("Measured {ago}; the sun has moved {degrees}. Capture again soon."),
+    "old": tr("Measured {ago}; the sun has moved {degrees}. Capture again."),
 }
 # The same for a high sun, whose azimuth changes by more.
 _HIGH_SUN: Final = {
-    "fresh": tr("Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon."),
+    "fresh": tr("Measured {ago}; the sun has moved {degrees}, up to {aside} along the horizon."),
     "ageing": tr(
-        "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon: "
-        "capture again soon."
+        "Measured {ago}; the sun has moved {degrees}, up to {aside} along the horizon. "
+        "Capture again soon."
     ),
     "old": tr(
-        "Measured {ago}, the sun has moved {degrees}, up to {aside} along the horizon: "
-        "capture again."
+        "Measured {ago}; the sun has moved {degrees}, up to {aside} along the horizon. "
+        "Capture again."
     ),
 }
 _STILL_DEG: Final = 0.5
@@ -51,10 +50,10 @@ _ANYWHERE_DEG: Final = 90.0
 def age_words(age: Age) -> str:
     """Write how old a light is, and what to do where it may not hold."""
     if age.minutes is None:
-        return tr("It is not known when this was measured. Capture again to be sure.")
+        return tr("No measuring time is stored. Capture again to be sure.")
     if age.minutes < 0.0:
         return tr(
-            "Measured {ahead} ahead of this clock: check the clocks of camera and computer.",
+            "Measured {ahead} in the future. Check the clocks of camera and computer.",
             ahead=span_words(-age.minutes),
         )
     ago = ago_words(age.minutes)
@@ -63,11 +62,11 @@ def age_words(age: Age) -> str:
     if age.kind == "lamps":
         if age.state == "fresh":
             return tr("Measured {ago}.", ago=ago)
-        return tr("Measured {ago}; it holds as long as the lamps stand as they did.", ago=ago)
+        return tr("Measured {ago}; valid while the lamps have not moved.", ago=ago)
     if age.minutes >= DAY_MINUTES:
         if age.kind == "unknown":
-            return tr("Measured {ago}: capture again unless only lamps light the place.", ago=ago)
-        return tr("Measured {ago}: the light is hardly the same. Capture again.", ago=ago)
+            return tr("Measured {ago}. Capture again unless only lamps light the place.", ago=ago)
+        return tr("Measured {ago}; the light has changed since. Capture again.", ago=ago)
     if age.state == "fresh":
         return tr("Measured {ago}.", ago=ago)
     return (_CHANGES if age.state == "ageing" else _CHANGED)[age.kind].format(ago=ago)
@@ -75,7 +74,7 @@ def age_words(age: Age) -> str:
 
 def _by_sun(age: Age, ago: str) -> str:
     if age.sun_deg is None:
-        return tr("Measured {ago}: the sun stands elsewhere by now. Capture again.", ago=ago)
+        return tr("Measured {ago}; the sun has moved on since. Capture again.", ago=ago)
     if age.state == "fresh" and age.sun_deg < _STILL_DEG:
         return tr("Measured {ago}.", ago=ago)
     aside = age.sun_deg if age.sun_aside_deg is None else age.sun_aside_deg

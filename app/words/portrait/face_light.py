@@ -36,10 +36,12 @@ _STRONG: Final = {
     ),
 }
 _NOTICEABLE: Final = {
-    "sun": tr("The sun is in the sitter’s view at this turn: {place}. The eyes may narrow."),
-    "lamp": tr("A bright lamp is in the sitter’s view at this turn: {place}. The eyes may narrow."),
+    "sun": tr("The sun is in the sitter’s view at this turn: {place}. They may squint a little."),
+    "lamp": tr(
+        "A bright lamp is in the sitter’s view at this turn: {place}. They may squint a little."
+    ),
     "window": tr(
-        "A bright window is in the sitter’s view at this turn: {place}. The eyes may narrow."
+        "A bright window is in the sitter’s view at this turn: {place}. They may squint a little."
     ),
 }
 # For a line. Strong, then noticeable.
@@ -84,7 +86,7 @@ def ratio_sentence(ratio: LightingRatio) -> str:
     if ratio.lit == "none":
         return tr("No light reaches the face")
     if ratio.lit == "face":
-        return tr("Both cheeks are in shadow: there is no ratio between them")
+        return tr("Both cheeks are in shadow, so there is no ratio")
     numbers = {"ratio": key_fill(min(ratio.stops, DEEPEST_STOPS)), "convention": CONVENTION}
     if ratio.key_side == "none":
         return tr(
@@ -128,7 +130,9 @@ def glare_sentence(glare: Glare) -> str:
             "A bright light shines into the sitter’s eyes at this turn: {place}. Expect squinting."
         )
         return _STRONG.get(glare.kind, other).format(place=place)
-    other = tr("A bright light is in the sitter’s view at this turn: {place}. The eyes may narrow.")
+    other = tr(
+        "A bright light is in the sitter’s view at this turn: {place}. They may squint a little."
+    )
     return _NOTICEABLE.get(glare.kind, other).format(place=place)
 
 
@@ -152,7 +156,7 @@ def catchlight_words(lights: Sequence[Catchlight] | None) -> str:
     eyes = [[one for one in lights if one.eye == eye] for eye in EYES]
     most = max(eyes, key=len)
     if not most:
-        return tr("Eyes without a catchlight")
+        return tr("No catchlight in the eyes")
     hour, what = round(most[0].clock) % 12 or 12, MIRRORED[most[0].what]
     if most[0].letter:
         what = tr("{what} ({letter})", what=what, letter=most[0].letter)

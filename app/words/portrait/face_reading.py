@@ -8,9 +8,9 @@ from app.core.faces.light_reading import Unread
 from app.core.text import tr
 
 UNREAD: Final = {
-    Unread.PROFILE: tr("The face is seen from the side."),
-    Unread.HIDDEN: tr("Too little of the face can be seen."),
-    Unread.FLAT: tr("The light is flat: no side of the face is brighter."),
+    Unread.PROFILE: tr("The face is in profile."),
+    Unread.HIDDEN: tr("Too little of the face is visible."),
+    Unread.FLAT: tr("The light is flat: neither side of the face is brighter."),
     Unread.MIXED: tr("Something hides the face, or several lamps light it."),
 }
 """Why no direction of light was read."""

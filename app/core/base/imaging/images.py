@@ -164,7 +164,9 @@ def write_image(
         closed = output.close()
         output.geterror()  # Cleared: it names library internals.
         if not (ok and closed and _reads_back(temporary, pixels, kind, channels)):
-            error = CoreError(tr("Cannot write {path}.", path=path), tr("Is the disk full?"))
+            error = CoreError(
+                tr("Cannot write {path}.", path=path), tr("Check that the disk is not full.")
+            )
             raise error from write_trouble(temporary, pixels.nbytes)
         if check is not None:
             check(temporary)
@@ -179,7 +181,8 @@ def _output(temporary: Path, path: Path) -> ImageOutput:
     if output is None:
         clear_error()
         raise CoreError(
-            tr("Cannot write {path}: unknown kind of picture.", path=path), tr("Change the ending.")
+            tr("Cannot write {path}: unknown picture format.", path=path),
+            tr("Change the file extension."),
         )
     return output
 

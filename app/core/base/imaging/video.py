@@ -140,7 +140,7 @@ def _is_video(head: bytes) -> bool:
 
 def _missing(path: Path) -> VideoError:
     return VideoError(
-        tr("The video {name} is not there.", name=path.name),
+        tr("The video file {name} is missing.", name=path.name),
         tr("Reconnect its disk to continue, or choose another file."),
         "no-file",
     )

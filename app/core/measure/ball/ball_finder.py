@@ -159,16 +159,16 @@ def find_ball(light: Float32, focal_mm: float | None = None) -> Ball:
     ]
     if not apart:
         raise ProbeError(
-            tr("There is no mirror ball in these pictures, or too little of it to measure."),
+            tr("No mirror ball was found in these pictures, or too little of it is visible."),
             tr(
-                "Photograph it whole and sharp, as large as a tenth of the picture or more, "
-                "before a background that is far behind it."
+                "Photograph the whole ball, sharp, over at least a tenth of the picture, "
+                "against a distant background."
             ),
         )
     if len(apart) > 1:
         raise ProbeError(
             tr("There are {count} mirror balls in these pictures.", count=len(apart)),
-            tr("Leave one where the sitter's head will be, and photograph it alone."),
+            tr("Leave one at the position of the sitter’s head, and photograph it alone."),
         )
     return apart[0]
 

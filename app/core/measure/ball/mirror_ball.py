@@ -405,10 +405,11 @@ def join_sides(first: Side, second: Side, from_deg: float | None = None) -> Side
         angle, most = float(turns[int(np.argmax(alike))]), 2.0 * step
     if max(alike) < _LEAST_ALIKE[from_deg is None] or abs(wrap(angle)) < _APART_DEG:
         raise ProbeError(
-            tr("The second pictures of the ball do not show the same place from another side."),
+            tr("The second set of pictures does not match the first from another side."),
             tr(
-                "Walk about a quarter of a circle around the ball for them. --from says how far, "
-                "clockwise seen from above, where the place looks alike all around."
+                "Walk about a quarter circle around the ball for them. If the place "
+                "looks alike all around, set the angle with --from, clockwise as seen "
+                "from above."
             ),
         )
     shift = round(angle / 360.0 * first.weight.shape[1])

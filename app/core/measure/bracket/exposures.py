@@ -93,8 +93,8 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
     if missing:
         raise ProbeError(
             tr_plural(
-                "{names} states no exposure time.",
-                "{names} state no exposure time.",
+                "{names} does not state an exposure time.",
+                "{names} do not state an exposure time.",
                 len(missing),
                 names=listed(missing),
             ),
@@ -123,10 +123,10 @@ def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> Probe
     low, high = min(stated), max(stated)
     if tag == "iso":
         words = tr_plural(
-            "{names} states no ISO value, and the other frames differ in theirs "
-            "(ISO {low:g} to ISO {high:g}).",
-            "{names} state no ISO value, and the other frames differ in theirs "
-            "(ISO {low:g} to ISO {high:g}).",
+            "{names} does not state the ISO, and the other frames differ (ISO {low:g} to "
+            "ISO {high:g}).",
+            "{names} do not state the ISO, and the other frames differ (ISO {low:g} to "
+            "ISO {high:g}).",
             len(names),
             names=listed(names),
             low=low,
@@ -134,10 +134,10 @@ def _differing(names: Sequence[str], stated: Sequence[float], tag: Tag) -> Probe
         )
     else:
         words = tr_plural(
-            "{names} states no f-number, and the other frames differ in theirs "
-            "(f/{low:g} to f/{high:g}).",
-            "{names} state no f-number, and the other frames differ in theirs "
-            "(f/{low:g} to f/{high:g}).",
+            "{names} does not state the f-number, and the other frames differ (f/{low:g} "
+            "to f/{high:g}).",
+            "{names} do not state the f-number, and the other frames differ (f/{low:g} "
+            "to f/{high:g}).",
             len(names),
             names=listed(names),
             low=low,

@@ -96,7 +96,9 @@ def read_bracket(
     _check_count(headers, files)
     _check_alike(headers)
     if names := rendered_frames(headers):
-        hint = tr("Switch the camera's filter and options off and shoot again, or leave it out.")
+        hint = tr(
+            "Switch off the camera’s filter and effects and shoot again, or leave the picture out."
+        )
         raise ProbeError(_rendered(names), hint)
     tag_times = None if times is None else [time or 0.0 for _, time in listed_files]
     exposures, doubts = settle_exposures(headers, tag_times)
@@ -127,7 +129,9 @@ def _read_all(
     """Read the headers of the named files, or of the bracket in the named folder."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
-        raise ProbeError(tr("There are no pictures to merge."), tr("Name at least two exposures."))
+        raise ProbeError(
+            tr("There are no pictures to merge."), tr("Choose at least two exposures.")
+        )
     count = None if times is None else len(times)
     if not folders and sort_out and len(paths) > 1:
         return _bracket_of(paths, paths[0].parent.name, count)
@@ -136,8 +140,8 @@ def _read_all(
         return [read_header(path) for path in paths], []
     if len(paths) > 1:
         raise ProbeError(
-            tr("{folder} is a folder among other names.", folder=folders[0]),
-            tr("Name one folder, or name the files themselves."),
+            tr("{folder} is a folder, but other names are given too.", folder=folders[0]),
+            tr("Give one folder, or only files."),
         )
     return _bracket_of(pictures_in(folders[0]), folders[0].name, count)
 
@@ -199,14 +203,14 @@ def _check_times(times: Sequence[float] | None, count: int) -> list[float | None
                 times=tr_plural("{count} exposure time", "{count} exposure times", len(times)),
                 pictures=tr_plural("{count} picture", "{count} pictures", count),
             ),
-            tr("Give one for each, in the order of the files (of a folder: sorted by name)."),
+            tr("Give one for each file, in the order of the files (in a folder, by name)."),
         )
     low, high = SHUTTER_LIMITS_S
     for time in times:
         if not low <= time <= high:
             raise ProbeError(
-                tr("{time:g} is not an exposure time in seconds.", time=time),
-                tr("Between {low:g} and {high:g} s are possible.", low=low, high=high),
+                tr("{time:g} s is not a valid exposure time.", time=time),
+                tr("It must be between {low:g} and {high:g} s.", low=low, high=high),
             )
     return [float(time) for time in times]
 
@@ -215,11 +219,11 @@ def _check_number(count: int) -> None:
     if count > MAX_FRAMES:
         raise ProbeError(
             tr(
-                "{count} pictures are too many for one bracket: at most {most} are merged.",
+                "{count} pictures are too many for one bracket; the limit is {most}.",
                 count=count,
                 most=MAX_FRAMES,
             ),
-            tr("Name only the frames of one place and time."),
+            tr("Choose only the frames of one place and time."),
         )
 
 
@@ -229,11 +233,11 @@ def _check_pixels(headers: list[Header]) -> None:
     if pixels > _MOST_PIXELS:
         raise ProbeError(
             tr(
-                "{count} frames of this size are too many: {pixels:.1f} gigapixels.",
+                "{count} frames of this size are too large to merge: {pixels:.1f} gigapixels.",
                 count=len(headers),
                 pixels=pixels / 1e9,
             ),
-            tr("Scale all of them down by the same factor; 4096 x 2048 holds all that is needed."),
+            tr("Scale all of them down by the same factor; 4096 x 2048 is enough."),
         )
 
 
@@ -282,25 +286,25 @@ def _check_count(headers: list[Header], files: list[Path]) -> None:
     if len(headers) > 1:
         return
     name = headers[0].frame.path.name
-    hint = tr("Use at least two exposures, better three: the metered one, brighter and darker.")
+    hint = tr("Use at least two exposures, better three: as metered, brighter and darker.")
     if len(files) > 1:
         raise ProbeError(
-            tr("All files are copies of {name}: that is not a bracket.", name=name), hint
+            tr("All files are copies of {name}, which is not a bracket.", name=name), hint
         )
-    raise ProbeError(tr("{name} is alone: one frame is not a bracket.", name=name), hint)
+    raise ProbeError(tr("{name} is a single frame, not a bracket.", name=name), hint)
 
 
 def not_all_around(frame: Frame) -> ProbeError:
     """Return the error for a single photo that is neither a panorama nor a fisheye pair."""
     return ProbeError(
         tr(
-            "{name} is {width} x {height}: alone it has to show every direction, and be twice "
-            "as wide as high (2:1).",
+            "{name} is {width} x {height}. A single picture must be a full panorama, "
+            "twice as wide as high (2:1).",
             name=frame.path.name,
             width=frame.shape[1],
             height=frame.shape[0],
         ),
-        tr("Use a 360 camera's picture, or at least two exposures of a bracket."),
+        tr("Use a 360 camera’s picture, or at least two exposures of a bracket."),
     )
 
 
@@ -313,7 +317,7 @@ def _lone(header: Header, remarks: Sequence[Remark], times: Sequence[float] | No
         raise not_all_around(frame)
     if header.part:
         raise ProbeError(
-            tr("{name} says that it shows only a part of the sphere.", name=name),
+            tr("{name} is only part of a panorama, according to its file.", name=name),
             tr("Export it as a full panorama (360 x 180 degrees)."),
         )
     stops, doubts = 0.0, list[Remark]([TimeUnstated(name)])
@@ -329,33 +333,31 @@ def _check_alike(headers: list[Header]) -> None:
         headers,
         lambda header: header.frame.shape,
         lambda shape: tr("{width} x {height} pixels", width=shape[1], height=shape[0]),
-        tr("Leave it out, or export all frames at one size."),
+        tr("Leave it out, or export all frames at the same size."),
     )
     _one_value(
         [header for header in headers if header.frame.camera],
         lambda header: header.frame.camera,
         lambda camera: tr("from a {camera}", camera=camera),
-        tr("All frames of a bracket come from one camera; leave out what does not belong to it."),
+        tr("All frames of a bracket must come from one camera. Leave out the others."),
     )
     _one_value(
         headers,
         lambda header: header.frame.kind,
         lambda kind: tr("stored as {kind}", kind=_KIND_WORDS[kind]),
-        tr("Leave it out, or export all frames in one format."),
+        tr("Leave it out, or export all frames in the same format."),
     )
     _one_value(
         headers,
         lambda header: header.frame.primaries,
-        lambda primaries: (
-            tr("in colours of other primaries") if primaries else tr("in Rec. 709 colours")
-        ),
-        tr("Leave it out, or export all frames in one colour space."),
+        lambda primaries: tr("in another colour space") if primaries else tr("in Rec. 709 colours"),
+        tr("Leave it out, or export all frames in the same colour space."),
     )
     _one_value(
         headers,
         lambda header: header.orientation,
         lambda orientation: tr(
-            "held another way (EXIF orientation {orientation})", orientation=orientation
+            "in another orientation (EXIF orientation {orientation})", orientation=orientation
         ),
         tr("Leave it out, or shoot all frames with the camera held the same way."),
     )
@@ -417,8 +419,8 @@ def _in_order(bracket: Bracket) -> Bracket:
                 count=len(stops),
             ),
             tr(
-                "Shoot again with bracketing on. If the files state a wrong exposure, "
-                "give the real ones with --times."
+                "Switch bracketing on and shoot again. If the files state wrong "
+                "exposures, give the right ones with --times."
             ),
         )
     warnings = bracket.warnings

@@ -104,9 +104,9 @@ def _without_gaps(probe: Measurement, token: Token) -> tuple[Measurement, Float3
     share = float(energy(blind)) / (4.0 * math.pi)
     if share > _MOST_BLIND:
         raise ProbeError(
-            tr("{name} shows only {share} of what is around.", name=frame.path.name,
+            tr("{name} covers only {share} of the sphere.", name=frame.path.name,
                share=small_percent(1.0 - share)),
-            tr("Choose a panorama that is not transparent over most of the sphere."),
+            tr("Choose a panorama without large transparent areas."),
         )  # fmt: skip
     merged = fill(probe.merged, blind, GOES_ON)
     finished = replace(probe.finished, merged=merged, measured=merged)

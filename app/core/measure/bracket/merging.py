@@ -49,8 +49,8 @@ def check_options(bracket: Bracket, options: MeasureOptions) -> None:
     check_size(bracket, options)
     if not bracket.panorama and (options.gains or options.lux or options.masks):
         raise ProbeError(
-            tr("These pictures are not full panoramas (2:1): they have no lamps or directions."),
-            tr("Leave out what names lamps or masks."),
+            tr("These pictures are not full panoramas (2:1), so lamps and masks cannot be used."),
+            tr("Leave out the lamp and mask options."),
         )
 
 
@@ -61,8 +61,7 @@ def check_size(bracket: Bracket, options: MeasureOptions) -> None:
         return
     raise ProbeError(
         tr(
-            "At {columns} x {rows} pixels these frames are too large to be merged at "
-            "their own size.",
+            "These frames are too large to merge at full size: {columns} x {rows} pixels.",
             columns=columns,
             rows=rows,
         ),
@@ -250,10 +249,10 @@ def _circles(stack: FrameStack) -> Circles | None:
     if circles is None and fisheye:
         raise ProbeError(
             tr(
-                "{fisheye} is a fisheye picture, but its two image circles cannot be made out.",
+                "{fisheye} is a fisheye picture, but its two image circles could not be found.",
                 fisheye=fisheye[0],
             ),
-            tr("Stitch it in the camera or with its maker's program."),
+            tr("Stitch it in the camera or with the camera maker’s software."),
         )
     if circles is None and len(stack.frames) == 1 and stack.shape[1] != 2 * stack.shape[0]:
         raise not_all_around(stack.frames[0])

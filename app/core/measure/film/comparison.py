@@ -104,8 +104,8 @@ def beside(
     most = max(groups, key=len, default=[])
     if len(most) < _FEWEST:
         raise ProbeError(
-            tr("The film does not show enough of this place to be laid on its panorama."),
-            tr("Open it as a place of its own."),
+            tr("The film does not show enough of this place to compare it with the panorama."),
+            tr("Open it as a separate place."),
         )
     offset = wrap(turns[groups.index(most)] + float(np.median(most)))
     own = {one.name: one for one in solve_all(pack, place.searched) if one.attainable}

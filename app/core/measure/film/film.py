@@ -281,8 +281,8 @@ def read_turn(
     still = float(np.ptp(headings.turns_deg)) < _STILL_DEG
     if not still and headings.assumed > _MOST_ASSUMED:
         raise ProbeError(
-            tr("The way around the sitter cannot be followed: the background is blank or blurred."),
-            tr("Film again, more slowly, with more of the place in view."),
+            tr("The turn cannot be measured: the background is blank or blurred."),
+            tr("Film again, more slowly, with more background in view."),
         )
     aside = np.array([0.0 if one.pose is None else one.pose.yaw_deg for one in glimpses])
     if not still:
@@ -317,15 +317,15 @@ def read_turn(
 
 def _no_face() -> ProbeError:
     return ProbeError(
-        tr("No face can be read in this film."),
-        tr("Film the sitter's whole face from about a metre, sharp and not too dark."),
+        tr("No face could be read in this film."),
+        tr("Film the sitter’s whole face from about a metre, in focus and not too dark."),
     )
 
 
 def _no_turn() -> ProbeError:
     return ProbeError(
         tr("The sitter does not turn in this film."),
-        tr("Turn once on the spot, 20 to 60 seconds, with the camera going around with you."),
+        tr("Turn once on the spot in 20 to 60 seconds while the camera moves around with you."),
     )
 
 

@@ -48,9 +48,9 @@ def film_frames(path: Path, most: int, width: int) -> Iterator[tuple[float, floa
         rate = rate if math.isfinite(rate) and 1.0 <= rate <= _MOST_FPS else _USUAL_FPS
         if not 0 < count <= _LONGEST_FILM_S * rate:
             raise VideoError(
-                tr("{name} is longer than five minutes, or does not say how long it is.",
+                tr("{name} is longer than five minutes or does not state its length.",
                    name=path.name),
-                tr("Film one turn of 20 to 60 seconds."),
+                tr("Film a single turn of 20 to 60 seconds."),
             )  # fmt: skip
         upright = read_movie_header(path).upright
         for time_s, share, picture in _evenly(capture, rate, max(round(count), 1), most, width):

@@ -65,8 +65,8 @@ def told_clipped(merged: MergedLight, name: str) -> MergedLight:
     largest = merged.radiance.max(axis=-1) / np.float32(merged.clip_level)
     if float(largest.max()) < _LEAST_LIGHT:
         raise ProbeError(
-            tr("{name} is black: there is no light in it.", name=name),
-            tr("Take off what covers the lens, or expose longer."),
+            tr("{name} is completely black.", name=name),
+            tr("Remove the lens cover, or expose longer."),
         )
     clipped = np.maximum(merged.clipped, (largest >= _CLIPPED).astype(np.float32))
     share = float(energy(clipped)) / (4.0 * math.pi)

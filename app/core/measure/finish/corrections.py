@@ -197,7 +197,7 @@ def _light_named(lights: Sequence[Light], name: str) -> Light:
     for light in lights:
         if light.id == name.strip().upper():
             return light
-    names = ", ".join(light.id for light in lights) or tr("none was found")
+    names = ", ".join(light.id for light in lights) or tr("none")
     raise ProbeError(
         tr("There is no lamp {name!r} in this place.", name=name),
         tr("Lamps: {names}.", names=names),

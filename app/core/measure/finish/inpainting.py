@@ -95,7 +95,7 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
     if mask.shape != shape:
         raise ProbeError(
             tr(
-                "The mask has {mask_shape} texels, the panorama has {shape}.",
+                "The mask is {mask_shape} pixels, but the panorama is {shape}.",
                 mask_shape=mask.shape,
                 shape=shape,
             )
@@ -103,8 +103,8 @@ def _check(shape: tuple[int, int], mask: FloatImage) -> None:
     share = float((mask > _TOUCHED).mean(axis=1) @ solid_angles(shape)) * shape[1]
     if share > _MOST * 4.0 * np.pi:
         raise ProbeError(
-            tr("The mask covers nearly everything, so that nothing is left to fill it from."),
-            tr("Mask less."),
+            tr("The mask covers almost everything, so there is nothing left to fill from."),
+            tr("Mask a smaller area."),
         )
 
 

@@ -103,7 +103,7 @@ def light_grid(merged: MergedLight) -> LightGrid:
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
             tr(
-                "Lamps can only be found in a full panorama, and this is {columns} x {rows}.",
+                "Lamps can be found only in a full panorama; this one is {columns} x {rows}.",
                 columns=columns,
                 rows=rows,
             )
@@ -129,8 +129,8 @@ def find_lights(merged: MergedLight, grid: LightGrid | None = None) -> tuple[Lig
     total = grid.total
     if not total > 0:
         raise ProbeError(
-            tr("The panorama is black: there is no light in it."),
-            tr("Take off what covers the lens, or expose longer."),
+            tr("The panorama is completely black."),
+            tr("Remove the lens cover, or expose longer."),
         )
     labels, count = _regions(grid, total)
     if count == 0:

@@ -32,9 +32,7 @@ MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "picture", "suggested"]
 _PICTURES: Final = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
 _WIDEST: Final = 16384
 _BAND_ROWS: Final = 256
-_FORMS: Final = tr(
-    "Write nadir:-65, box:from,to,low,high, suggested, or the name of a black and white picture."
-)
+_FORMS: Final = tr("Use nadir:-65, box:from,to,low,high, suggested, or a black-and-white picture.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +73,7 @@ def parse_mask(text: str) -> MaskSpec:
         return _cap_or_box(kind, numbers, spec_text)
     if Path(spec_text).suffix.lower() in _PICTURES:
         return MaskSpec("picture", path=Path(spec_text))
-    raise ProbeError(tr("The mask '{mask}' is not understood.", mask=spec_text), _FORMS)
+    raise ProbeError(tr("The mask “{mask}” is not valid.", mask=spec_text), _FORMS)
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
@@ -92,7 +90,7 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
         return box_mask(start, stop, low, high, shape)
     if spec.path is not None:
         return picture_mask(spec.path, shape)
-    raise ProbeError(tr("Suggested masks need a panorama to look at."))
+    raise ProbeError(tr("Suggested masks need a panorama."))
 
 
 def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
@@ -161,26 +159,27 @@ def _open(path: Path) -> ImageInput:
     source = open_image(path)
     if source is None:
         raise ProbeError(
-            tr("The mask {name} is not a picture that can be read.", name=path.name),
-            tr("Save it as a PNG, white where something is to be filled."),
+            tr("The mask {name} is not a readable picture.", name=path.name),
+            tr("Save it as a PNG, white where the panorama should be filled."),
         )
     spec = source.spec()
     if spec.deep or spec.width != 2 * spec.height or not 2 <= spec.width <= _WIDEST:
         source.close()
         raise ProbeError(
             tr(
-                "The mask {name} has {width} x {height} pixels.",
+                "The mask {name} is {width} x {height} pixels.",
                 name=path.name,
                 width=spec.width,
                 height=spec.height,
             ),
-            tr("It has to be twice as wide as high, and at most {widest} wide.", widest=_WIDEST),
+            tr("It must be twice as wide as high, and at most {widest} wide.", widest=_WIDEST),
         )
     if is_unwieldy(spec):
         source.close()
         raise ProbeError(
             tr(
-                "The mask {name} is stored in blocks or channels too large to read.", name=path.name
+                "The mask {name} is stored in blocks or channels that are too large to read.",
+                name=path.name,
             ),
             tr("Save it as a PNG."),
         )
@@ -192,7 +191,7 @@ def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], spec_text: str) -> M
     if len(numbers) != count:
         raise ProbeError(
             tr(
-                "The mask '{mask}' needs {count} numbers after the colon.",
+                "The mask “{mask}” needs {count} numbers after the colon.",
                 mask=spec_text,
                 count=count,
             ),
@@ -200,16 +199,14 @@ def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], spec_text: str) -> M
         )
     _check_elevations(numbers[2:] if kind == "box" else numbers, spec_text)
     if kind == "box" and numbers[2] >= numbers[3]:
-        raise ProbeError(
-            tr("The mask '{mask}' ends below where it starts.", mask=spec_text), _FORMS
-        )
+        raise ProbeError(tr("The mask “{mask}” ends below its start.", mask=spec_text), _FORMS)
     return MaskSpec(kind, numbers)
 
 
 def _check_elevations(values: Sequence[float], spec_text: str) -> None:
     if any(abs(value) > 90.0 for value in values):
         raise ProbeError(
-            tr("The mask '{mask}' has an elevation outside -90 to 90 degrees.", mask=spec_text)
+            tr("The mask “{mask}” has an elevation outside -90 to 90 degrees.", mask=spec_text)
         )
 
 
@@ -217,12 +214,10 @@ def _numbers(words: Sequence[str], spec_text: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(word.replace("−", "-")) for word in words)
     except ValueError:
-        raise ProbeError(
-            tr("The mask '{mask}' is not understood.", mask=spec_text), _FORMS
-        ) from None
+        raise ProbeError(tr("The mask “{mask}” is not valid.", mask=spec_text), _FORMS) from None
     if not all(abs(value) <= 360.0 for value in numbers):
         raise ProbeError(
-            tr("The mask '{mask}' has an angle outside -360 to 360 degrees.", mask=spec_text)
+            tr("The mask “{mask}” has an angle outside -360 to 360 degrees.", mask=spec_text)
         )
     return numbers
 

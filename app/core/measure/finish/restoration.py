@@ -111,12 +111,13 @@ def set_illuminance(merged: MergedLight, light: Light, lux: float) -> Restoratio
     if gain <= 0 or lux < 0.5 * energy:
         raise ProbeError(
             tr(
-                "Lamp {id} gives at least {held:.0f} lux in these frames, not {lux:.0f}.",
+                "Lamp {id} gives at least {held:.0f} lux in these frames, more than the "
+                "{lux:.0f} you entered.",
                 id=light.id,
                 held=energy,
                 lux=lux,
             ),
-            tr("Hold the meter where the camera stood, facing the lamp."),
+            tr("Hold the light meter where the camera stood, facing the lamp."),
         )
     extra_light = np.stack([texels, light_of * weights * (gain - 1.0)], axis=1)
     near = (0.9 * lux, 1.1 * lux)

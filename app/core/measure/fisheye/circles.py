@@ -185,7 +185,7 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
                 circled=listed(circled),
                 odd=listed(odd),
             ),
-            tr("Leave out one kind, or shoot again: all frames must be stitched, or none."),
+            tr("Leave out one kind, or shoot again: stitch all frames or none."),
         )
     return best
 
@@ -231,8 +231,8 @@ def check_stitched(radiance: Float32, name: str) -> None:
 def unstitched(name: str) -> EnvironmentFileError:
     """Return the error for two circles instead of a panorama."""
     return EnvironmentFileError(
-        tr("{name} is two fisheye circles, not a stitched panorama.", name=name),
-        tr("Merge its bracket with Turnlight, or stitch it with the camera maker's program."),
+        tr("{name} shows two fisheye circles and is not a stitched panorama.", name=name),
+        tr("Merge its bracket with Turnlight, or stitch it with the camera maker’s software."),
     )
 
 

@@ -65,7 +65,7 @@ _OPEN, _MIDDLE_CODE = (16, 236), 118
 _EDGE, _FEW = 0.06, 12  # of half a side, excluded; positions that are too few
 _TRUST_EXIF, _TRUST_STEP, _TRUST_OVERLAP = 0.3, 0.07, 0.05  # stops
 _MOVED_PX = 2.5
-_OVER: Final = tr("From one spot, turn on and let each photograph share a third with the last.")
+_OVER: Final = tr("Turn on one spot and let each photo overlap the last by a third.")
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # from a camera's axes to a panorama's
 
 
@@ -237,7 +237,7 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
     if area is None and width != 2 * height:
         wide = _width_deg(pixels, file.name) if fov_deg is None else fov_deg
         if not 1.0 <= wide <= 360.0:
-            raise ProbeError(tr("A panorama reaches around 1 to 360 degrees."))
+            raise ProbeError(tr("A panorama covers 1 to 360 degrees."))
         columns = azimuth / wide + 0.5
         rows = 0.5 - np.tan(elevation) * width / math.radians(wide) / height
     else:
@@ -260,13 +260,13 @@ def _panorama(file: Path, fov_deg: float | None, token: Token) -> _PhotoLight:
 def _width_deg(pixels: Bytes, name: str) -> float:
     """Return 360 degrees for a wide picture whose ends match."""
     if pixels.shape[1] < _WIDE * pixels.shape[0]:
-        few = tr("One photograph cannot show what is all around.")
+        few = tr("One photo cannot show a full panorama.")
         raise ProbeError(few, _OVER)
     columns = cv2.resize(pixels, (256, 64), interpolation=cv2.INTER_AREA).astype(np.float32)
     apart = np.abs(columns - np.roll(columns, 1, axis=1)).mean(axis=(0, 2))  # ends first
     if apart[0] > _ENDS * np.quantile(apart[1:], 0.9):
-        unknown = tr("How far around {name} reaches cannot be known.", name=name)
-        raise ProbeError(unknown, tr("Give its width in degrees with --fov."))
+        unknown = tr("The angle that {name} covers is unknown.", name=name)
+        raise ProbeError(unknown, tr("Give it in degrees with --fov."))
     return 360.0
 
 
@@ -333,14 +333,14 @@ def _place(
     rest = groups(len(names), [n for n in links if not rotations.keys() & set(n.numbers)])[0]
     if len(rest) >= max(_COUNTS[0], _OTHER_PLACE * len(names)):
         first, second = (listed([names[k] for k in sorted(some)]) for some in (rotations, rest))
-        apart = tr("Nothing in {first} is in {second}.", first=first, second=second)
-        hint = tr("Stitch each place by itself, or add photographs between them.")
+        apart = tr("{first} and {second} do not overlap.", first=first, second=second)
+        hint = tr("Stitch each place separately, or add photos in between.")
         raise ProbeError(apart, hint)
     for k, one in enumerate(leader):
         if one in rotations and k not in rotations:  # too dark to match: same as its bracket
             rotations[k], focals[k] = rotations[one], focals[one]
     if len(rotations) < _COUNTS[0]:
-        few = tr("Only {few} of {all} photographs overlap.", few=len(rotations), all=len(names))
+        few = tr("Only {few} of {all} photos overlap.", few=len(rotations), all=len(names))
         raise ProbeError(few, _OVER)
     others = tuple(name for k, name in enumerate(names) if k not in rotations)
     remarks: list[Remark] = [PhotosLeftOut(others)] if others else []
@@ -432,7 +432,7 @@ def _filled(
     )
     blind, quarter = float(gaps.sum()), len(gaps) // 4
     if blind > 1.0 - _LEAST_SEEN:
-        little = tr("These photographs show {share} of what is around.", share=percent(1.0 - blind))
+        little = tr("These photos cover only {share} of the panorama.", share=percent(1.0 - blind))
         raise ProbeError(little, _OVER)
     if blind:
         up, down = float(gaps[:quarter].sum()), float(gaps[-quarter:].sum())

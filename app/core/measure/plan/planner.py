@@ -52,11 +52,11 @@ class CameraLimits:
 
     def __post_init__(self) -> None:
         if not _valid(self.shutters_s):
-            raise ProbeError(tr("The camera's list of shutter speeds is empty or not valid."))
+            raise ProbeError(tr("The camera sent an empty or invalid list of shutter speeds."))
         if not _valid(self.isos):
-            raise ProbeError(tr("The camera's list of ISO values is empty or not valid."))
+            raise ProbeError(tr("The camera sent an empty or invalid list of ISO values."))
         if not _valid(self.apertures):
-            raise ProbeError(tr("The camera's list of apertures is empty or not valid."))
+            raise ProbeError(tr("The camera sent an empty or invalid list of apertures."))
 
 
 def _valid(values: Sequence[float]) -> bool:
@@ -135,8 +135,8 @@ def plan(
         different.setdefault(shot.exposure, shot)
     if len(different) < 2:
         raise ProbeError(
-            tr("The camera cannot take two different exposures of this place."),
-            tr("Meter again, and check that its lists are those of the manual program."),
+            tr("The camera cannot take two different exposures here."),
+            tr("Meter again, and check that the camera is in its manual program."),
         )
     total = sum(exposure.shutter_s + overhead_s for exposure in different)
     return Plan(kind, tuple(different.values()), total, tuple(notes))
@@ -239,7 +239,7 @@ def _check(auto_exposure: Exposure, limits: CameraLimits, shots: int, longest_s:
         )
     if not min(limits.shutters_s) <= longest_s < math.inf:
         raise ProbeError(
-            tr("The camera has no exposure of {longest_s:g} s or shorter.", longest_s=longest_s)
+            tr("The camera cannot expose for {longest_s:g} s or less.", longest_s=longest_s)
         )
 
 

@@ -78,11 +78,11 @@ class RawRows:
             self._file.close()
             raise ProbeError(
                 tr(
-                    "Cannot keep a frame in {gettempdir}: {strerror}.",
+                    "A frame cannot be stored in {gettempdir}: {strerror}.",
                     gettempdir=tempfile.gettempdir(),
                     strerror=error.strerror,
                 ),
-                tr("Make room on the disk."),
+                tr("Free some space on the disk."),
             ) from error
 
     def rows(self, start: int, stop: int) -> Pixels:
@@ -93,7 +93,7 @@ class RawRows:
         while view:
             count = self._file.readinto(view)
             if not count:
-                raise ProbeError(tr("A temporary file has lost its end."))
+                raise ProbeError(tr("A temporary file is incomplete."))
             view = view[count:]
         return result
 
@@ -264,7 +264,7 @@ def needs_whole_decode(path: Path) -> bool:
 
 def damaged(path: Path) -> ProbeError:
     """Return the error for a damaged frame."""
-    return ProbeError(tr("{name} is damaged or cut off.", name=path.name), _COPY_AGAIN)
+    return ProbeError(tr("{name} is damaged or incomplete.", name=path.name), _COPY_AGAIN)
 
 
 def _progressive(stream: BinaryIO) -> bool:
@@ -291,9 +291,7 @@ def _open(frame: Frame) -> ImageInput:
     spec = source.spec()
     if (spec.height, spec.width) != frame.shape:
         source.close()
-        raise ProbeError(
-            tr("{name} has changed its size while it was being read.", name=frame.path.name)
-        )
+        raise ProbeError(tr("{name} changed while it was being read.", name=frame.path.name))
     return source
 
 

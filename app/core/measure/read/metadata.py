@@ -131,8 +131,8 @@ def _damaged(file: Path) -> ProbeError:
 
 def _unread(file: Path) -> ProbeError:
     return ProbeError(
-        tr("{name} is not a picture that can be read.", name=file.name),
-        tr("JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."),
+        tr("{name} is not a readable picture.", name=file.name),
+        tr("Turnlight reads JPEG, PNG, TIFF, OpenEXR and Radiance."),
     )
 
 
@@ -142,14 +142,14 @@ def _check_signature(file: Path) -> bytes:
         file,
         ProbeError,
         tr("{file} is a folder, not a picture.", file=file),
-        tr("Name its files."),
+        tr("Choose the files in it."),
     )
     if start.startswith(_TIFF_SIGNATURES):
         if file.suffix.lower() in (".tif", ".tiff"):
             return start
         raise ProbeError(
-            tr("{name} is a raw or TIFF-like file that is not read as it is.", name=file.name),
-            tr("Develop it without tone curve to a TIFF file (.tif), or use the camera's JPEG."),
+            tr("{name} is a raw or TIFF-like file that Turnlight cannot read.", name=file.name),
+            tr("Export it to a TIFF file (.tif) without a tone curve, or use the camera’s JPEG."),
         )
     # Radiance files may have lines before the one that names the format.
     if not start.startswith(_SIGNATURES) and file.suffix.lower() != ".hdr":
@@ -209,7 +209,7 @@ def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
     if str(spec.format) not in _KINDS:
         raise ProbeError(
             tr(
-                "{name} stores its pixels in a way that is not read ({format}).",
+                "{name} uses a pixel format that Turnlight cannot read ({format}).",
                 name=file.name,
                 format=spec.format,
             ),
@@ -217,7 +217,9 @@ def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
         )
     if spec.tile_height * spec.width > _MOST_TILED or is_unwieldy(spec):
         raise ProbeError(
-            tr("{name} is stored in blocks or channels too large to read.", name=file.name),
+            tr(
+                "{name} is stored in blocks or channels that are too large to read.", name=file.name
+            ),
             tr("Export it in rows, or in tiles of 64 x 64."),
         )
     window = (spec.x, spec.y, spec.width, spec.height)
@@ -225,10 +227,10 @@ def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
     if name == "openexr" and window != whole:
         raise ProbeError(
             tr(
-                "{name} holds only a part of its picture (its data window is cropped).",
+                "{name} contains only part of its picture (its data window is cropped).",
                 name=file.name,
             ),
-            tr("Export it whole."),
+            tr("Export the whole picture."),
         )
 
 
@@ -238,7 +240,7 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
     if max(width, height) > MAX_SIDE or width * height > MAX_SIDE * MAX_SIDE // 2:
         raise ProbeError(
             tr(
-                "{name} is {size} pixels; at most {max_side} x {max_side} are read.",
+                "{name} is {size} pixels. The largest supported size is {max_side} x {max_side}.",
                 name=file.name,
                 size=size,
                 max_side=MAX_SIDE,
@@ -248,11 +250,11 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
     if width < MIN_WIDTH or height < MIN_WIDTH // 2:
         raise ProbeError(
             tr(
-                "{name} is only {size} pixels: too few to tell where the light comes from.",
+                "{name} is only {size} pixels: too small to show where the light comes from.",
                 name=file.name,
                 size=size,
             ),
-            tr("Use the pictures themselves, not their thumbnails."),
+            tr("Use the original pictures, not their thumbnails."),
         )
 
 
@@ -403,16 +405,16 @@ def pictures_in(folder: Path) -> list[Path]:
         files = [file for file in files if file.is_file()]
     if not files:
         raise ProbeError(
-            tr("The folder {folder} holds no pictures.", folder=folder),
-            tr("Files ending in {endings} are read.", endings=", ".join(ENDINGS)),
+            tr("The folder {folder} contains no pictures.", folder=folder),
+            tr("Turnlight reads files ending in {endings}.", endings=", ".join(ENDINGS)),
         )
     if len(files) > _MOST_LISTED:
         raise ProbeError(
             tr(
-                "{folder} holds {count} pictures, too many to look for a bracket in.",
+                "{folder} contains {count} pictures, too many for a bracket.",
                 folder=folder,
                 count=len(files),
             ),
-            tr("Move the frames of one place into a folder of their own."),
+            tr("Move the frames of one place to a separate folder."),
         )
     return sorted(files, key=lambda file: file.name)

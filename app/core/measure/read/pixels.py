@@ -259,9 +259,9 @@ def _in_threads(
 
 def _too_few(errors: Sequence[ProbeError], count: int) -> ProbeError:
     rest = (
-        tr("With only one frame left there is nothing to merge.")
+        tr("There is nothing to merge: only one frame is left.")
         if count
-        else tr("With no frame left there is nothing to merge.")
+        else tr("There is nothing to merge: no frame is left.")
     )
     return ProbeError(" ".join([*(error.message for error in errors), rest]), errors[0].hint)
 
@@ -274,7 +274,7 @@ def _unsound(frame: Frame, frame_data: OpenedFrame) -> ProbeError | None:
     frame_data.source.close()
     return ProbeError(
         tr(
-            "{name} is damaged: {share:.0f} % of it is NaN or infinite.",
+            "{name} is damaged: {share:.0f}% of it is NaN or infinite.",
             name=frame.path.name,
             share=100.0 * share,
         ),

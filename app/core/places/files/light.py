@@ -94,8 +94,8 @@ def store_environment(
         raise
     except CoreError as error:
         raise PlaceError(
-            tr("The light was not kept. {message}", message=error.message),
-            tr("It is still in memory: make room or choose another folder, then save again."),
+            tr("The light was not saved. {message}", message=error.message),
+            tr("It is still in memory. Free some space or choose another folder, then save again."),
         ) from error
     preview = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
     return StoredLight(name, fingerprint, _write_thumbnail(folder, preview))
@@ -162,11 +162,12 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
     """
     if not place.environment:
         raise PlaceError(
-            tr("No light was measured at “{name}” yet.", name=place.name), _next_step(folder)
+            tr("No light has been measured at “{name}” yet.", name=place.name), _next_step(folder)
         )
     if re.fullmatch(ENVIRONMENT_NAME, place.environment) is None:
         raise PlaceError(
-            tr("The light of “{name}” has no usable name.", name=place.name), _next_step(folder)
+            tr("The light of “{name}” has an invalid file name.", name=place.name),
+            _next_step(folder),
         )
     path = folder / place.environment
     if not path.is_file():
@@ -205,11 +206,11 @@ def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[Remark, .
 def _next_step(folder: Path) -> str:
     originals = folder / ORIGINALS
     if any((each / ORIGINALS).is_dir() for each in capture_folders(folder)):
-        return tr("The camera's files are here: merge them again, or capture again.")
+        return tr("The camera’s files are still here. Merge them again, or capture again.")
     try:
         if any(not each.name.startswith(".") for each in originals.iterdir()):
             return tr(
-                "Its originals are here: merge those in {originals} again, or capture again.",
+                "The originals are in {originals}. Merge them again, or capture again.",
                 originals=originals,
             )
     except OSError:
@@ -220,12 +221,11 @@ def _next_step(folder: Path) -> str:
 def _check(radiance: FloatImage) -> None:
     shape = radiance.shape
     if radiance.dtype != np.float32 or radiance.ndim != 3 or shape[2] != 3:
-        raise PlaceError(tr("The light was not kept: it is not a picture of 32-bit numbers."))
+        raise PlaceError(tr("The light was not saved: it is not a picture of 32-bit numbers."))
     if shape[1] != 2 * shape[0] or not MIN_WIDTH <= shape[1] <= MAX_WIDTH:
         raise PlaceError(
             tr(
-                "The light was not kept: {width} x {height} is not a full panorama that "
-                "can be read again.",
+                "The light was not saved: {width} x {height} is not a full panorama.",
                 width=shape[1],
                 height=shape[0],
             )
@@ -233,7 +233,9 @@ def _check(radiance: FloatImage) -> None:
     # From the extremes: they are NaN if any value is.
     least, largest = float(radiance.min()), float(radiance.max())
     if not (least >= 0.0 and 0.0 < largest < np.inf):
-        raise PlaceError(tr("The light was not kept: it has negative, infinite or no light in it."))
+        raise PlaceError(
+            tr("The light was not saved: it is black, or has negative or infinite values.")
+        )
 
 
 def _read(path: Path) -> FloatImage:
@@ -252,8 +254,8 @@ def _compare(path: Path, radiance: FloatImage) -> None:
     # As bits: 0.0 and -0.0 are equal as numbers.
     if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
         raise PlaceError(
-            tr("The light was not kept: the disk gave back something else than was written."),
-            tr("Choose another folder for places in Settings; this disk may be failing."),
+            tr("The light was not saved: the disk returned different data than were written."),
+            tr("This disk may be failing. Choose another places folder in Settings."),
         )
 
 

@@ -79,7 +79,9 @@ def free_names(stem: str, ending: str = "") -> Iterator[str]:
     """Yield ``stem``, ``stem-2``, ``stem-3`` ... with an ending, up to a limit."""
     for number in range(1, _MOST_TRIES + 1):
         yield f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
-    raise PlaceError(tr("There are too many called {stem}{ending}.", stem=stem, ending=ending))
+    raise PlaceError(
+        tr("There are too many files called {stem}{ending}.", stem=stem, ending=ending)
+    )
 
 
 def safe_file_name(name: str) -> str:
@@ -172,7 +174,7 @@ def adopt_files(
     sizes = [_size_of(path) for path in paths]
     target = folder / ORIGINALS
     _check_room(folder, sizes)
-    with os_errors_as(PlaceError, tr("Cannot make {target}: {reason}."), target=target):
+    with os_errors_as(PlaceError, tr("Cannot create {target}: {reason}."), target=target):
         make_folder(target)
     sweep(target)
     together, before = max(sum(sizes), 1), 0
@@ -213,25 +215,25 @@ def _check_room(folder: Path, sizes: Sequence[int]) -> None:
     if len(sizes) > _MOST_FILES:
         raise PlaceError(
             tr(
-                "{count} files are too many; at most {most} go into one place.",
+                "{count} files are too many. A place holds at most {most}.",
                 count=len(sizes),
                 most=_MOST_FILES,
             ),
             tr("Choose the frames of one bracket."),
         )
     if sum(sizes) > _MOST_TOGETHER:
-        raise PlaceError(tr("Together these files are too large for one place."))
+        raise PlaceError(tr("These files are too large for one place."))
     with contextlib.suppress(OSError):
         free = shutil.disk_usage(folder).free
         if free < sum(sizes) + _SPARE:
             raise PlaceError(
                 tr(
-                    "There is no room for these files: {needed} MB are needed and {free} MB are "
-                    "free.",
+                    "The disk is too full for these files: {needed} MB are needed, "
+                    "{free} MB are free.",
                     needed=sum(sizes) >> 20,
                     free=free >> 20,
                 ),
-                tr("Make room, or choose another folder for places in Settings."),
+                tr("Free some space, or choose another places folder in Settings."),
             )
 
 
@@ -269,14 +271,14 @@ def _copy(path: Path, size: int, target: Path, on_bytes: _OnBytes) -> tuple[Path
         _drop(half)
         raise PlaceError(
             tr("{name} was not copied: {reason}.", name=path.name, reason=words_of(error)),
-            tr("Your file is untouched."),
+            tr("Your file is unchanged."),
         ) from error
     except BaseException:
         _drop(half)
         raise
     _drop(half)
     raise PlaceError(
-        tr("{name} changed while it was copied.", name=path.name),
+        tr("{name} changed while it was being copied.", name=path.name),
         tr("Wait until it is complete, then try again."),
     )
 

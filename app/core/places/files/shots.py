@@ -185,7 +185,7 @@ def _facts(shot: Shot) -> Facts:
     facts = asdict(shot)
     del facts["key"]
     if not all(math.isfinite(each) for each in facts.values() if isinstance(each, float)):
-        raise PlaceError(tr("What was found out about {name} is not a number.", name=shot.name))
+        raise PlaceError(tr("The result for {name} is not a number.", name=shot.name))
     return facts
 
 
@@ -193,7 +193,7 @@ def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> 
     """Write all photos; entries of newer versions and unreadable ones are kept."""
     if len(shots) > _MOST_SHOTS:
         raise PlaceError(
-            tr("There are more than {most} photos of this place.", most=_MOST_SHOTS),
+            tr("This place has more than {most} photos.", most=_MOST_SHOTS),
             tr("Remove some of them."),
         )
     new: Facts = {"version": file_facts.get("version", _VERSION)}
@@ -203,8 +203,8 @@ def _write(folder: Path, shots: list[Shot], file_facts: Facts, version: str) -> 
         write_json(folder / SHOTS, new | others, _MOST_BYTES, version)
     except CoreError as error:
         raise PlaceError(
-            tr("The photo was not kept. {message}", message=error.message),
-            tr("Make room, then open it again."),
+            tr("The photo was not saved. {message}", message=error.message),
+            tr("Free some space, then open it again."),
         ) from error
 
 
@@ -287,7 +287,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     with writing(folder.parent):
         shots, _, file_facts, version = _read(folder)
         if all(shot.key != key for shot in shots):
-            raise PlaceError(tr("This photo is not kept any more."), tr("Open it again."))
+            raise PlaceError(tr("This photo is no longer in the place."), tr("Open it again."))
         new_shots = [replace(one, removed=removed) if one.key == key else one for one in shots]
         _write(folder, new_shots, file_facts, version)
 

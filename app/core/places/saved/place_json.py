@@ -199,8 +199,8 @@ def version_of(facts: Facts) -> int:
 def _facts_of(place: Place) -> Facts:
     if len(place.notes) > LONGEST_NOTES:
         raise PlaceError(
-            tr("The notes are too long to be kept: {count:,} letters.", count=len(place.notes)),
-            tr("At most {most:,} fit; keep the rest in a file of its own.", most=LONGEST_NOTES),
+            tr("The notes are too long to save: {count:,} characters.", count=len(place.notes)),
+            tr("The limit is {most:,}. Keep the rest in a separate file.", most=LONGEST_NOTES),
         )
     order = [*(name for name in _PLACE if name not in _LAST), *_LAST]
     facts = {name: plain(getattr(place, name)) for name in order if name not in _ANSWERS}

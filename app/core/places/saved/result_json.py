@@ -134,7 +134,7 @@ def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
             json.dumps(facts, allow_nan=False)
         except ValueError as error:
             raise PlaceError(
-                tr("The result for {name} is not a number and was not kept.", name=facts["name"])
+                tr("The result for {name} is not a number and was not saved.", name=facts["name"])
             ) from error
     return rows
 

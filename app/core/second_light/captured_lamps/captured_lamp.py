@@ -116,12 +116,12 @@ def make_lamp(
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
         raise CoreError(
-            tr("{name} is not a full panorama: it has the shape {shape}.", name=name, shape=shape)
+            tr("{name} is not a full panorama: its shape is {shape}.", name=name, shape=shape)
         )
     if alpha.shape != shape[:2]:
         raise CoreError(
             tr(
-                "The mask of {name} has the shape {mask}, its light {light}.",
+                "The mask of {name} has the shape {mask}, but its light {light}.",
                 name=name,
                 mask=alpha.shape,
                 light=shape[:2],
@@ -141,7 +141,7 @@ def make_lamp(
     light, mask = np.ascontiguousarray(both[..., :3]), np.clip(both[..., 3], 0.0, 1.0)
     if not (light[mask > 0] > 0).any():
         raise CoreError(
-            tr("The mask of {name} has no light in it.", name=name), tr("Mark where the lamp is.")
+            tr("The mask of {name} has no light in it.", name=name), tr("Mark the lamp.")
         )
     light.flags.writeable = mask.flags.writeable = False
     return CapturedLamp(name, title or name, light, mask, white_cd_m2, distance_m, camera)

@@ -87,7 +87,7 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
     if values is None or np.asarray(values).size != shape[0] * shape[1]:
         raise EnvironmentFileError(
             tr(
-                "The mask in {name} cannot be read, or has another size than its light.",
+                "The mask in {name} cannot be read or has a different size than its light.",
                 name=path.name,
             ),
             tr("Export it again as a whole RGBA panorama."),
@@ -128,7 +128,7 @@ def capture_lamp(
     if not probe.bracket.panorama:
         raise CoreError(
             tr("These pictures are not full panoramas (2:1)."),
-            tr("Capture the lamp with the 360 camera that measures places."),
+            tr("Capture the lamp with the 360 camera that you use for places."),
         )
     report(0.8, Progress(Task.FINDING_LAMP))
     merged = probe.merged

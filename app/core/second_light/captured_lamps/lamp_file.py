@@ -44,7 +44,7 @@ _MOST_BYTES: Final = 1 << 16
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 _SHA: Final = r"[0-9a-f]{64}"
 _PICTURE: Final = 256
-AGAIN: Final = tr("Make room or allow writing there, then try again.")
+AGAIN: Final = tr("Free some space or allow writing there, then try again.")
 """Hint for a lamp that could not be written."""
 
 

@@ -302,5 +302,5 @@ def _median(values: Float32, weight: Float64) -> float:
 def _nothing() -> CoreError:
     return CoreError(
         tr("No lamp stands out in this capture."),
-        tr("Make the room darker, put the lamp nearer, and capture again."),
+        tr("Make the room darker, move the lamp closer, and capture again."),
     )

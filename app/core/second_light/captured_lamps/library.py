@@ -103,7 +103,7 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
     if facts.get("sha256", "") not in ("", checksum(lamp)):
         raise CoreError(
             tr(
-                "The capture of “{title}” is damaged: its checksum does not fit.",
+                "The capture of “{title}” is damaged: its checksum does not match.",
                 title=facts["title"],
             ),
             tr("Capture the lamp again."),
@@ -187,7 +187,7 @@ def check_distance(distance_m: float) -> float:
         raise CoreError(
             tr("A lamp {distance:g} m away cannot be used.", distance=distance_m),
             tr(
-                "Measure from the camera to the lamp: between {low:g} cm and {high:g} m.",
+                "Measure from the camera to the lamp, between {low:g} cm and {high:g} m.",
                 low=100 * low,
                 high=high,
             ),
