@@ -24,6 +24,7 @@ from app.ui.presenters.services import Sounds
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light.hold import go_words, turn_title, way_icon
 from app.ui.screens.paint.screen import PaintPresenter
+from app.ui.screens.paint.tools import BrushBox
 from app.ui.screens.probe.capture.plans import plan_parts
 from app.ui.screens.turn.live.camera import LiveCamera
 from app.ui.screens.turn.live.source import NO_WEBCAMS
@@ -141,8 +142,9 @@ def test_a_best_of_nothing_is_not_offered_as_a_turn() -> None:
 
 
 def test_each_key_in_help_has_its_own_words() -> None:
-    presenter: Any = MagicMock()
+    presenter: Any = MagicMock(tools=BrushBox(MagicMock()))
     presenter.files.actions.return_value = ()
+    presenter.look.actions.return_value = ()
     presenter._services.undo.undo_words = "stroke on Mine"
     actions = [
         *PaintPresenter.actions(presenter),
