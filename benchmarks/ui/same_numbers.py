@@ -28,10 +28,10 @@ from app.core.storage.settings import Settings
 from app.export.set_sheet import SetSheet, assemble
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.screens.probe.lamps import lamp_rows
-from app.ui.screens.styles.cards import cards_of
-from app.ui.screens.styles.detail import DetailResolver
-from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot
-from app.ui.screens.styles.state import DetailState, Filter, Sizes, Sort
+from app.ui.screens.styles.cards import Filter, Sort, cards_of
+from app.ui.screens.styles.detail import DetailState
+from app.ui.screens.styles.detail_pictures import DetailResolver
+from app.ui.screens.styles.gallery import GalleryQuestion, Sizes, Snapshot
 from app.words.lights import share_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import arc_words, direction_words, size_words

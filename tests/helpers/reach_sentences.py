@@ -35,9 +35,9 @@ from app.ui.presenters import spots
 from app.ui.screens.light import style_list
 from app.ui.screens.paint.live import LiveState
 from app.ui.screens.styles import detail
-from app.ui.screens.styles.cards import cards_of
+from app.ui.screens.styles.cards import Filter, Sort, cards_of
+from app.ui.screens.styles.detail import DetailState
 from app.ui.screens.styles.gallery import GalleryQuestion, Snapshot
-from app.ui.screens.styles.state import DetailState, Filter, Sort
 from app.words.styles import full_title
 from tests.helpers import second_light
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_shape
@@ -108,7 +108,7 @@ def _shown(
         card = cards[result.name]
         base = DetailState(key=result.name)
         turn = result.turn_refined_deg
-        shown = detail._with_words(base, snapshot, result, turn, at_best=True)
+        shown = detail.with_words(base, snapshot, result, turn, at_best=True)
         facts = command._style_json(result)
         yield (
             result.name,

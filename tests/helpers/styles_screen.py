@@ -25,8 +25,8 @@ from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
+from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.screen import StylesPresenter
-from app.ui.screens.styles.state import CardState
 from tests.helpers.told import Told
 
 

@@ -15,7 +15,7 @@ from app.core.base.angles import wrap
 from app.core.places.place import Place
 from app.core.solver.lens.lens_search import solve_lens
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
-from app.ui.screens.styles.gallery_view import LensSheet
+from app.ui.screens.styles.lamps_and_lens_view import LensSheet
 from app.words.phrases.directions import LENS_CHOICES
 from tests.helpers.styles_screen import Table, head, scene_light
 from tests.ui.test_screen_styles import Shown
@@ -60,7 +60,7 @@ def test_short_light_is_one_choice_away(shown: Shown) -> None:
 
 
 def test_the_window_answers_as_the_command_does(shown: Shown) -> None:
-    shown.table.presenter.choose_lens("auto")
+    shown.table.presenter.lens.choose("auto")
     shown.settle()
     pack, light = head().pack, scene_light("courtyard").searched
     wanted = solve_lens(pack, head().views, light, LensWish("auto"))
@@ -72,7 +72,7 @@ def test_the_window_answers_as_the_command_does(shown: Shown) -> None:
 
 def test_a_background_is_asked_for_on_the_panorama(shown: Shown) -> None:
     sheet = opened(shown)
-    now = shown.table.presenter.background_now()
+    now = shown.table.presenter.lens.background_now()
     sheet._toggle.click()
     shown.settle()
     assert asked(shown).yaw == "auto"
@@ -91,7 +91,7 @@ def test_a_background_is_asked_for_on_the_panorama(shown: Shown) -> None:
 
 
 def test_the_choice_can_be_undone(shown: Shown) -> None:
-    shown.table.presenter.choose_lens("30")
+    shown.table.presenter.lens.choose("30")
     shown.settle()
     assert {one.yaw_deg for one in shown.table.model.results if one.attainable} == {30.0}
     shown.table.services.undo.undo()
@@ -103,10 +103,10 @@ def test_pictures_are_of_the_face_turned_aside(shown: Shown) -> None:
     shown.table.presenter.choose("left-loop")
     shown.settle()
     straight = shown.table.presenter.resolve().detail.here
-    shown.table.presenter.choose_lens("30")
+    shown.table.presenter.lens.choose("30")
     shown.settle()
     aside = shown.table.presenter.resolve().detail
-    shown.table.presenter.choose_lens("-30")
+    shown.table.presenter.lens.choose("-30")
     shown.settle()
     other = shown.table.presenter.resolve().detail
     assert straight is not None

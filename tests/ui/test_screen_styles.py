@@ -25,11 +25,12 @@ from app.core.portrait.light import portrait_light
 from app.core.storage.library import DamagedItem
 from app.core.styles.lamps import Studio
 from app.ui.presenters.model import Step
+from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.cards_view import CompareSheet, DamagedCard, StyleCard, card_size
 from app.ui.screens.styles.detail_view import picture_sizes
-from app.ui.screens.styles.gallery_view import LampsSheet, layout_for
+from app.ui.screens.styles.gallery_view import layout_for
+from app.ui.screens.styles.lamps_and_lens_view import LampsSheet
 from app.ui.screens.styles.screen_view import StylesScreen, detail_width
-from app.ui.screens.styles.state import CardState
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet, Term
 from app.ui.widgets.displays import Picture
@@ -742,7 +743,7 @@ class TestLamps:
         assert self.studio(shown, "left-loop") == Studio(30.0, 2.0)
         shown.press(KEY.Key_Tab)
         shown.press(KEY.Key_Space)
-        assert shown.table.presenter.lamps().only
+        assert shown.table.presenter.lamps.resolve().only
         shown.press(KEY.Key_Escape)
         assert shown.view.sheet is None
         assert QApplication.focusWidget() is shown.view.gallery.lamps

@@ -73,23 +73,23 @@ def test_as_in_the_paper_gives_the_shipped_targets_and_the_first_answers_back(ta
 
 def test_a_choice_for_one_style_is_for_its_mirror_image_too_and_for_no_other(table: Table) -> None:
     table.model.choose("left-split")
-    table.presenter.keep_lamps_to_style(True)
-    table.presenter.choose_lamps("medium", "4:1")
+    table.presenter.lamps.keep_to_style(True)
+    table.presenter.lamps.choose("medium", "4:1")
     pack = lit(table).pack
     found = {style.name for style in pack.styles if pack.studio(style.name) != AS_PUBLISHED}
     assert found == {"left-split", "right-split"}
-    state = table.presenter.lamps()
+    state = table.presenter.lamps.resolve()
     assert (state.words, state.only) == ("Lamps: 30°, 4:1", True)
     table.model.choose("left-loop")
-    state = table.presenter.lamps()
+    state = table.presenter.lamps.resolve()
     assert (state.words, state.size, state.ratio) == ("Lamps: standard", "paper", "none")
     assert not state.only
     # For all others: the style keeps its own.
-    table.presenter.choose_lamps("dish@1", "8:1")
+    table.presenter.lamps.choose("dish@1", "8:1")
     assert lit(table).pack.studio("right-split") == Studio(30.0, 4.0)
     assert lit(table).pack.studio("left-loop").ratio == 8.0
     table.model.choose("left-split")
-    table.presenter.keep_lamps_to_style(False)
+    table.presenter.lamps.keep_to_style(False)
     assert lit(table).pack.studio("left-split") == lit(table).pack.studio("left-loop")
 
 
@@ -135,7 +135,7 @@ def test_what_was_chosen_shows_at_once_and_a_newer_choice_overtakes(tmp_path: Pa
     table.open(scene_light())
     runner.held.add("solve")
     table.desk.choose_lamps(SOFT)
-    assert table.presenter.lamps().words == "Lamps: 45°, 2:1"
+    assert table.presenter.lamps.resolve().words == "Lamps: 45°, 2:1"
     assert lit(table).pack is head().pack
     table.desk.choose_lamps(Studio(30.0, None))
     runner.release("solve")
@@ -145,10 +145,10 @@ def test_what_was_chosen_shows_at_once_and_a_newer_choice_overtakes(tmp_path: Pa
 
 def test_what_is_one_click_away_is_ready(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
     table.desk.choose_lamps(Studio(30.0, 4.0))
-    table.presenter.prepare_lamps()
+    table.presenter.lamps.prepare()
     monkeypatch.setattr(StudioPacks, "pack_for", None)
     for size, ratio in (("large", "4:1"), ("medium", "4:1"), ("medium", "2:1")):
-        table.presenter.choose_lamps(size, ratio)
+        table.presenter.lamps.choose(size, ratio)
     assert lit(table).pack.studio("left-loop") == Studio(30.0, 2.0)
 
 
@@ -159,13 +159,13 @@ def test_a_painted_style_has_no_lamps(table: Table) -> None:
     table.model.update(user_styles=(style,))
     table.desk.choose_lamps(Studio(None, 2.0))
     table.model.choose(style.name)
-    assert not table.presenter.lamps().own
+    assert not table.presenter.lamps.resolve().own
     assert "its own lamps" not in table.presenter.resolve().detail.lamps_note
 
 
 def test_without_a_place_there_is_nothing_to_choose_for(tmp_path: Path) -> None:
     table = Table(tmp_path).open()
-    assert not table.presenter.lamps().works
+    assert not table.presenter.lamps.resolve().works
     table.desk.choose_lamps(SOFT)
     assert lit(table).pack is head().pack
 
@@ -217,7 +217,7 @@ class TestKept:
         (studio,) = table.model.place.studios.values()
         assert studio.ratio == 3.0
         assert studio.softness_deg == pytest.approx(43.6, abs=0.1)
-        assert table.presenter.lamps().size == "octabox@1.5"
+        assert table.presenter.lamps.resolve().size == "octabox@1.5"
 
     @pytest.mark.parametrize(
         "bad",

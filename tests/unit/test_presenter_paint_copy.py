@@ -20,7 +20,7 @@ from app.core.styles.lamps import Studio
 from app.ui.presenters import heads
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.screen import PaintPresenter
-from app.ui.screens.styles.state import Sizes
+from app.ui.screens.styles.gallery import Sizes
 from app.words.shortfall import out_of_reach_sentence
 from tests.helpers.cases import sample_first
 from tests.helpers.styles_screen import Table, head, scene_light

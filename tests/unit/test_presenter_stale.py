@@ -16,7 +16,7 @@ from app.ui.presenters import heads, solving
 from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.registry import screen
-from app.ui.screens.styles.state import StylesState
+from app.ui.screens.styles.screen import StylesState
 from app.ui.screens.turn.screen import TurnPresenter
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 

@@ -24,8 +24,9 @@ from app.core.solver.turn_choice import LIMITS
 from app.core.storage.library import DamagedItem
 from app.core.styles.styles import NAMES, RARE, load_styles
 from app.ui.presenters.model import Step
-from app.ui.screens.styles.gallery import look, question_of
-from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
+from app.ui.screens.styles.cards import Filter, Sort
+from app.ui.screens.styles.gallery import Sizes, look, question_of
+from app.ui.screens.styles.screen import StylesState, StylesView
 from app.words.portrait.face_light import ratio_line, ratio_sentence
 from app.words.shortfall import reason_card, reason_sentence
 from app.words.verdict import close_to

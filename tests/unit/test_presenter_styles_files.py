@@ -14,7 +14,7 @@ from app.core.painting.library import import_style, list_user_styles, save_user_
 from app.core.painting.user_style import UserStyle
 from app.core.places.place import CaptureFacts, Place
 from app.ui.screens.styles.files import plain_name
-from app.ui.screens.styles.state import StylesView
+from app.ui.screens.styles.screen import StylesView
 from app.words.phrases.quantities import contrast_words
 from app.words.portrait.face_light import ratio_sentence
 from tests.helpers.styles_screen import Table, head, scene_light

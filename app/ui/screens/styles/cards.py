@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import direction_of, whole
+from app.core.base.arrays import Bytes
 from app.core.solver.solve import proposal
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
@@ -14,7 +17,6 @@ from app.core.styles.style import Style
 from app.core.styles.styles import RARE
 from app.core.text import tr
 from app.ui.screens.styles.gallery import Snapshot
-from app.ui.screens.styles.state import CardState, Filter, Sort
 from app.words import verdict
 from app.words.phrases.directions import lit_aside_brief, lit_aside_words
 from app.words.phrases.turns import size_words
@@ -29,7 +31,79 @@ from app.words.styles import full_title, side_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
-_RARE_POINTS: Final = 15.0  # of match by which a style that is rarely wanted stands behind others
+_RARE_POINTS: Final = 15.0  # of match by which rarely used styles rank behind others
+
+Way: TypeAlias = Literal["", "clockwise", "counter-clockwise", "none"]
+"""Direction of a turn; empty without one."""
+
+
+class Filter(StrEnum):
+    """Choice of cards."""
+
+    ALL = "all"
+    IN_REACH = "in"
+    OUT_OF_REACH = "out"
+    MINE = "mine"
+
+
+class Sort(StrEnum):
+    """Order of cards; those out of reach always come last."""
+
+    MATCH = "match"
+    NAME = "name"
+    TURN = "turn"
+    SIDE = "side"
+
+
+@dataclass(frozen=True, slots=True)
+class CardState:
+    """One card of the gallery. Equal cards look the same.
+
+    Attributes:
+        turn: "96°"; empty without a turn.
+        swapped: Whether `target` and `here` are swapped.
+        meter: The match as the meter shows it, 0 to 100; None hides the meter.
+        version: Of the pictures, which are not compared themselves.
+        stale: The answer is for another selection: dimmed until the new one is there.
+        target, here: (h, w, 3) uint8 or None. sRGB, in the size of a card's picture.
+    """
+
+    key: str
+    title: str
+    line: str
+    brief: str = ""
+    tip: str = ""
+    spoken: str = ""
+    turn: str = ""
+    way: Way = ""
+    match: str = ""
+    meter: float | None = None
+    limit: float = 45.0
+    in_reach: bool = True
+    chosen: bool = False
+    marked: bool = False
+    swapped: bool = False
+    damaged: Path | None = None
+    version: int = 0
+    stale: bool = False
+    target: Bytes | None = field(default=None, compare=False, repr=False)
+    here: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+_EMPTY: Final = {
+    Filter.ALL: "",
+    Filter.IN_REACH: tr("No style is in reach here. A lamp may bring some back."),
+    Filter.OUT_OF_REACH: tr("Every style is in reach here."),
+    Filter.MINE: tr("Paint a style, or drop a portrait whose light you like."),
+}
+_NOT_MEASURED: Final = tr("No light measured yet.")
+
+
+def empty_words(card_filter: Filter, measured: bool) -> str:
+    """Return the text in place of cards, where a filter leaves none."""
+    if not measured and card_filter is not Filter.MINE:
+        return _NOT_MEASURED
+    return _EMPTY[card_filter]
 
 
 def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, str], ...]:

@@ -16,7 +16,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.portrait.gallery_portraits import CLOSE_SHAPE
 from app.core.text import tr
-from app.ui.screens.styles.state import CardState, DetailState
+from app.ui.screens.styles.cards import CardState
+from app.ui.screens.styles.detail import DetailState
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import describe

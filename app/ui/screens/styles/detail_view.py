@@ -15,7 +15,7 @@ from app.ui.plots.weights import WeightPanorama
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import COMPUTING
 from app.ui.screens.styles.cards_view import Facts, TurnWords
-from app.ui.screens.styles.state import DetailState
+from app.ui.screens.styles.detail import DetailState
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton, Size
 from app.ui.widgets.choices import SegmentedChoice

@@ -1,4 +1,4 @@
-"""What can be done with the style in front beyond looking at it: sheet, numbers, own files."""
+"""The style in front as files: its sheet, its numbers, and the user's own styles."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, Literal, Protocol, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Bytes
@@ -24,17 +24,41 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.cards import doubt_note
-from app.ui.screens.styles.detail import numbers_text
+from app.ui.screens.styles.detail import DetailState, numbers_text
 from app.ui.screens.styles.gallery import Snapshot
-from app.ui.screens.styles.state import DetailState, StylesView
 from app.words.phrases.directions import place_words
 from app.words.phrases.quantities import time_words
 from app.words.portrait.age import age_words
 from app.words.portrait.heads import head_title
 
+FileWish: TypeAlias = Literal["save_sheet", "export", "import_style"]
+"""What the file is for."""
+
 Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
 _ENDINGS = (".pdf", ".png")
+
+
+class StyleFilesView(Protocol):
+    """Asks for names, files and photos, and passes texts and folders to the system."""
+
+    def ask_name(self, title: str) -> None:
+        """Ask for another name of the chosen style; the answer goes to `files.rename`."""
+
+    def show_trouble(self, sentence: str) -> None:
+        """Show beside the name why it is refused."""
+
+    def ask_photo(self) -> None:
+        """Ask for a photo whose light is to become a style."""
+
+    def ask_file(self, what: FileWish, suggested: str) -> None:
+        """Ask for a file; the answer goes to the `files` method of the same name."""
+
+    def show_folder(self, folder: Path) -> None:
+        """Show a folder in the system's file manager."""
+
+    def copy(self, text: str) -> None:
+        """Copy a text to the clipboard."""
 
 
 def plain_name(text: str) -> str:
@@ -150,9 +174,9 @@ class StyleFiles:
         self._services = services
         self._own = place_controller.own_styles
         self._front = front
-        self._view: StylesView | None = None
+        self._view: StyleFilesView | None = None
 
-    def attach(self, view: StylesView | None) -> None:
+    def attach(self, view: StyleFilesView | None) -> None:
         """Ask this view for names and files from now on; None: no view."""
         self._view = view
 

@@ -26,10 +26,22 @@ from app.core.storage.library import DamagedItem
 from app.core.styles.style import Style
 from app.ui.presenters.lamps_here import lamps_here
 from app.ui.presenters.model import Model, Selection
-from app.ui.screens.styles.state import Size
 
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")
+
+Size: TypeAlias = tuple[int, int]
+"""Rows and columns, device pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Sizes of the pictures on the screen."""
+
+    card: Size = (127, 99)
+    portrait: Size = (208, 200)
+    background: Size = (136, 128)
+    compared: Size = (256, 256)
 
 
 class ValueCache:

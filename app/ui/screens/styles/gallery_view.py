@@ -1,8 +1,7 @@
-"""The gallery: which cards, in which order, in how many columns."""
+"""The gallery: filter, order, and the cards in columns."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +10,7 @@ from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.core.text import tr
-from app.ui.plots.panorama import PanoramaView
+from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.cards_view import (
     DamagedCard,
     PaintCard,
@@ -19,18 +18,16 @@ from app.ui.screens.styles.cards_view import (
     card_size,
     picture_size,
 )
-from app.ui.screens.styles.state import CardState, LampsState, LensState, StylesState
+from app.ui.screens.styles.screen import StylesState
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider, SegmentedChoice
-from app.ui.widgets.dialogs import KeysSheet, Term
-from app.ui.widgets.fields import ListField, Toggle
+from app.ui.widgets.dialogs import Term
+from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll, Surface
-from app.words.lamps import RATIO_CHOICES
-from app.words.phrases.directions import LENS_CHOICES
 
 _GAP: Final = 8
 _TOP: Final = 16
@@ -39,7 +36,6 @@ _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
 _WIDTHS: Final = (180, 440)  # of a card, least and most
 _HOW: Final = tr("Mark: Space or Ctrl click")
-_BACKGROUNDS: Final = (10.0, 20.0, 45.0)  # how far off what is asked for may be, deg
 _SORTS: Final = (
     ("match", tr("Best match")),
     ("name", tr("Name")),
@@ -56,12 +52,12 @@ _FILTERS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Places of the cards, logical pixels.
+    """Layout of the cards, logical pixels.
 
     Attributes:
-        columns: Cards in a row.
-        offered: The fewest and the most there can be.
-        room: For all of them, each with the gap after it.
+        columns: Number of cards in a row.
+        offered: Smallest and largest possible number.
+        room: Width of a row, with a gap after each card.
     """
 
     columns: int
@@ -98,7 +94,7 @@ def layout_for(width: int, compact: bool, card_width: int = 0) -> Layout:
 
 
 class _Grid(QWidget):
-    """Lays its cards out itself: faster than a layout of Qt, and exact."""
+    """Lays out its cards itself: faster than a Qt layout, and exact."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -123,79 +119,8 @@ class _Grid(QWidget):
         self.setMinimumHeight(t.px(_RING) + rows * (card.height() + gap) - gap + t.px(_FOOT))
 
 
-class LampsSheet(KeysSheet):
-    """Size and ratio of the lamps that light the targets, for all styles or the one in front."""
-
-    chosen = Signal(str, str)
-    """Keys of size and ratio."""
-    kept_to_style = Signal(bool)
-
-    def __init__(self, host: QWidget, under: QWidget) -> None:
-        super().__init__(host, tr("Lamps"), 392, under=under)
-        self._size = ListField(tr("Lamp size"))
-        ratios = SegmentedChoice(tuple(RATIO_CHOICES.items()), name=tr("Lighting ratio"))
-        self._ratio, self._own = ratios, Toggle(tr("This style only"))
-        self._size.chosen.connect(lambda key: self.chosen.emit(key, ratios.key))
-        ratios.chosen.connect(lambda key: self.chosen.emit(self._size.key, key))
-        self._own.switched.connect(self.kept_to_style)
-        label = Text(tr("Lighting ratio"), 12, 600)
-        self.body.addWidget(self._size)
-        self.body.addLayout(column(label, row(ratios, ...), gap=6))
-        self.body.addWidget(self._own)
-
-    def show_state(self, state: LampsState) -> None:
-        """Show what is chosen."""
-        self._size.set_items(state.sizes)
-        self._size.choose(state.size)
-        if state.ratio in RATIO_CHOICES:
-            self._ratio.choose(state.ratio)
-        self._own.setChecked(state.only)
-        self._own.set_available(state.own, tr("A painted style has no lamps."))
-
-
-class LensSheet(KeysSheet):
-    """How the face is turned to the lens, and what is to be behind the sitter."""
-
-    chosen = Signal(str)
-    """Key of how the face is turned."""
-    background_chosen = Signal(object, float)
-    """Azimuth in the panorama, deg, and how far off it may be; None for any."""
-
-    def __init__(self, host: QWidget, under: QWidget, behind: Callable[[], float]) -> None:
-        super().__init__(host, tr("Lens"), 480, under=under)
-        self._face = ListField(tr("Face"), tuple(LENS_CHOICES.items()))
-        self._face.chosen.connect(self.chosen)
-        self._toggle, self._state = Toggle(tr("Choose what is behind the sitter")), LensState()
-        self._panorama = PanoramaView(tr("What is behind the sitter"))
-        self._panorama.set_marker_words(tr("Middle of the background"))
-        self._panorama.marker_released.connect(lambda at: self._ask(at, self._state.width))
-        widths = tuple((f"{width:g}", f"± {width:g}°") for width in _BACKGROUNDS)
-        self._width = SegmentedChoice(widths, name=tr("How far off it may be"))
-        self._width.chosen.connect(lambda key: self._ask(self._state.background, float(key)))
-        self._toggle.switched.connect(
-            lambda on: self._ask(behind() if on else None, self._state.width)
-        )
-        parts = (self._face, self._toggle, self._panorama, row(self._width, ...))
-        self.body.addLayout(column(*parts, gap=12))
-
-    def _ask(self, middle: float | None, width: float) -> None:
-        self.background_chosen.emit(middle, width)
-
-    def show_state(self, state: LensState) -> None:
-        """Show what is chosen."""
-        self._state, on = state, state.background is not None
-        self._face.choose(state.key)
-        self._toggle.setChecked(on)
-        self._panorama.setVisible(on)
-        self._width.setVisible(on)
-        self._panorama.set_picture(state.panorama)
-        if state.background is not None:
-            self._panorama.set_front(state.background)
-            self._width.choose(f"{state.width:g}")
-
-
 class SizeSlider(LabelledSlider):
-    """How large cards are, by how many stand in a row."""
+    """The size of the cards, as a number of cards in a row."""
 
     most = 4
 
@@ -206,7 +131,7 @@ class SizeSlider(LabelledSlider):
         super().__init__(tr("Size"), 0, 1, 0, 1, words, inline=True)
 
     def offer(self, fewest: int, most: int, columns: int) -> None:
-        """Offer so many columns, and show how many there are."""
+        """Set the range of columns and their present number."""
         self.most = most
         self.setRange(0, max(most - fewest, 1))
         self.set_value(most - columns)
@@ -214,7 +139,7 @@ class SizeSlider(LabelledSlider):
 
 
 class _Cards(Scroll):
-    """The area of the cards; Ctrl and the wheel change their size."""
+    """The area of the cards; Ctrl with the wheel changes their size."""
 
     def __init__(self, cards: QWidget, size: SizeSlider) -> None:
         super().__init__(cards)
@@ -228,7 +153,7 @@ class _Cards(Scroll):
 
 
 class Gallery(QWidget):
-    """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
+    """Filter, order and cards. The cards are one Tab stop; arrows move the choice."""
 
     chosen = Signal(str)
     """A card was chosen."""
@@ -241,14 +166,14 @@ class Gallery(QWidget):
     lens_asked = Signal()
     exposed_alike = Signal()
     marked = Signal(str)
-    """A style is to be compared, or no longer; "" for none any more."""
+    """Mark or unmark a style for comparison; "" removes all marks."""
     compare_asked = Signal()
     held = Signal(bool)
-    """Targets and pictures here are to change places for as long as a button is held."""
+    """Swap targets and pictures here as long as a button is held."""
     resized = Signal(int)
-    """Cards are to be at least so wide, logical pixels at scale 1."""
+    """Least width of a card, logical pixels at scale 1."""
     laid = Signal(QSize)
-    """The pictures on the cards have another size, logical pixels."""
+    """New size of the pictures on the cards, logical pixels."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -316,7 +241,7 @@ class Gallery(QWidget):
             self.resized.emit(int(wide / theme().scale))
 
     def show_state(self, state: StylesState) -> None:
-        """Show cards, filter and order; only what differs is touched."""
+        """Show cards, filter and order where they changed."""
         before, self._state = self._state, state
         for key, words in state.filters:
             self._filter.set_text(key, words)

@@ -1,4 +1,4 @@
-"""Has the pictures of the Styles screen made: small ones at once, larger ones that replace them."""
+"""Jobs that make the pictures of the Styles screen: small ones first, then larger ones."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import Final
 
 from app.core.base.angles import wrap
 from app.core.base.progress import Report, Token
+from app.core.solver.style_result import StyleResult
 from app.ui.presenters.services import Services
 from app.ui.screens.styles.cards import front_of
-from app.ui.screens.styles.detail import DetailResolver
-from app.ui.screens.styles.gallery import Snapshot, look, question_of
-from app.ui.screens.styles.state import DetailState, Sizes
+from app.ui.screens.styles.detail import DetailState
+from app.ui.screens.styles.detail_pictures import DetailResolver
+from app.ui.screens.styles.gallery import Sizes, Snapshot, look, question_of
 
 _JOB: Final = "styles-pictures"
 _LARGER_JOB: Final = "styles-pictures-larger"
@@ -20,9 +21,9 @@ _DETAIL_JOB: Final = "styles-detail-larger"
 
 
 class StylesPictures:
-    """The gallery and the detail as they were made last; asks for them again.
+    """The latest gallery and detail, and the jobs that make new ones.
 
-    `changed` is called when there are others, and whether the detail is to be resolved for that.
+    `changed` is called with new pictures; its argument is whether to resolve the detail.
     """
 
     def __init__(self, services: Services, changed: Callable[[bool], None]) -> None:
@@ -54,6 +55,11 @@ class StylesPictures:
         return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
 
     @property
+    def result(self) -> StyleResult | None:
+        """Result of the style in front."""
+        return None if self.snapshot is None else self.snapshot.results.get(self.front or "")
+
+    @property
     def moved_deg(self) -> float:
         """How far the marker has moved since the answers that are shown."""
         if self.snapshot is None:
@@ -62,9 +68,9 @@ class StylesPictures:
 
     @property
     def needle_deg(self) -> float | None:
-        """Turn that is looked at, counted as the numbers on the screen are."""
+        """Turn on display, counted like the numbers on the screen; None for the best."""
         needle, shift_deg = self._services.model.needle_deg, self.moved_deg
-        # The marker may have moved and the answers not come yet: same place in the panorama.
+        # After the marker moves and before new answers: the same place in the panorama.
         return needle if needle is None or shift_deg == 0 else wrap(needle + shift_deg)
 
     def sized(self, sizes: Sizes) -> None:
@@ -77,7 +83,7 @@ class StylesPictures:
     # -- the gallery ---------------------------------------------------------------------------
 
     def ask(self, *, larger: bool = False) -> None:
-        """Make the cards' pictures: of a new place small ones first, which larger ones replace."""
+        """Make the pictures of the cards; of a new place small ones first."""
         question = question_of(self._services.model, self.sizes.card)
         if question is None:
             return
@@ -94,19 +100,19 @@ class StylesPictures:
             snapshot = look(question, before, token, quick=not larger and not same)
             front = front_of(snapshot, style)
             if front is not None:
-                # What will be asked for first is then there already.
+                # The detail needs these first.
                 detail.at(snapshot, front, needle, sizes, quick=snapshot.quick)
             return snapshot, detail
 
         def done(answer: tuple[Snapshot, DetailResolver]) -> None:
-            # What was asked meanwhile is newer than larger pictures of before.
+            # Drop larger pictures of an older snapshot.
             if not larger or self.snapshot is before:
                 self._looked(answer)
 
         self._services.runner.submit(_LARGER_JOB if larger else _JOB, work, done=done)
 
     def expose(self) -> None:
-        """Make the cards' pictures again where the exposure that they share is another by now."""
+        """Make the pictures of the cards again if their common exposure changed."""
         snapshot, model = self.snapshot, self._services.model
         pinned = (model.chosen or "") if model.settings.same_exposure else None
         if snapshot is not None and snapshot.question.pinned != pinned:
@@ -121,13 +127,13 @@ class StylesPictures:
     # -- the detail ----------------------------------------------------------------------------
 
     def resolve(self) -> None:
-        """Work out the detail, with small pictures until there are larger ones."""
+        """Resolve the detail, with small pictures until larger ones are made."""
         snapshot, key = self.snapshot, self.front
         if snapshot is None or key is None:
             self.detail_state = DetailState(main_works=False)
             return
         needle, sizes, detail = self.needle_deg, self.sizes, self._detail
-        # A hand that turns the needle sees the last large picture until the next one is there.
+        # While the needle moves, the last large picture stays until the next one is made.
         last = None
         if self._large is not None and self._large[0] is snapshot and self._large[1] == sizes:
             last = self._large[2] if self._large[2].key == key else None
@@ -135,14 +141,14 @@ class StylesPictures:
         larger = snapshot.question.head.may_be_full_at(sizes.portrait)
         running = self._services.runner.running(_DETAIL_JOB)
         if larger and detail.is_quick(self.detail_state) and not running:
-            # While the needle moves, drafts: the first picture and the last have all pixels.
+            # Drafts while the needle moves; the first and the last picture have all pixels.
             moves = last is not None and last.needle != self.detail_state.needle
             self._ask_detail(snapshot, key, needle, draft=moves)
 
     def _ask_detail(
         self, snapshot: Snapshot, key: str, needle: float | None, *, draft: bool
     ) -> None:
-        """Make the detail's pictures at full size, while the needle goes on with small ones."""
+        """Make the pictures of the detail at full size."""
         detail, sizes = DetailResolver(self._detail), self.sizes
 
         def done(detail_state: DetailState) -> None:
@@ -156,7 +162,7 @@ class StylesPictures:
         )
 
     def compare(self, keys: Sequence[str], show: Callable[[tuple[DetailState, ...]], None]) -> None:
-        """Make the details of some styles, each at its best turn; `show` is called with them."""
+        """Resolve some styles, each at its best turn, and pass them to `show`."""
         snapshot, sizes = self.snapshot, replace(self.sizes, portrait=self.sizes.compared)
         if snapshot is None:
             return

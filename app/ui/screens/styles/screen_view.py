@@ -12,17 +12,16 @@ from PySide6.QtWidgets import QApplication
 from app.core.painting.library import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.cards_view import CompareSheet, HeldKey, compared_size
+from app.ui.screens.styles.detail import DetailState
 from app.ui.screens.styles.detail_view import StyleDetail, picture_sizes
-from app.ui.screens.styles.gallery_view import (
-    Gallery,
-    LampsSheet,
-    LensSheet,
-    layout_for,
-)
+from app.ui.screens.styles.files import FileWish
+from app.ui.screens.styles.gallery import Sizes
+from app.ui.screens.styles.gallery_view import Gallery, layout_for
+from app.ui.screens.styles.lamps_and_lens import LampsState
+from app.ui.screens.styles.lamps_and_lens_view import LampsSheet, LensSheet
 from app.ui.screens.styles.like_photo import LikeState
 from app.ui.screens.styles.like_photo_view import LikeSheet
-from app.ui.screens.styles.screen import StylesPresenter
-from app.ui.screens.styles.state import DetailState, FileWish, LampsState, Sizes, StylesState
+from app.ui.screens.styles.screen import StylesPresenter, StylesState
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import SheetHost, ask_file, ask_target, show_folder
 from app.ui.widgets.layouts import row
@@ -71,15 +70,15 @@ class StylesScreen(SheetHost):
         self.gallery = Gallery(compact)
         self.detail = StyleDetail(compact, presenter.files.actions)
         row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
-        # Several sizes change with one resize; pictures are made once, after the last.
+        # Several sizes change with one resize: make pictures once, after the last.
         self._later = QTimer(self)
         self._later.setSingleShot(True)
-        self._later.timeout.connect(self._tell_sizes)
+        self._later.timeout.connect(self._set_sizes)
         self._connect()
         self._guess_sizes()
 
     def _guess_sizes(self) -> None:
-        """Tell the sizes of the usual window, so that pictures need not be made twice."""
+        """Set the sizes of the usual window, so that pictures need not be made twice."""
         t = theme()
         width, height = (952, 620) if self._compact else (1352, 804)
         detail = detail_width(t.px(width), t.px(height), self._compact)
@@ -89,7 +88,7 @@ class StylesScreen(SheetHost):
         self._logical["portrait"], self._logical["background"] = picture_sizes(
             detail, self._compact
         )
-        self._tell_sizes()
+        self._set_sizes()
 
     def _connect(self) -> None:
         presenter, gallery, detail = self._presenter, self.gallery, self.detail
@@ -118,7 +117,7 @@ class StylesScreen(SheetHost):
         detail.laid.connect(self._detail_laid)
 
     def take_focus(self) -> None:
-        """Give the keyboard to the chosen card; to the screen while there is none yet."""
+        """Give the keyboard to the chosen card, or to the screen before there is one."""
         self.setFocus()
         self.gallery.focus_card()
 
@@ -133,57 +132,57 @@ class StylesScreen(SheetHost):
             self.sheet.show_state(state.lamps)
             if not state.busy and state.lamps != self._ready_for:
                 self._ready_for = state.lamps
-                self._presenter.prepare_lamps()
+                self._presenter.lamps.prepare()
 
     def show_compared(self, states: tuple[DetailState, ...]) -> None:
-        """Lay the marked styles over the screen, beside each other."""
+        """Show the marked styles beside each other, in a sheet over the screen."""
         sheet = CompareSheet(self.window(), states)
         sheet.opened.connect(sheet.shut)
         sheet.opened.connect(self._presenter.open)
         self.put_over(sheet)
 
     def ask_photo(self) -> None:
-        """Ask for a photograph whose light is to become a style."""
+        """Ask for a photo whose light is to become a style."""
         path = ask_file(self, tr("Like this photo"), PHOTO_FILTER)
         if path is not None:
             self._presenter.like.take([path])
 
     def show_like(self, state: LikeState) -> None:
-        """Lay the light of a photograph over the screen."""
+        """Show the light of a photo in a sheet over the screen."""
         if not isinstance(self.sheet, LikeSheet):
             self.put_over(LikeSheet(self.window(), self._presenter.like))
         if isinstance(self.sheet, LikeSheet):
             self.sheet.show_state(state)
 
     def ask_lens(self) -> None:
-        """Let the place of the lens be chosen under its button, while the answers follow."""
+        """Open the sheet for the camera position under its button."""
         presenter = self._presenter
         lens, lamps = self.gallery.lens, self.gallery.lamps
         under = lens if lens.isVisible() else lamps
-        sheet = LensSheet(self.window(), under, presenter.background_now)
-        sheet.chosen.connect(presenter.choose_lens)
-        sheet.background_chosen.connect(presenter.choose_background)
+        sheet = LensSheet(self.window(), under, presenter.lens.background_now)
+        sheet.chosen.connect(presenter.lens.choose)
+        sheet.background_chosen.connect(presenter.lens.choose_background)
         self.put_over(sheet)
         self.show_state(presenter.resolve())
 
     def _ask_lamps(self) -> None:
-        """Let the lamps be chosen under their button, while the pictures follow."""
+        """Open the sheet for the lamps under their button."""
         sheet, self._ready_for = LampsSheet(self.window(), self.gallery.lamps), None
-        sheet.chosen.connect(self._presenter.choose_lamps)
-        sheet.kept_to_style.connect(self._presenter.keep_lamps_to_style)
+        sheet.chosen.connect(self._presenter.lamps.choose)
+        sheet.kept_to_style.connect(self._presenter.lamps.keep_to_style)
         self.put_over(sheet)
         self.show_state(self._presenter.resolve())
 
     def ask_name(self, title: str) -> None:
-        """Let the name of the style be edited."""
+        """Edit the name of the style."""
         self.detail.ask_name(title)
 
     def show_trouble(self, sentence: str) -> None:
-        """Say why a name cannot be taken; empty: it was."""
+        """Show why a name is refused; empty closes the field."""
         self.detail.show_trouble(sentence)
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file and hand it to the presenter."""
+        """Ask for a file and pass it to the presenter."""
         files = self._presenter.files
         if what == "save_sheet":
             path = ask_target(self, tr("Save set sheet"), suggested, "PDF (*.pdf);;PNG (*.png)")
@@ -204,7 +203,7 @@ class StylesScreen(SheetHost):
         show_folder(folder)
 
     def copy(self, text: str) -> None:
-        """Put a text into the clipboard."""
+        """Copy a text to the clipboard."""
         QApplication.clipboard().setText(text)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -213,7 +212,7 @@ class StylesScreen(SheetHost):
         super().resizeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Give the keyboard to the cards, unless somebody else has it."""
+        """Give the keyboard to the cards, unless another widget has it."""
         super().showEvent(event)
         focus = QApplication.focusWidget()
         if focus is None or not focus.isVisible():
@@ -234,7 +233,7 @@ class StylesScreen(SheetHost):
             self._logical[what] = size
             self._later.start()
 
-    def _tell_sizes(self) -> None:
+    def _set_sizes(self) -> None:
         dpr = self.devicePixelRatioF()
 
         def pixels(what: str, usual: tuple[int, int]) -> tuple[int, int]:

@@ -1,0 +1,196 @@
+"""The photographer's lamps and camera position, which every answer depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, cast
+
+from app.core.base.angles import wrap
+from app.core.base.arrays import Bytes
+from app.core.solver.lens.lens_wish import STRAIGHT, LensWish, YawAsked, YawWord
+from app.core.solver.style_result import StyleResult
+from app.core.styles.lamps import (
+    AS_PUBLISHED,
+    Studio,
+    choice_keys,
+    parse_ratio,
+    parse_softness,
+)
+from app.core.text import tr
+from app.ui.presenters.services import Services
+from app.ui.screens.styles.pictures import StylesPictures
+from app.words.lamps import RATIO_CHOICES, SIZE_CHOICES, studio_words
+from app.words.phrases.directions import LENS_CHOICES, aside_words
+
+if TYPE_CHECKING:
+    from app.ui.presenters.place_controller import PlaceController
+
+_ASIDE: Final = tr("aside")
+_LENS_SHORT: Final = {
+    "0": tr("straight"),
+    "auto": tr("best"),
+    "short": tr("short"),
+    "broad": tr("broad"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LampsState:
+    """Lamps of the style in front, or of all styles.
+
+    Attributes:
+        words: "Lamps: 30°, 4:1".
+        sizes: Key and text of each lamp size on offer.
+        size, ratio: Keys of the choice.
+        only: Whether the choice is for the style in front only.
+        own: Whether that style can have lamps of its own; a painted one has no lamps.
+        works: Whether a place is open, which saves the choice.
+    """
+
+    words: str = tr("Lamps: {lamps}", lamps=tr("standard"))
+    sizes: tuple[tuple[str, str], ...] = tuple(SIZE_CHOICES.items())
+    size: str = "paper"
+    ratio: str = "none"
+    only: bool = False
+    own: bool = False
+    works: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LensState:
+    """The camera position.
+
+    Attributes:
+        short, words: "Lens: short", "Lens: short light".
+        key: One of `LENS_CHOICES`.
+        background: Panorama azimuth that must be behind the sitter, deg; None for any.
+        width: Tolerance of that azimuth to either side, deg.
+    """
+
+    short: str = tr("Lens: straight")
+    words: str = tr("Lens: {lens}", lens=tr("Face to the lens"))
+    key: str = "0"
+    background: float | None = None
+    width: float = 20.0
+    panorama: Bytes | None = field(default=None, repr=False)
+    works: bool = False
+
+
+class LampsChoice:
+    """Chooses the lamps that light the targets, for all styles or for the one in front."""
+
+    def __init__(
+        self, services: Services, place_controller: PlaceController, pictures: StylesPictures
+    ) -> None:
+        self._services = services
+        self._place_controller = place_controller
+        self._pictures = pictures
+
+    def resolve(self) -> LampsState:
+        """Return the lamps of the style in front."""
+        model, snapshot, style = self._services.model, self._pictures.snapshot, self._style
+        studios = model.studios
+        studio = studios.get(style, studios.get("", AS_PUBLISHED))
+        size, ratio = choice_keys(studio)
+        sizes = SIZE_CHOICES if size in SIZE_CHOICES else {**SIZE_CHOICES, size: f"{size}°"}
+        return LampsState(
+            words=tr("Lamps: {lamps}", lamps=studio_words(studio)),
+            sizes=tuple(sizes.items()),
+            size=size,
+            ratio=ratio,
+            only=style in studios,
+            own=snapshot is not None and style not in snapshot.asking,
+            works=model.place is not None,
+        )
+
+    def prepare(self) -> None:
+        """Prepare the answers for all lamps that are one click away."""
+        now = self.resolve()
+        pairs = [(now.size, ratio) for ratio in RATIO_CHOICES]
+        pairs += [(size, now.ratio) for size in SIZE_CHOICES]
+        self._place_controller.prepare_lamps([_studio(*pair) for pair in pairs], self._of_style())
+
+    def choose(self, size: str, ratio: str) -> None:
+        """Light the targets by other lamps; keys as in `LampsState`."""
+        self._place_controller.choose_lamps(_studio(size, ratio), self._of_style())
+
+    def keep_to_style(self, only: bool) -> None:
+        """Give the style in front its own lamps, or those of all others again."""
+        model, style = self._services.model, self._style
+        if style:
+            now = model.studios.get("", AS_PUBLISHED)
+            self._place_controller.choose_lamps(now if only else None, style)
+
+    def _of_style(self) -> str:
+        """Name of the style in front if it has its own lamps; "" for all others."""
+        return self._style if self.resolve().only else ""
+
+    @property
+    def _style(self) -> str:
+        """Name of the style in front in the style pack."""
+        snapshot, front = self._pictures.snapshot, self._pictures.front or ""
+        return front if snapshot is None else snapshot.source(front)
+
+
+class LensChoice:
+    """Chooses how the face is turned to the lens, and what is behind the sitter."""
+
+    def __init__(
+        self, services: Services, place_controller: PlaceController, pictures: StylesPictures
+    ) -> None:
+        self._services = services
+        self._place_controller = place_controller
+        self._pictures = pictures
+
+    def resolve(self) -> LensState:
+        """Return the camera position."""
+        model = self._services.model
+        lens, light = model.lens, model.light
+        key = lens.yaw if isinstance(lens.yaw, str) else f"{lens.yaw:g}"
+        name = LENS_CHOICES.get(key) or aside_words(float(key))
+        middle, width = None, 20.0
+        if lens.background is not None:
+            start, end = lens.background
+            width = (end - start) % 360.0 / 2.0
+            middle = wrap(start + width)
+        return LensState(
+            short=tr("Lens: {lens}", lens=_LENS_SHORT.get(key, _ASIDE)),
+            words=tr("Lens: {lens}", lens=name),
+            key=key,
+            background=middle,
+            width=width,
+            panorama=None if light is None else light.display,
+            works=self.works(),
+        )
+
+    def works(self) -> bool:
+        """Whether a place is open, and the head has views from aside."""
+        model = self._services.model
+        return model.place is not None and model.head is not None and bool(model.head.views)
+
+    def choose(self, key: str) -> None:
+        """Turn the face to the lens in another way; keys of `LENS_CHOICES`."""
+        yaw: YawAsked = float(key) if key.lstrip("-").isdigit() else cast("YawWord", key)
+        self._place_controller.choose_lens(replace(self._services.model.lens, yaw=yaw))
+
+    def choose_background(self, middle_deg: float | None, width_deg: float = 20.0) -> None:
+        """Require a background by its azimuth in the panorama, deg; None allows any.
+
+        A lens straight in front of the face has only one background, so it becomes free.
+        """
+        lens = self._services.model.lens
+        if middle_deg is None:
+            self._place_controller.choose_lens(replace(lens, background=None))
+            return
+        ends = wrap(middle_deg - width_deg), wrap(middle_deg + width_deg)
+        yaw: YawAsked = "auto" if lens == STRAIGHT else lens.yaw
+        self._place_controller.choose_lens(LensWish(yaw, ends))
+
+    def background_now(self) -> float:
+        """Return the panorama azimuth behind the sitter for the style in front, deg."""
+        result: StyleResult | None = self._pictures.result
+        return wrap(self._services.model.front_deg + (result.background_deg if result else 180.0))
+
+
+def _studio(size: str, ratio: str) -> Studio:
+    return Studio(parse_softness(size), parse_ratio(ratio))
