@@ -1,11 +1,9 @@
-"""The lamp around the head, painted: words and arrows make way for each other, in pixels.
+"""The lamp around the head: curves and marks of pyqtgraph, logical pixels from its middle.
 
-One drawing is from above with the camera below, one from the lamp's side.
-
-Both drawings have one scale and the head's own outlines. Their frame is the head's, metres from
-its middle: x toward the sitter's left, y up, z out of the face. From above the face looks down the
-picture, at the camera, so that the sitter's left is to the right, as the camera sees it. From the
-sitter's left the face looks to the left, from the sitter's right to the right.
+One drawing is from above with the camera below, one from the lamp's side. Both have one scale and
+the head's own outlines. From above the face looks down the picture, at the camera, so that the
+sitter's left is to the right, as the camera sees it. From the sitter's left the face looks to the
+left, from the sitter's right to the right.
 """
 
 from __future__ import annotations
@@ -13,14 +11,17 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QFont, QPainter, QPen
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QFont, QPainter, QPen, QResizeEvent
 
-from app.core.base.angles import whole, wrap
+from app.core.base.angles import at_turn, whole, wrap
+from app.core.base.arrays import Float32
 from app.core.text import tr
 from app.ui.plots.lamps import HIGHEST_DEG, Heads, LampPlot, draw_best, draw_lamp
-from app.ui.plots.parts.base import closed_path, draw_text, snap
-from app.ui.plots.parts.geometry import Point
+from app.ui.plots.parts.base import device_ratio, draw_text, snap
+from app.ui.plots.parts.geometry import Point, circle, finely
+from app.ui.plots.parts.items import Backdrop, Curve, Mark, Overlay, Pieces
 from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import MIDDLE, box, faint, pen, put_text
@@ -28,20 +29,41 @@ from app.words.phrases.quantities import metres
 
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring
-_DRAWN_M: Final = (0.24, 0.9)  # a ring nearer or farther is drawn at these
-_LEVEL_DEG: Final = 3  # so little is level in words, too
+_DRAWN_M: Final = (0.24, 0.9)  # least and largest distance of a ring that is to scale
+_LEVEL_DEG: Final = 3  # a smaller altitude is called level
 _TITLE: Final = 22
 _FLAT: Final = 1.4
-_CLOSE_DEG: Final = 24.0  # nearer to the lamp's line, the arrow of the place's light makes way
+_CLOSE_DEG: Final = 24.0  # nearer to the lamp's line, the arrow of the place's light moves aside
 _ASIDE: Final = 22
 _ARROW: Final = 56  # room beside the head for an arrow with words
-_CLEAR: Final = 76  # a word this near to the lamp makes way for it
+_CLEAR: Final = 76  # words nearer to the lamp are hidden
+_SIGN: Final = 44  # room of lamp and best place
 
 
 class _HeadView(LampPlot):
-    """What both drawings share: scale, ring, frame and title."""
+    """What both drawings share: scale, frame, ring, head and lamp."""
 
     preferred_size = least = (200, 180)
+    title = ""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        t, add = theme(), self.panel.add
+        wide, strong = t.line_width * t.scale, (t.line_width + 1.0) * t.scale
+        dashes, edge = QPen(t.c.dim, wide), QPen(t.c.text, strong)
+        dashes.setDashPattern([3.0 * t.scale / wide, 3.0 * t.scale / wide])
+        edge.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        self._key: tuple[object, ...] = ()
+        self._ring, self._ticks = Curve(dashes), Pieces(QPen(t.c.ctl, t.line_width))
+        self._outline = Curve(edge, fill=t.c.raised)
+        frame, below = Overlay(self._draw_frame), Overlay(self._draw_below)
+        parts = (frame, self._ring, self._ticks, below, self._outline)
+        self._backdrop = add(Backdrop(*parts))
+        add(Overlay(self._draw_arrow))
+        self._ray = add(Curve(QPen(t.c.amber, strong)))
+        self._best = add(Mark(draw_best, px(_SIGN)))
+        self._lamp = add(Mark(lambda *at: draw_lamp(*at, focused=self.hasFocus()), px(_SIGN)))
+        add(Overlay(self._draw_above))
 
     @property
     def ring(self) -> float:
@@ -74,33 +96,74 @@ class _HeadView(LampPlot):
         top, foot = px(_TITLE), self._foot_height
         return self.width() / 2.0, top + (self.height() - top - foot) * 0.5 + px(4)
 
-    def _frame(self, painter: QPainter, title: str) -> None:
+    def outline(self, state: Heads) -> Float32:
+        """Outline of the head on this drawing, (n, 2) metres from its middle."""
+        raise NotImplementedError
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the middle of the head in its place."""
+        super().resizeEvent(event)
+        x, y = self.middle
+        self.panel.look_at(QRectF(-x, -y, float(self.width()), float(self.height())))
+        self.lamp_moved()
+
+    def lamp_moved(self) -> None:
+        """Move ring, head and lamp."""
+        state = self._state
+        is_ready = state is not None and state.shape is not None
+        if is_ready == self.panel.isHidden():
+            self.panel.setVisible(is_ready)
+            self.update()
+        if state is None or not is_ready:
+            return
+        key = self._still(state)
+        if key != self._key:
+            self._key = key
+            self._place(state)
+            self._backdrop.changed()
+        lamp = self._from_middle(state.azimuth_deg, state.altitude_deg)
+        self._ray.set_points([(0.0, 0.0), lamp])
+        self._lamp.setPos(*lamp)
+        self._best.setVisible(False)
+        if state.best is not None:
+            best = self._from_middle(*state.best)
+            self._best.setVisible(math.dist(best, lamp) > 1.0)
+            self._best.setPos(*best)
+        self.panel.viewport().update()
+
+    def _still(self, state: Heads) -> tuple[object, ...]:
+        """Return what decides how everything but the lamp looks."""
+        return self.size(), self.scale, self.reach, self.title, id(state.shape)
+
+    def _place(self, state: Heads) -> None:
+        """Place ring and head."""
+        self._ring.set_points(circle(self.reach))
+        self._outline.set_points(finely((self.scale * self.outline(state)).tolist()))
+
+    def _from_middle(self, azimuth_deg: float, altitude_deg: float) -> Point:
+        place, middle = self.place_of(azimuth_deg, altitude_deg), self.middle
+        return place[0] - middle[0], place[1] - middle[1]
+
+    def draw(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the frame while there is no head."""
+        if self.panel.isHidden():
+            self._draw_frame(painter, self.rect())
+
+    def _draw_frame(self, painter: QPainter, _part: QRect) -> None:
+        """Paint frame and title: words look the same only on a ground that is opaque."""
         t = theme()
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         line = QRectF(px(13), px(9), self.width() - px(21), px(16))
-        put_text(painter, line, title, t.font(12, 600), t.c.dim)
+        put_text(painter, line, self.title, t.font(12, 600), t.c.dim)
 
-    def _ring(self, painter: QPainter) -> None:
-        t, radius = theme(), self.reach
-        wide = t.line_width * t.scale
-        pen = QPen(t.c.dim, wide)
-        pen.setDashPattern([3.0 * t.scale / wide, 3.0 * t.scale / wide])
-        painter.setPen(pen)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(QPointF(*self.middle), radius, radius)
+    def _draw_below(self, painter: QPainter, _part: QRect) -> None:
+        """Paint what is below the head."""
 
-    def _outline(self, painter: QPainter, points: list[Point]) -> None:
-        t = theme()
-        painter.setBrush(t.c.raised)
-        pen = QPen(t.c.text, (t.line_width + 1.0) * t.scale)
-        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.setPen(pen)
-        painter.drawPath(closed_path(points))
+    def _draw_arrow(self, painter: QPainter, _part: QRect) -> None:
+        """Paint what is between head and lamp."""
 
-    def _ray(self, painter: QPainter, place: Point) -> None:
-        t = theme()
-        painter.setPen(QPen(t.c.amber, (t.line_width + 1.0) * t.scale))
-        painter.drawLine(QPointF(*self.middle), QPointF(*place))
+    def _draw_above(self, painter: QPainter, _part: QRect) -> None:
+        """Paint what is above the lamp."""
 
     @staticmethod
     def _plated(
@@ -115,15 +178,6 @@ class _HeadView(LampPlot):
         box(painter, plate, px(4), faint(t.c.panel, 0.85))
         draw_text(painter, place, words, font, t.c.text, align)
 
-    def _lamp(self, painter: QPainter, state: Heads) -> None:
-        place = self.place_of(state.azimuth_deg, state.altitude_deg)
-        self._ray(painter, place)
-        if state.best is not None:
-            best = self.place_of(*state.best)
-            if math.dist(best, place) > 1.0:
-                draw_best(painter, best)
-        draw_lamp(painter, place, focused=self.hasFocus())
-
 
 class AboveView(_HeadView):
     """The head from above, looking down the picture at the camera.
@@ -131,8 +185,15 @@ class AboveView(_HeadView):
     Dragging moves the lamp around the head; its altitude stays.
     """
 
+    title = tr("From above")
+
     def __init__(self) -> None:
         super().__init__(tr("Lamp from above"))
+
+    def outline(self, state: Heads) -> Float32:
+        """Outline of the head from above."""
+        assert state.shape is not None
+        return state.shape.above
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a lamp is drawn: its distance is seen shortened by its altitude."""
@@ -149,46 +210,35 @@ class AboveView(_HeadView):
             return (0.0 if state is None else state.azimuth_deg), altitude
         return math.degrees(math.atan2(point[0] - x, point[1] - y)), altitude
 
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint frame, ring, camera, head and lamp."""
-        state = self._state
-        self._frame(painter, tr("From above"))
-        if state is None or state.shape is None:
+    def _place(self, state: Heads) -> None:
+        super()._place(state)
+        reach = self.reach
+        ends = [
+            at_turn((0.0, 0.0), reach - px(8 if step % 2 == 0 else 6), 45.0 * step)
+            + at_turn((0.0, 0.0), reach, 45.0 * step)
+            for step in range(8)
+        ]
+        edge = reach + 1.0
+        self._ticks.set_ends(np.array(ends), QRectF(-edge, -edge, 2.0 * edge, 2.0 * edge))
+
+    def _draw_below(self, painter: QPainter, _part: QRect) -> None:
+        """Paint the camera, and the words for both sides."""
+        if self._state is None or self._state.shape is None:
             return
-        self._ring(painter)
-        self._ticks(painter)
-        self._camera(painter, float(state.shape.above[:, 1].max()), ratio)
-        self._sides(painter)
-        x, y = self.middle
-        unit = self.scale
-        self._outline(painter, [(x + unit * a, y + unit * b) for a, b in state.shape.above])
-        if state.place_light_deg is not None:
-            self._coming(painter, state.place_light_deg)
-        self._lamp(painter, state)
-
-    def _ticks(self, painter: QPainter) -> None:
-        t, (x, y), radius = theme(), self.middle, self.reach
-        painter.setPen(QPen(t.c.ctl, t.line_width))
-        for step in range(8):
-            angle = math.radians(45.0 * step)
-            inner, outer = radius - px(8 if step % 2 == 0 else 6), radius
-            way = (math.sin(angle), math.cos(angle))
-            painter.drawLine(
-                QPointF(x + way[0] * inner, y + way[1] * inner),
-                QPointF(x + way[0] * outer, y + way[1] * outer),
-            )
-
-    def _camera(self, painter: QPainter, nose: float, ratio: float) -> None:
         t, (x, y) = theme(), self.middle
-        side = px(24)
+        side, nose = px(24), float(self._state.shape.above[:, 1].max())
         top = self.height() - px(8) - side
-        pen = QPen(t.c.dim, t.line_width)
-        pen.setDashPattern([2.0 / t.line_width, 3.0 / t.line_width])
-        painter.setPen(pen)
-        across = snap(x, ratio, t.line_width)
-        start = QPointF(across, y + nose * self.scale + px(6))
-        painter.drawLine(start, QPointF(across, top - px(4)))
+        dashes = QPen(t.c.dim, t.line_width)
+        dashes.setDashPattern([2.0 / t.line_width, 3.0 / t.line_width])
+        painter.setPen(dashes)
+        across = snap(x, device_ratio(painter), t.line_width)
+        painter.drawLine(QLineF(across, y + nose * self.scale + px(6), across, top - px(4)))
         draw_icon(painter, "camera", QRectF(x - side / 2.0, top, side, side), side, t.c.text)
+        self._sides(painter)
+
+    def _draw_arrow(self, painter: QPainter, _part: QRect) -> None:
+        if self._state is not None and self._state.place_light_deg is not None:
+            self._coming(painter, self._state.place_light_deg)
 
     def _sides(self, painter: QPainter) -> None:
         """Name both sides, twice each; below the ring."""
@@ -254,6 +304,18 @@ class SideView(_HeadView):
         super().__init__(tr("Lamp from the side"))
 
     @property
+    def title(self) -> str:  # type: ignore[override]
+        """The side on which the lamp is."""
+        if self.from_left:
+            return tr("From the sitter’s left (camera right)")
+        return tr("From the sitter’s right (camera left)")
+
+    def outline(self, state: Heads) -> Float32:
+        """Outline of the head from that side."""
+        assert state.shape is not None
+        return state.shape.side * np.array([self.way, -1.0], np.float32)
+
+    @property
     def from_left(self) -> bool:
         """Whether the sitter is seen from their left."""
         state = self._state
@@ -281,40 +343,41 @@ class SideView(_HeadView):
         azimuth = math.degrees(math.acos(front))
         return (azimuth if self.from_left else -azimuth), altitude
 
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint frame, ring, head and lamp."""
-        state = self._state
-        title = tr("From the sitter’s right (camera left)")
-        if self.from_left:
-            title = tr("From the sitter’s left (camera right)")
-        self._frame(painter, title)
-        if state is None or state.shape is None:
-            return
-        self._ring(painter)
-        self._level(painter, state, ratio)
-        x, y = self.middle
-        unit, way = self.scale, self.way
-        self._outline(painter, [(x + way * unit * a, y - unit * b) for a, b in state.shape.side])
-        self._lamp(painter, state)
-        self._height(painter, state)
-        self._foot(painter, state)
+    def _draw_below(self, painter: QPainter, _part: QRect) -> None:
+        if self._state is not None:
+            self._level(painter, self._state)
 
-    def _level(self, painter: QPainter, state: Heads, ratio: float) -> None:
-        """Draw the line at the height of the ears, and what lies at its ends, but for the lamp."""
-        t, (x, y), radius = theme(), self.middle, self.reach
+    def _draw_above(self, painter: QPainter, _part: QRect) -> None:
+        if self._state is not None:
+            self._height(painter, self._state)
+            self._foot(painter, self._state)
+
+    def _still(self, state: Heads) -> tuple[object, ...]:
+        return *super()._still(state), *self._words(state)
+
+    def _words(self, state: Heads) -> list[tuple[str, Point, float]]:
+        """Return the words at the ends of the level line that the lamp leaves free."""
+        (x, y), radius = self.middle, self.reach
         lamp = self.place_of(state.azimuth_deg, state.altitude_deg)
-        line = snap(y, ratio, t.line_width)
+        front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
+        places = [
+            (words, (x + (radius - px(6)) * (2.0 * align - 1.0), y + px(down)), align)
+            for align, words, down in (
+                (front, tr("camera"), -10),
+                (front, tr("ear height"), 12),
+                (back, tr("behind"), -10),
+            )
+        ]
+        return [each for each in places if math.dist(each[1], lamp) > px(_CLEAR)]
+
+    def _level(self, painter: QPainter, state: Heads) -> None:
+        """Draw the line at the height of the ears, and the words at its ends."""
+        t, (x, y), radius = theme(), self.middle, self.reach
+        line = snap(y, device_ratio(painter), t.line_width)
         painter.setPen(QPen(t.c.line, t.line_width))
         painter.drawLine(QPointF(x - radius, line), QPointF(x + radius, line))
-        front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)
-        for align, words, down in (
-            (front, tr("camera"), -10),
-            (front, tr("ear height"), 12),
-            (back, tr("behind"), -10),
-        ):
-            place = (x + (radius - px(6)) * (2.0 * align - 1.0), y + px(down))
-            if math.dist(place, lamp) > px(_CLEAR):
-                draw_text(painter, place, words, t.font(12), t.c.dim, align)
+        for words, place, align in self._words(state):
+            draw_text(painter, place, words, t.font(12), t.c.dim, align)
 
     def _height(self, painter: QPainter, state: Heads) -> None:
         t = theme()

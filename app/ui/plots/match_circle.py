@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 import pyqtgraph as pg
-from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy
@@ -21,6 +20,7 @@ from app.ui.plots.parts.base import TurnPlot, disc, draw_text
 from app.ui.plots.parts.geometry import (
     Dial,
     Point,
+    circle,
     finely,
     head_outline,
     hit,
@@ -28,7 +28,7 @@ from app.ui.plots.parts.geometry import (
     turn_at,
     value_at,
 )
-from app.ui.plots.parts.items import Curve, Draw, Mark, MarkGroup, Pieces
+from app.ui.plots.parts.items import Backdrop, Curve, Draw, Mark, MarkGroup, Pieces
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import faint, pen, text_width
 from app.words.phrases.turns import arc_words, turn_words
@@ -41,7 +41,6 @@ _STILL: Final = 6.0  # so near the middle a pointer has no direction
 _CURVE_FILL: Final = 0.12
 _ARC_FILL: Final = 0.28
 _O: Final = (0.0, 0.0)
-_CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in range(181)])
 _ENDS: Final = ("0°", "180°")
 
 
@@ -86,12 +85,13 @@ class PolarPlot(TurnPlot):
         thin, line = QPen(t.c.ctl, t.line_width), QPen(t.c.text, t.line_width + 0.75)
         dashes = QPen(t.c.dim, t.line_width)
         dashes.setDashPattern([3.0 / t.line_width, 3.0 / t.line_width])
-        self._ground = add(Curve(fill=t.c.bg))
-        self._inside = add(Curve(fill=faint(t.c.text, _CURVE_FILL)))
-        self._limit = add(Curve(dashes))
-        self._arc = add(Curve(fill=faint(t.c.amberfill, _ARC_FILL)))
-        self._rim, self._ticks = add(Curve(thin)), add(Pieces(thin))
-        self._curve = add(Curve(line))
+        self._ground = Curve(fill=t.c.bg)
+        self._inside = Curve(fill=faint(t.c.text, _CURVE_FILL))
+        self._limit = Curve(dashes)
+        self._arc = Curve(fill=faint(t.c.amberfill, _ARC_FILL))
+        self._rim, self._ticks, self._curve = Curve(thin), Pieces(thin), Curve(line)
+        parts = (self._ground, self._inside, self._limit, self._arc, self._rim, self._ticks)
+        self._backdrop = add(Backdrop(*parts, self._curve))
         self._peaks, self._marks = add(MarkGroup()), add(MarkGroup())
         self._ends = [add(Mark(partial(_draw_words, text), px(32))) for text in _ENDS]
         self._head = Curve(line, fill=t.c.raised)
@@ -186,7 +186,7 @@ class PolarPlot(TurnPlot):
         super().resizeEvent(event)
         dial, wide, high = self._round, float(self.width()), float(self.height())
         self.panel.look_at(QRectF(-wide / 2.0, -high / 2.0, wide, high))
-        whole = _circle(dial.rim)
+        whole = circle(dial.rim)
         self._ground.set_points(whole)
         self._rim.set_points(whole)
         around = range(0, 360, 30)
@@ -213,11 +213,12 @@ class PolarPlot(TurnPlot):
 
     def _show_data(self) -> None:
         data, dial = self._data, self._round
-        self._limit.set_points(_circle(dial.radius(data.limit)))
+        self._limit.set_points(circle(dial.radius(data.limit)))
         curve = finely(dial.outline(data.curve) if len(data.curve) > 2 else [])
         self._inside.set_points(curve)
         self._curve.set_points(curve)
         self._arc.set_points([] if data.arc is None else sector(_O, dial.rim, data.arc))
+        self._backdrop.changed()
         self._lay_signs(dial)
 
     def _lay_signs(self, dial: Dial) -> None:
@@ -309,11 +310,6 @@ class PolarPlot(TurnPlot):
     def _choose(self, peak: int) -> None:
         self.set_needle(self._data.peaks[peak])
         self.peak_chosen.emit(peak)
-
-
-def _circle(radius: float) -> NDArray[np.float64]:
-    """Give the points of a circle, from the right on clockwise, (n, 2)."""
-    return radius * _CIRCLE
 
 
 def _name_place(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final, Protocol
 
 import numpy as np
@@ -15,7 +16,7 @@ from app.core.text import tr
 from app.ui.plots.lamps import LampPlot, draw_best, draw_lamp
 from app.ui.plots.parts.base import draw_text
 from app.ui.plots.parts.geometry import Point
-from app.ui.plots.parts.items import Mark, Overlay, Pieces
+from app.ui.plots.parts.items import Backdrop, Mark, Overlay, Pieces
 from app.ui.plots.parts.marks import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, faint, pen
@@ -80,10 +81,10 @@ class SkyMap(LampPlot):
         self._closed, self._cells = QPainterPath(), QSize(1, 1)
         self.panel.paint_changes_only()
         add, black, white = self.panel.add, Qt.GlobalColor.black, Qt.GlobalColor.white
-        self._tones = add(pg.ImageItem(axisOrder="row-major"))
-        self._hatching = add(Overlay(self._draw_closed))
-        self._line = add(Pieces(pen(black, 4.0, ends="round"), pen(white, 1.75, ends="round")))
-        add(Overlay(self._draw_corners))
+        self._tones = pg.ImageItem(axisOrder="row-major")
+        self._line = Pieces(pen(black, 4.0, ends="round"), pen(white, 1.75, ends="round"))
+        hatching, corners = Overlay(self._draw_closed), Overlay(self._draw_corners)
+        self._map = add(Backdrop(self._tones, hatching, self._line, corners))
         self._best = add(Mark(draw_best, px(_SIGN)))
         self._lamp = add(Mark(lambda *at: draw_lamp(*at, focused=self.hasFocus()), px(_SIGN)))
         self.panel.hide()
@@ -99,9 +100,9 @@ class SkyMap(LampPlot):
             self._tones.setImage(sky.tones, levels=(0, 255))
             self._tones.setRect(whole)
             self._line.set_ends(sky.line * (1.0, -1.0, 1.0, -1.0), whole)
-            self._hatching.update()
             self._closed = QPainterPath() if sky.closed is None else _outline(sky.closed)
             self._cells = QSize(1, 1) if sky.closed is None else QSize(*sky.closed.shape[::-1])
+            self._map.changed()
         if self._ready == self.panel.isHidden():
             self.panel.setVisible(self._ready)
             self.update()
@@ -170,11 +171,12 @@ class SkyMap(LampPlot):
         whole = QRectF(-180.0, -half - area.top() * unit, 360.0, self.height() * unit)
         self.panel.look_at(whole)
 
-    def draw(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the words, and the well while there is no map."""
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the words, and the well before there is a map."""
         if not self._ready:
             box(painter, self.area, px(_RADIUS), theme().c.well)
-        self._draw_names(painter)
+        names = self.cached_picture("names", None, self.size(), ratio, self._draw_names)
+        painter.drawPixmap(0, 0, names)
 
     def _draw_closed(self, painter: QPainter, _part: QRect) -> None:
         """Hatch where the lamp may not be held."""
@@ -195,6 +197,9 @@ class SkyMap(LampPlot):
 
     def _draw_names(self, painter: QPainter) -> None:
         t, font = theme(), theme().font(12)
+        # Letters look the same only on a ground that is opaque, as the widget's.
+        low = self.rect().adjusted(0, math.ceil(self.area.bottom()), 0, 0)
+        painter.fillRect(low, getattr(t.c, self.ground))
         painter.setFont(font)
         # A quarter of the width holds the word at an end and half of the one beside it.
         end, side = (painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES[:2])

@@ -66,7 +66,7 @@ def polygon(points: Sequence[Point]) -> QPolygonF:
 def closed_path(points: Sequence[Point]) -> QPainterPath:
     """Lead a smooth closed path through at least three points."""
     path = QPainterPath(QPointF(*points[0]))
-    for first, second, stop in smooth(points):
+    for first, second, stop in smooth(points).tolist():
         path.cubicTo(QPointF(*first), QPointF(*second), QPointF(*stop))
     path.closeSubpath()
     return path

@@ -23,15 +23,13 @@ from app.core.base.paths import resources
 Point: TypeAlias = tuple[float, float]
 """(x, y), logical pixels, y downward."""
 
-Cubic: TypeAlias = tuple[Point, Point, Point]
-"""A Bezier piece that continues from the last point: two control points and its end."""
-
 _STEP_DEG: Final = 2.0
 _SHARES: Final = np.arange(4.0)[:, None] / 4.0
 _BERNSTEIN: Final = np.array([1.0, 3.0, 3.0, 1.0]) * (
     _SHARES ** np.arange(4) * (1.0 - _SHARES) ** np.arange(3, -1, -1)
 )
 _NECK_DEG: Final = 41.0
+_CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in range(181)])
 
 
 @cache
@@ -50,6 +48,11 @@ def turn_at(centre: Point, point: Point) -> float:
     """
     east, north = point[0] - centre[0], centre[1] - point[1]
     return wrap(math.degrees(math.atan2(east, north)))
+
+
+def circle(radius: float) -> NDArray[np.float64]:
+    """Return a circle around the origin, from the right on clockwise, (181, 2)."""
+    return radius * _CIRCLE
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
@@ -94,49 +97,38 @@ class Dial:
         return [self.place(index * step, value) for index, value in enumerate(curve)]
 
 
-def smooth(points: Sequence[Point]) -> list[Cubic]:
-    """Lead a closed smooth curve through points: one piece each, from ``points[0]`` back to it.
+def smooth(points: Sequence[Point]) -> NDArray[np.float64]:
+    """Lead a closed smooth curve of Bezier pieces through points.
 
-    Note:
-        The tangent at a point is that of the parabola through it and its neighbours, and handles
-        are a third of the chord, so that a corner between a long and a short piece makes no loop.
+    The tangent at a point is that of the parabola through it and its neighbours, and handles are a
+    third of the chord, so that a corner between a long and a short piece makes no loop.
+
+    Returns:
+        (n, 3, 2). For each point the two control points of the piece to the next one, and that one.
     """
-    count = len(points)
-    pieces: list[Cubic] = []
-    for index in range(count):
-        before, start = points[index - 1], points[index]
-        stop, after = points[(index + 1) % count], points[(index + 2) % count]
-        length = math.dist(start, stop) / 3.0
-        first = _along(start, _direction(before, start, stop), length)
-        second = _along(stop, _direction(start, stop, after), -length)
-        pieces.append((first, second, stop))
-    return pieces
+    here = np.asarray(points, np.float64)
+    stop = np.roll(here, -1, axis=0)
+    chord = stop - here
+    ahead = np.sqrt((chord * chord).sum(1, keepdims=True))
+    back, before = np.roll(ahead, 1, axis=0), np.roll(chord, 1, axis=0)
+    tangent = np.zeros_like(here)
+    apart = ((back > 0.0) & (ahead > 0.0))[:, 0]
+    share = ahead[apart] / back[apart]
+    tangent[apart] = before[apart] * share + chord[apart] / share
+    length = np.sqrt((tangent * tangent).sum(1, keepdims=True))
+    tangent = np.divide(tangent, length, out=np.zeros_like(here), where=length > 0.0)
+    handle = tangent * ahead / 3.0
+    other = np.roll(tangent, -1, axis=0) * ahead / 3.0
+    return np.stack([here + handle, stop - other, stop], axis=1)
 
 
 def finely(points: Sequence[Point]) -> NDArray[np.float64]:
-    """Give points of the smooth closed curve through some, four for each of them, (n, 2)."""
+    """Return the smooth closed curve through points, four points for each of them, (n, 2)."""
     if not points:
         return np.zeros((0, 2))
-    pieces = np.array(
-        [(start, *piece) for start, piece in zip(points, smooth(points), strict=True)]
-    )
+    pieces = np.concatenate([np.asarray(points, float)[:, None], smooth(points)], axis=1)
     fine = np.einsum("sk,nkd->nsd", _BERNSTEIN, pieces).reshape(-1, 2)
     return np.concatenate([fine, fine[:1]])
-
-
-def _direction(before: Point, here: Point, after: Point) -> Point:
-    """Give the unit tangent of the parabola through three points, at the second."""
-    back, ahead = math.dist(before, here), math.dist(here, after)
-    if back <= 0.0 or ahead <= 0.0:
-        return 0.0, 0.0
-    x = (here[0] - before[0]) / back * ahead + (after[0] - here[0]) / ahead * back
-    y = (here[1] - before[1]) / back * ahead + (after[1] - here[1]) / ahead * back
-    length = math.hypot(x, y)
-    return (x / length, y / length) if length > 0.0 else (0.0, 0.0)
-
-
-def _along(point: Point, direction: Point, length: float) -> Point:
-    return point[0] + direction[0] * length, point[1] + direction[1] * length
 
 
 def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:

@@ -12,7 +12,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QTransform
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPixmap, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem
 
 from app.ui.plots.parts.base import device_ratio, snap
@@ -158,6 +158,52 @@ class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
         """Paint it."""
         part = _to_pixels(painter).mapRect(option.exposedRect).toAlignedRect()
         self._draw(painter, part)
+
+
+class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
+    """Items that change seldom, painted once into one picture of the whole view.
+
+    The items are hidden from the scene. Call `changed` after a change of one of them.
+    """
+
+    def __init__(self, *items: Any) -> None:
+        super().__init__()
+        self._items = items
+        self._key: tuple[QTransform, QRect, float] | None = None
+        self._picture = QPixmap()
+        for item in items:
+            item.setParentItem(self)
+            item.hide()
+
+    def changed(self) -> None:
+        """Paint the items again."""
+        self._key = None
+        self.update()
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint the picture."""
+        transform = _to_pixels(painter)
+        area, ratio = self.getViewWidget().rect(), device_ratio(painter)
+        if (transform, area, ratio) != self._key:
+            self._key = (transform, area, ratio)
+            self._picture = QPixmap(area.size() * ratio)
+            self._picture.setDevicePixelRatio(ratio)
+            self._picture.fill(Qt.GlobalColor.transparent)
+            inner = QPainter(self._picture)
+            inner.setRenderHints(painter.renderHints())
+            inner.setLayoutDirection(painter.layoutDirection())
+            for item in self._items:
+                option, flags = QStyleOptionGraphicsItem(), item.flags()
+                inner.save()
+                inner.setTransform(item.itemTransform(self)[0] * transform)
+                if flags & item.GraphicsItemFlag.ItemUsesExtendedStyleOption:
+                    option.exposedRect = item.boundingRect()
+                if flags & item.GraphicsItemFlag.ItemClipsToShape:
+                    inner.setClipRect(item.boundingRect())
+                item.paint(inner, option, None)
+                inner.restore()
+            inner.end()
+        painter.drawPixmap(0, 0, self._picture)
 
 
 class Group(pg.ItemGroup):  # type: ignore[misc]
