@@ -21,11 +21,11 @@ _WORDS: Final = 32
 _WORDS_LINE: Final = 36
 _LEAST: Final = 48
 _SIGN: Final = "°"
-_SIGN_SIZE: Final = 0.54  # of the number's size: the sign is read at a glance, the number counts
+_SIGN_SIZE: Final = 0.54  # of the number's size
 
 
 class BigDegrees(Plot):
-    """A large number with its degree sign in the middle, and words at its foot.
+    """A large number with a degree sign, and words at its foot.
 
     Everything shrinks together where it is wider than the widget.
     """
@@ -40,15 +40,15 @@ class BigDegrees(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
+        """Return the designed size at the scale of the theme."""
         return QSize(px(432), px(_LINE * self._size / _FIGURE))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size at which the number is still large."""
+        """Return the least useful size."""
         return QSize(px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = tr("to go")) -> None:
-        """Show another number, not negative; None shows nothing, while the heading is lost.
+        """Show a number, not negative; None hides it while the heading is lost.
 
         Words such as "to go" and "too far"; more than two of them take two lines.
         """
@@ -61,10 +61,10 @@ class BigDegrees(Plot):
         self.update()
 
     def figure_font(self) -> QFont:
-        """Give the font of the number: as designed, or smaller so that it fits."""
+        """Return the font of the number, as designed or smaller to fit."""
         size, need = self._size, self._extent(self._size)
         if need > self.width():
-            # Widths grow as the size does: begin close by, each size is a font of its own.
+            # Widths grow with the size: begin close, because each size is a new font.
             steps = int(size * (1.0 - self.width() / need) / 2.0)
             size = max(size - 2 * steps, _LEAST)
             while size + 2 <= self._size and self._extent(size + 2) <= self.width():
@@ -74,12 +74,12 @@ class BigDegrees(Plot):
         return theme().font(size, 700)
 
     def _extent(self, size: int) -> float:
-        """Width that is needed: twice the farther half, since the number is centred."""
+        """Return the required width: twice the wider half, since the number is centred."""
         digits, number = self._widths(theme().font(size, 700), size)
         return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
 
     def _widths(self, font: QFont, size: int) -> tuple[float, float]:
-        """Width of the digits alone, and with their sign."""
+        """Return the width of the digits, and of digits and sign."""
         digits = QFontMetricsF(font).horizontalAdvance(str(self._number))
         return digits, digits + QFontMetricsF(self._sign_font(size)).horizontalAdvance(_SIGN)
 
@@ -87,7 +87,7 @@ class BigDegrees(Plot):
         return theme().font(round(size * _SIGN_SIZE), 700)
 
     def _side(self, size: int) -> float:
-        """Width that the words need right of the number's last digit."""
+        """Return the width of the words to the right of the last digit."""
         font = self._words_font(size)
         widths = [QFontMetricsF(font).horizontalAdvance(line) for line in self._words]
         return max(widths, default=0.0) + px(10)
@@ -111,7 +111,7 @@ class BigDegrees(Plot):
         painter.drawText(QPointF(left, base), str(self._number))
         sign = self._sign_font(size)
         painter.setFont(sign)
-        # The sign's ring stands a little over the top of the digits.
+        # The ring of the degree sign rises a little above the digits.
         ring = QFontMetricsF(sign).tightBoundingRect(_SIGN).top()
         top = max(base - tall - size / 50.0, 1.0) - ring
         painter.drawText(QPointF(left + digits, top), _SIGN)
@@ -123,7 +123,7 @@ class BigDegrees(Plot):
 
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""What the arrow shows; "none" shows nothing, while the heading is lost."""
+"""Sign of the arrow; "none" hides it while the heading is lost."""
 
 _NAMES = {
     "clockwise": tr("Turn clockwise"),

@@ -41,7 +41,7 @@ _SIGN: Final = 44  # room of lamp and best place
 
 
 class _HeadView(LampPlot):
-    """What both drawings share: scale, frame, ring, head and lamp."""
+    """Common to both drawings: scale, frame, ring, head and lamp."""
 
     preferred_size = least = (200, 180)
     title = ""
@@ -67,14 +67,14 @@ class _HeadView(LampPlot):
 
     @property
     def ring(self) -> float:
-        """Radius of the lamp's ring, logical pixels: the same in both drawings of one size."""
+        """Radius of the ring, logical pixels; equal in two drawings of the same size."""
         across = self.width() * _RING_SHARE
         room = self.height() - px(_TITLE + 20) - self._foot_height
         return max(min(across, room / 2.0, self.width() / 2.0 - px(_DOT / 2 + 4)), 8.0)
 
     @property
     def _foot_height(self) -> int:
-        """Height below the ring: in a flat drawing words stand beside it."""
+        """Height below the ring; in a flat drawing the words are beside it."""
         flat = self.width() > _FLAT * self.height()
         return px(32 if flat else 56)
 
@@ -86,7 +86,7 @@ class _HeadView(LampPlot):
 
     @property
     def reach(self) -> float:
-        """Radius at which the lamp is drawn, logical pixels."""
+        """Radius of the lamp, logical pixels."""
         distance = self._state.distance_m if self._state is not None else 0.3
         return min(distance * self.scale, self.ring)
 
@@ -132,7 +132,7 @@ class _HeadView(LampPlot):
         self.panel.viewport().update()
 
     def _still(self, state: Heads) -> tuple[object, ...]:
-        """Return what decides how everything but the lamp looks."""
+        """Return a key of everything that the backdrop depends on."""
         return self.size(), self.scale, self.reach, self.title, id(state.shape)
 
     def _place(self, state: Heads) -> None:
@@ -150,7 +150,7 @@ class _HeadView(LampPlot):
             self._draw_frame(painter, self.rect())
 
     def _draw_frame(self, painter: QPainter, _part: QRect) -> None:
-        """Paint frame and title: words look the same only on a ground that is opaque."""
+        """Paint frame and title, which make the backdrop opaque, so that letters are sharp."""
         t = theme()
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         line = QRectF(px(13), px(9), self.width() - px(21), px(16))
@@ -169,7 +169,7 @@ class _HeadView(LampPlot):
     def _plated(
         painter: QPainter, place: Point, words: str, font: QFont, align: float = 0.5
     ) -> None:
-        """Draw words that may lie on a line of the drawing."""
+        """Draw words on a plate, over lines of the drawing."""
         t = theme()
         painter.setFont(font)
         wide = painter.fontMetrics().horizontalAdvance(words)
@@ -196,14 +196,14 @@ class AboveView(_HeadView):
         return state.shape.above
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Where a lamp is drawn: its distance is seen shortened by its altitude."""
+        """Return the place of a lamp; its altitude shortens its distance."""
         level = self.reach * math.cos(math.radians(altitude_deg))
         x, y = self.middle
         azimuth = math.radians(azimuth_deg)
         return x + level * math.sin(azimuth), y + level * math.cos(azimuth)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Read the azimuth; the altitude stays."""
+        """Return azimuth and present altitude."""
         state, (x, y) = self._state, self.middle
         altitude = 0.0 if state is None else state.altitude_deg
         if math.dist(point, (x, y)) < 1.0:
@@ -241,7 +241,7 @@ class AboveView(_HeadView):
             self._coming(painter, self._state.place_light_deg)
 
     def _sides(self, painter: QPainter) -> None:
-        """Name both sides, twice each; below the ring."""
+        """Name both sides below the ring, as the sitter and as the camera sees them."""
         t = theme()
         low = self.height() - px(18)
         font, edge = t.font(12), px(10)
@@ -252,7 +252,7 @@ class AboveView(_HeadView):
             draw_text(painter, (right, low + px(line)), words, font, t.c.dim, 1.0)
 
     def _coming(self, painter: QPainter, azimuth_deg: float) -> None:
-        """Draw from where the place's own light comes, as an arrow toward the head."""
+        """Draw the direction of the place's own light as an arrow toward the head."""
         t, (x, y) = theme(), self.middle
         way, aside = self._way_of_light(azimuth_deg)
         head = 0.13 * self.scale
@@ -283,7 +283,7 @@ class AboveView(_HeadView):
             self._plated(painter, place, tr("light here"), font)
 
     def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
-        """From where it comes, and how far its arrow makes way for the lamp's own line."""
+        """Return its direction, and the shift of its arrow away from the lamp's line."""
         angle = math.radians(azimuth_deg)
         way = (math.sin(angle), math.cos(angle))
         state = self._state
@@ -317,24 +317,24 @@ class SideView(_HeadView):
 
     @property
     def from_left(self) -> bool:
-        """Whether the sitter is seen from their left."""
+        """Whether the drawing shows the sitter from their left."""
         state = self._state
         return state is None or math.sin(math.radians(state.azimuth_deg)) >= -1e-9
 
     @property
     def way(self) -> float:
-        """Where the face looks: −1 to the left of the picture, 1 to its right."""
+        """Direction of the face: −1 to the left of the picture, 1 to its right."""
         return -1.0 if self.from_left else 1.0
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Where a lamp is drawn."""
+        """Return the place of a lamp."""
         azimuth, altitude = math.radians(azimuth_deg), math.radians(altitude_deg)
         x, y = self.middle
         front = self.reach * math.cos(altitude) * math.cos(azimuth)
         return x + self.way * front, y - self.reach * math.sin(altitude)
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Read the altitude, and the azimuth on the side that is seen."""
+        """Return altitude, and azimuth on the visible side."""
         x, y = self.middle
         up = min(max((y - point[1]) / self.reach, -1.0), 1.0)
         altitude = min(max(math.degrees(math.asin(up)), -HIGHEST_DEG), HIGHEST_DEG)
@@ -356,7 +356,7 @@ class SideView(_HeadView):
         return *super()._still(state), *self._words(state)
 
     def _words(self, state: Heads) -> list[tuple[str, Point, float]]:
-        """Return the words at the ends of the level line that the lamp leaves free."""
+        """Return the words at the ends of the level line, but for those near the lamp."""
         (x, y), radius = self.middle, self.reach
         lamp = self.place_of(state.azimuth_deg, state.altitude_deg)
         front, back = (0.0, 1.0) if self.from_left else (1.0, 0.0)

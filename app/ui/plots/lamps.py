@@ -1,4 +1,4 @@
-"""Drawings on which a lamp is moved: mouse, keyboard, and the lamp itself."""
+"""Drawings with a movable lamp: mouse, keyboard, and the lamp itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.ui.theme import px, theme
 from app.ui.theme.icons import draw_icon
 
 HIGHEST_DEG: Final = 67.5
-"""Altitude that a lamp is raised and lowered to."""
+"""Largest altitude of a lamp, above and below."""
 
 _DOT: Final = 24
 _HIT: Final = 40
@@ -31,7 +31,7 @@ _POWER: Final = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
 
 
 class Heads(Protocol):
-    """A lamp around a head, as it is drawn: metres and degrees.
+    """A lamp around a head: metres and degrees.
 
     Attributes:
         shape: Outlines of the head; None draws nothing.
@@ -69,7 +69,7 @@ class Heads(Protocol):
 
 
 class LampPlot(Plot):
-    """A drawing on which the lamp can be moved, by mouse or keyboard.
+    """A drawing whose lamp moves by mouse or keyboard.
 
     Arrows move it by 1°, with Shift by 10°: right and left around the head toward the sitter's
     left and right, up and down in altitude. Home goes to the best place, Page Up and Page Down
@@ -82,7 +82,7 @@ class LampPlot(Plot):
     home_asked = Signal()
 
     power_asked = Signal(int)
-    """Up or down by so many stops."""
+    """Stops, up or down."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -97,33 +97,33 @@ class LampPlot(Plot):
         )
 
     def show_heads(self, state: Heads) -> None:
-        """Show the lamp somewhere."""
+        """Show lamp and head."""
         if state is not self._state:
             self._state = state
             self.say(tr("Lamp {spoken}", spoken=state.spoken))
             self.lamp_moved()
 
     def lamp_moved(self) -> None:
-        """Show where the lamp is now."""
+        """Show the new position of the lamp."""
         self.update()
 
     def lamp_place(self) -> Point | None:
-        """Middle of the lamp, logical pixels; None while there is none."""
+        """Return the middle of the lamp, logical pixels; None without a head."""
         state = self._state
         if state is None or state.shape is None:
             return None
         return self.place_of(state.azimuth_deg, state.altitude_deg)
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Where a lamp at some place is drawn, logical pixels."""
+        """Return the place of a lamp on the drawing, logical pixels."""
         raise NotImplementedError
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Give azimuth and altitude that a pointer means, deg."""
+        """Return azimuth and altitude at a pointer, deg."""
         raise NotImplementedError
 
     def takes(self, point: Point) -> bool:
-        """Whether a press here takes the lamp."""
+        """Return whether a press here grabs the lamp."""
         place = self.lamp_place()
         return place is not None and math.dist(point, place) <= px(_HIT) / 2.0
 
@@ -132,7 +132,7 @@ class LampPlot(Plot):
         state, step = self._state, arrow_step(event)
         if state is not None and state.shape is not None and step is not None:
             azimuth, altitude = state.azimuth_deg, state.altitude_deg
-            # From a whole number, so that what is shown counts on by whole degrees.
+            # From a whole number, so that the display moves by whole degrees.
             if step[0]:
                 azimuth = round(azimuth) + step[0]
             else:
@@ -148,7 +148,7 @@ class LampPlot(Plot):
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take the lamp."""
+        """Grab the lamp."""
         point = (event.position().x(), event.position().y())
         if event.button() == Qt.MouseButton.LeftButton and self.takes(point):
             self.dragging = True
@@ -157,7 +157,7 @@ class LampPlot(Plot):
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Lead the lamp."""
+        """Move the lamp."""
         point = (event.position().x(), event.position().y())
         if self.dragging:
             self.moved.emit(*self.spot_at(point))
@@ -166,20 +166,20 @@ class LampPlot(Plot):
         self.setCursor(shape.OpenHandCursor if self.takes(point) else shape.ArrowCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the lamp."""
+        """Release the lamp."""
         if event.button() == Qt.MouseButton.LeftButton and self.dragging:
             self.dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
         super().mouseReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Repaint: the lamp shows that keys move it."""
+        """Repaint the lamp, which shows the focus."""
         super().focusInEvent(event)
         self.update()
 
 
 def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None:
-    """Draw the lamp: an amber dot with a bulb, with an edge that holds on any ground."""
+    """Draw the lamp: an amber dot with a bulb, and an edge for any ground."""
     t = theme()
     radius = px(_DOT) / 2.0
     disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)

@@ -1,4 +1,4 @@
-"""A captured panorama on which is painted where the lamp is; the ring around a brush."""
+"""A captured panorama with a painted mask of the lamp; the ring around a brush."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import pen
 
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
-"""What the brush does: brighter, darker, ignore, restore."""
+"""Effect of the brush: brighter, darker, ignore, restore."""
 
 _RING_WHITE = QColor(255, 255, 255)
 _BLACK = QColor(0, 0, 0)
@@ -34,7 +34,7 @@ _SHADOW = QColor(0, 0, 0, 150)
 def draw_brush_ring(
     painter: QPainter, centre: Point, radius: float, inner: float, sign: BrushSign
 ) -> None:
-    """Draw how far the brush reaches, where it has its full strength, and what it does.
+    """Draw the reach of the brush, the area of its full strength, and its effect.
 
     The inner ring is left out where there is no room for it.
     """
@@ -86,7 +86,7 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class MaskPicture(Protocol):
-    """What is painted on, and with which brush; see `MaskState` of the Light screen."""
+    """Panorama, mask and brush; see `app.ui.screens.light.mask.MaskState`."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:
@@ -98,7 +98,7 @@ class MaskPicture(Protocol):
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Azimuth and elevation where looking begins, deg."""
+        """Azimuth and elevation in the middle of the first view, deg."""
 
     @property
     def adds_lamp(self) -> bool:
@@ -120,10 +120,10 @@ class MaskCanvas(Plot):
     least = (320, 160)
 
     pressed = Signal(float, float)
-    """A stroke begins: azimuth and elevation, deg."""
+    """Start of a stroke: azimuth and elevation, deg."""
 
     drawn = Signal(float, float)
-    """It continues."""
+    """Next point of a stroke: azimuth and elevation, deg."""
 
     lifted = Signal()
 
@@ -135,7 +135,7 @@ class MaskCanvas(Plot):
         self._ring.hide()
         self.panel.setBackgroundBrush(theme().c.well)
         self.panel.paint_changes_only()
-        # It lies on a sheet: what is behind need not be painted with every stroke.
+        # Opaque, so that a stroke does not repaint the sheet behind it.
         for widget in (self, self.panel.viewport()):
             widget.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
@@ -170,16 +170,16 @@ class MaskCanvas(Plot):
     # -- looking -------------------------------------------------------------------------------
 
     def place_of(self, azimuth_deg: float, elevation_deg: float) -> Point:
-        """Where a direction lies, logical pixels."""
+        """Return the place of a direction, logical pixels."""
         return self._view.x_of(azimuth_deg), self._view.y_of(elevation_deg)
 
     def spot_at(self, point: Point) -> Point:
-        """Read a direction, deg."""
+        """Return the direction at a point, deg."""
         elevation = min(max(self._view.elevation_at(point[1]), -90.0), 90.0)
         return self._view.azimuth_at(point[0]), elevation
 
     def zoom(self, steps: int) -> None:
-        """Look more or less closely at the brush."""
+        """Zoom in or out around the brush."""
         zoom = self._zoomed(steps)
         if zoom != self._view.zoom:
             view = replace(self._view, zoom=zoom)
@@ -191,7 +191,7 @@ class MaskCanvas(Plot):
         return _ZOOMS[min(max(here, 0), len(_ZOOMS) - 1)]
 
     def _sized(self) -> Viewport:
-        """Look where it looked, at the size that the widget has now."""
+        """Show the same view at the present size of the widget."""
         view = replace(
             self._view,
             width=float(max(self.width(), 1)),
@@ -205,12 +205,12 @@ class MaskCanvas(Plot):
         self._show_brush()
 
     def _show_brush(self) -> None:
-        """Put the ring where the brush is; it is as wide as the panorama makes it there."""
+        """Place the ring at the brush, as wide as the panorama stretches it there."""
         self._ring.setVisible(self._brush is not None and self._state is not None)
         if self._brush is None or self._state is None:
             return
         up = self._state.radius_deg * self._view.scale
-        # The panorama widens what is high or low.
+        # The panorama stretches everything high or low.
         across = min(up / max(math.cos(math.radians(self._brush[1])), 0.05), self.width())
         self._reach = (across, up)
         self._ring.set_size(2.0 * max(across, up, px(5)) + 8.0)
@@ -219,14 +219,14 @@ class MaskCanvas(Plot):
         self._ring.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Look where it looked."""
+        """Keep the view."""
         super().resizeEvent(event)
         self._look(self._sized())
 
     # -- hands ---------------------------------------------------------------------------------
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a stroke, or take hold of the picture."""
+        """Begin a stroke, or start panning."""
         if event.button() == Qt.MouseButton.LeftButton and self._state is not None:
             self._stroking = True
             self._brush = self.spot_at((event.position().x(), event.position().y()))
@@ -235,7 +235,7 @@ class MaskCanvas(Plot):
             self._moving = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Draw on, move the picture, or lead the ring."""
+        """Extend the stroke, pan, or move the ring."""
         here = event.position()
         if self._moving is not None:
             by, self._moving = here - self._moving, here
@@ -280,7 +280,7 @@ class MaskCanvas(Plot):
         event.accept()
 
     def _follow(self) -> None:
-        """Keep the brush in sight."""
+        """Scroll to keep the brush visible."""
         assert self._brush is not None
         x, y = self.place_of(*self._brush)
         if not self.rect().contains(QPointF(x, y).toPoint()):
@@ -309,14 +309,14 @@ class MaskCanvas(Plot):
 
 
 def _tinted(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Picture as it looks where the lamp is."""
+    """Return the picture as it looks at the lamp."""
     amber = theme().c.amberfill
     tone = np.array([amber.red(), amber.green(), amber.blue()], np.float32)
     return np.asarray(picture + (tone - picture) * np.float32(_TINT) + 0.5).astype(np.uint8)
 
 
 def _fitting(alpha: NDArray[np.float32]) -> float:
-    """Zoom at which the lamp fills a good part of the picture."""
+    """Return the zoom at which the lamp fills a good part of the picture."""
     rows = np.flatnonzero((alpha > 0.5).any(axis=1))
     tall = (rows[-1] - rows[0] + 1) * 180.0 / alpha.shape[0] if rows.size else 180.0
     return max((zoom for zoom in _ZOOMS if tall * zoom <= 100.0), default=1.0)
@@ -325,12 +325,12 @@ def _fitting(alpha: NDArray[np.float32]) -> float:
 def _draw(
     picture: NDArray[np.uint8], tinted: NDArray[np.uint8], alpha: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
-    """Picture with the lamp tinted, and its outline in white on black."""
+    """Return the picture with the lamp tinted, and its outline in white on black."""
     inside = (alpha > 0.5).astype(np.uint8)
     around = np.ones((3, 3), np.uint8)
     outer = cv2.dilate(inside, around) - inside
     inner = inside - cv2.erode(inside, around, borderValue=1)
-    # Ten times as quick as numpy's choosing by a mask.
+    # Ten times faster than indexing by a mask.
     result = cv2.copyTo(tinted, inside, picture.copy())
     result = cv2.copyTo(np.zeros_like(result), outer, result)
     return np.asarray(cv2.copyTo(np.full_like(result, _WHITE), inner, result))

@@ -34,10 +34,10 @@ from app.ui.widgets.paint import faint, pen, text_width
 from app.words.phrases.turns import arc_words, turn_words
 
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
-_CORE: Final = 26.0  # radius of the value 0: the head stands inside it
+_CORE: Final = 26.0  # radius of the value 0, with the head inside
 _HEAD: Final = 17.0  # half the length of the head
-_GRAB: Final = 12.0  # how far from a peak a click still means it
-_STILL: Final = 6.0  # so near the middle a pointer has no direction
+_GRAB: Final = 12.0  # reach of a peak for the pointer
+_STILL: Final = 6.0  # a pointer nearer to the middle has no direction
 _CURVE_FILL: Final = 0.12
 _ARC_FILL: Final = 0.28
 _O: Final = (0.0, 0.0)
@@ -79,7 +79,7 @@ class PolarPlot(TurnPlot):
         self.describe()
 
     def _make_items(self) -> None:
-        """Make what is shown, from the ground up."""
+        """Make the items from back to front."""
         t, add = theme(), self.panel.add
         self.panel.paint_changes_only()
         thin, line = QPen(t.c.ctl, t.line_width), QPen(t.c.text, t.line_width + 0.75)
@@ -102,11 +102,11 @@ class PolarPlot(TurnPlot):
             self._turned.addItem(item)
 
     def sizeHint(self) -> QSize:
-        """Return the square that it would like to have."""
+        """Return the preferred square."""
         return QSize(self._side, self._side)
 
     def take_side(self, side: int) -> None:
-        """Ask for another square, as where there is little height; logical pixels."""
+        """Set the side of the preferred square, logical pixels."""
         if side != self._side:
             self._side = side
             self.updateGeometry()
@@ -147,12 +147,12 @@ class PolarPlot(TurnPlot):
         self.set_needle(0.0 if turn is None else turn)
 
     def tell(self, numbers: str, limit: str, marked: Sequence[str] = ()) -> None:
-        """Take words from where all others come from: of the needle, the limit and the marks."""
+        """Set the words for needle, limit and marks."""
         self._numbers, self._limit_words, self._marked = numbers, limit, tuple(marked)
         self.describe()
 
     def describe(self) -> None:
-        """Put needle, match, best turn, arc, limit and peaks into words."""
+        """Describe needle, match, best turn, arc, limit and peaks for a screen reader."""
         data = self._data
         if not data.curve:
             self.say(tr("No turn yet"))
@@ -182,7 +182,7 @@ class PolarPlot(TurnPlot):
         return [dial.place(turn, value_at(data.curve, turn)) for turn in data.peaks if data.curve]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay the dial out again."""
+        """Lay out the dial."""
         super().resizeEvent(event)
         dial, wide, high = self._round, float(self.width()), float(self.height())
         self.panel.look_at(QRectF(-wide / 2.0, -high / 2.0, wide, high))
@@ -222,7 +222,7 @@ class PolarPlot(TurnPlot):
         self._lay_signs(dial)
 
     def _lay_signs(self, dial: Dial) -> None:
-        """Put peaks and marks on the curve, and a mark's name further out or within."""
+        """Place peaks and marks on the curve, and a mark's name outside or inside."""
         x, y = self.dial.centre
         places = [(place[0] - x, place[1] - y) for place in self.peak_places()]
         signs: list[tuple[Point, Draw, float]] = []
@@ -237,7 +237,7 @@ class PolarPlot(TurnPlot):
         self._marks.show_marks(signs)
 
     def _show_needle(self) -> None:
-        """Turn head and needle; a number makes way for the dot."""
+        """Turn head and needle; hide a number under the dot."""
         has_curve = bool(self._data.curve)
         self._turned.setRotation(self.needle)
         self._needle_line.setVisible(has_curve)
@@ -256,7 +256,7 @@ class PolarPlot(TurnPlot):
         self._show_needle()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Choose a peak, or take the needle."""
+        """Choose a peak, or grab the needle."""
         if event.button() != Qt.MouseButton.LeftButton or not self._data.curve:
             super().mousePressEvent(event)
             return
@@ -269,7 +269,7 @@ class PolarPlot(TurnPlot):
             self.begin_drag(turn_at(dial.centre, point))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Lead the needle, or light up the peak under the pointer."""
+        """Move the needle, or highlight the peak under the pointer."""
         super().mouseMoveEvent(event)
         if self._dragging:
             return
@@ -283,7 +283,7 @@ class PolarPlot(TurnPlot):
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
 
     def turn_under(self, point: Point) -> float | None:
-        """Give the turn toward a pointer; none near the middle."""
+        """Return the turn toward a pointer; None near the middle."""
         far = math.dist(point, self.dial.centre) > _STILL
         return turn_at(self.dial.centre, point) if far else None
 
@@ -297,7 +297,7 @@ class PolarPlot(TurnPlot):
         stops = [(turn, index) for index, turn in enumerate(self._data.peaks)]
         if self._best is not None:
             stops.append((self._best, -1))
-        # Half a degree on: the needle itself is no next peak.
+        # Half a degree further: the needle itself is not the next peak.
         ahead = [((way * (turn - self.needle) - 0.5) % 360.0, turn, i) for turn, i in stops]
         if ahead:
             _, turn, index = min(ahead)
@@ -315,7 +315,7 @@ class PolarPlot(TurnPlot):
 def _name_place(
     dial: Dial, radius: float, turn: float, name: str, peaks: Sequence[Point]
 ) -> Point | None:
-    """Find room for the name of a mark: further out than its dot, or within."""
+    """Return a free place for the name of a mark, outside or inside its dot; None if none is."""
     wide = text_width(theme().font(12), name)
     half = wide / 2.0 * abs(math.sin(math.radians(turn)))
     away = half + px(12)

@@ -1,4 +1,4 @@
-"""The ViewBox of a plot: its data, with items that lie on it at places of the data."""
+"""The ViewBox of a plot, with items at places of its data."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.setCacheMode(self.CacheModeFlag.CacheNone)
         self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        # A tree of few items is no faster, and one of pyqtgraph’s that changes its size unannounced
-        # stays in it when it is deleted.
+        # A tree of few items is no faster, and keeps deleted items of pyqtgraph that changed their
+        # size unannounced.
         self.scene().setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
         self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
         self.box.disableAutoRange()
-        # The view itself ends where the box does.
+        # The view itself clips.
         self.box.setFlag(self.box.GraphicsItemFlag.ItemClipsChildrenToShape, False)
         self.setCentralItem(self.box)
 
     def add(self, item: _Item) -> _Item:
-        """Put an item on top of the others, and give it."""
+        """Add an item on top of the others, and return it."""
         self.box.addItem(item, ignoreBounds=True)
         return item
 
     def paint_changes_only(self) -> None:
-        """Paint again no more than the surroundings of items that change."""
+        """Repaint only the surroundings of changed items."""
         self.setViewportUpdateMode(self.ViewportUpdateMode.MinimalViewportUpdate)
 
     def look(self, view: Viewport) -> None:
@@ -61,6 +61,6 @@ class Panel(pg.GraphicsView):  # type: ignore[misc]
         self.box.setRange(xRange=across, yRange=down, padding=0.0)
 
     def drawForeground(self, painter: QPainter, _rect: QRectF) -> None:
-        """Paint what lies over the items."""
+        """Paint over the items."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._over(painter)

@@ -42,7 +42,7 @@ _SCALE: Final = 28
 _ZOOM_STEP: Final = 1.25
 _NOTCH: Final = 120.0
 _GLIDE_MS: Final = 240
-_NEAR: Final = 6.0  # so near to the marker's line a drag takes the marker
+_NEAR: Final = 6.0  # reach of the marker's line for the pointer
 _STANDING: Final = tr("Photographer stands here")
 
 
@@ -58,10 +58,10 @@ class PanoramaView(Plot):
     """The marker moved by hand to this azimuth, deg in (-180, 180]; many times while dragging."""
 
     marker_released = Signal(float)
-    """The hand left the marker at this azimuth, deg; until `set_front` it stays there."""
+    """The marker was released at this azimuth, deg; it stays there until `set_front`."""
 
     zoom_changed = Signal(float)
-    """The zoom is now so much: 1 to 8."""
+    """The new zoom, 1 to 8."""
 
     def __init__(self, name: str = tr("Panorama of this place")) -> None:
         super().__init__(name)
@@ -94,7 +94,7 @@ class PanoramaView(Plot):
     # What is shown
 
     def set_picture(self, picture: Bytes | None) -> None:
-        """Show another picture; the view stays where it is.
+        """Show another picture; keep the view.
 
         `picture`: (h, w, 3) uint8, or None. Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an
         empty well.
@@ -109,7 +109,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def make_ready(self) -> None:
-        """Make what shows a picture, ahead of the first one: that takes as long as all the rest."""
+        """Make the panel ahead of the first picture: that takes as long as all the rest."""
         if self._drawing is None:
             # Importing pyqtgraph takes a quarter of a second.
             from app.ui.plots.panorama_items import PanoramaDrawing
@@ -120,7 +120,7 @@ class PanoramaView(Plot):
             self._changed()
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
-        """Say what is to be hatched.
+        """Set the clipped areas, which are hatched.
 
         `clipped`: (H, W) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
         any size.
@@ -142,7 +142,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
-        """Say where the photographer stands; that comes to the middle, at once or gliding."""
+        """Set the photographer's azimuth and centre it, at once or gliding."""
         self._front = self.marker_deg = wrap(azimuth_deg)
         self.grip.set_moving("")
         self._glide.stop()
@@ -156,7 +156,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_marker_words(self, words: str) -> None:
-        """Say what the marker stands for."""
+        """Set the words of the marker."""
         self.grip.set_words(words)
         self._changed()
 
@@ -177,17 +177,17 @@ class PanoramaView(Plot):
 
     @property
     def picture_rect(self) -> QRect:
-        """Where the picture lies in the widget, logical pixels; 2:1."""
+        """Rectangle of the picture in the widget, logical pixels; 2:1."""
         room = max(self.height() - px(_SCALE), 2)
         width = max(min(self.width(), 2 * room) // 2 * 2, 2)
         return QRect((self.width() - width) // 2, 0, width, width // 2)
 
     def sizeHint(self) -> QSize:
-        """Return the size that the design asks for."""
+        """Return the designed size."""
         return QSize(864, self.heightForWidth(864))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size at which it is still of use."""
+        """Return the least useful size."""
         return QSize(360, self.heightForWidth(360))
 
     def heightForWidth(self, width: int) -> int:
@@ -218,7 +218,7 @@ class PanoramaView(Plot):
         self.update()
 
     def _place_grip(self) -> None:
-        """Put the grip onto the marker's line, inside the picture."""
+        """Place the grip on the marker's line, inside the picture."""
         area = self.picture_rect
         places = self.view.xs_of(self.marker_deg)
         visible = self._picture is not None and self._visible["marker"]
@@ -251,12 +251,12 @@ class PanoramaView(Plot):
         self.marker_moved.emit(self.marker_deg)
 
     def _release(self) -> None:
-        """Report where the marker was left, if it moved and the mouse does not hold it."""
+        """Emit the marker's azimuth if it moved and the mouse does not hold it."""
         if self.marker_deg != self._front and not self.grip.held and not self._leading:
             self.marker_released.emit(self.marker_deg)
 
     def take_marker(self) -> None:
-        """Give the marker the keyboard; looks there first when it is out of sight."""
+        """Give the marker the keyboard; scroll to it first if it is out of sight."""
         if not self.view.xs_of(self.marker_deg):
             self._look(self.view.moved_to(self.marker_deg, self.view.elevation_deg))
         self._place_grip()
@@ -265,11 +265,11 @@ class PanoramaView(Plot):
     # Events
 
     def panel_rect(self) -> QRect:
-        """Where the picture lies."""
+        """Rectangle of the picture."""
         return self.picture_rect
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the scale, and the well while there is no picture."""
+        """Paint the scale, and the well before there is a picture."""
         if self._picture is None:
             painter.save()
             painter.translate(self.picture_rect.topLeft())
@@ -326,7 +326,7 @@ class PanoramaView(Plot):
         return any(abs(x - left - place) <= _NEAR for place in self.view.xs_of(self.marker_deg))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take the picture, or the marker by its line."""
+        """Start panning, or grab the marker by its line."""
         inside = self.picture_rect.contains(event.position().toPoint())
         if event.button() != Qt.MouseButton.LeftButton or not inside or self._picture is None:
             super().mousePressEvent(event)
@@ -352,7 +352,7 @@ class PanoramaView(Plot):
             self._look(self.view.panned(way.x(), way.y()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go."""
+        """Release picture or marker."""
         if event.button() == Qt.MouseButton.LeftButton and self._drag is not None:
             self._drag, self._leading = None, False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
@@ -382,7 +382,7 @@ class PanoramaView(Plot):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Look around, zoom, or take the marker."""
+        """Pan, zoom, or move the marker."""
         key = Qt.Key(event.key())
         deeds = {
             Qt.Key.Key_Plus: lambda: self.zoom_by(1.0),

@@ -1,4 +1,4 @@
-"""What the ViewBox of a panorama shows: its pixels, hatching, grid, lamps and the marker's line."""
+"""Items of a panorama: its pixels, hatching, grid, lamps and the marker's line."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LAMP: Final = 13  # radius
 
 
 class PanoramaDrawing:
-    """The items of a panorama, from the ground up."""
+    """The items of a panorama, from back to front."""
 
     def __init__(self, panel: Panel) -> None:
         c = theme().c
@@ -49,7 +49,7 @@ class PanoramaDrawing:
         self._hatching.set_clipped(clipped)
 
     def show_marks(self, view: Viewport, marks: Marks) -> None:
-        """Look at a part, and put the marks where they belong."""
+        """Show a part, and place the marks in it."""
         self._panel.look(view)
         self._hatching.setVisible(marks.clipped)
         self._show_grid(view, marks)
@@ -62,9 +62,9 @@ class PanoramaDrawing:
             self._show_lamp(view, lamp)
 
     def _show_grid(self, view: Viewport, marks: Marks) -> None:
-        """Put the grid's middle at the one of its lines that is nearest to the view's."""
+        """Centre the grid on its line nearest to the middle of the view."""
         if self._grid is None and marks.grid:
-            # All dark edges lie under all lines.
+            # All dark edges are under all lines.
             self._grid = self._panel.add(Group(*_grid(_DARK, 2.0), *_grid(_LIGHT, 0.0)))
         if self._grid is not None:
             self._grid.setVisible(marks.grid)
@@ -72,7 +72,7 @@ class PanoramaDrawing:
             self._grid.setX(marks.front_deg + _AROUND_DEG * round(ahead / _AROUND_DEG))
 
     def _show_lamp(self, view: Viewport, lamp: SceneLamp) -> None:
-        """Put a lamp's letter at its direction; at the seam it stands at both edges, and whole."""
+        """Place a lamp's letter at its direction; near the seam at both edges."""
         if lamp not in self._lamps:
             size, draw = 2.0 * px(_LAMP) + 2.0, partial(_draw_lamp, lamp.letter)
             self._lamps[lamp] = (Mark(draw, size), Mark(draw, size))

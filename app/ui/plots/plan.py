@@ -23,7 +23,7 @@ from app.words.plan import PlanWords
 _LABEL: Final = 12
 _DESIGNED: Final = (274, 316)
 _BEHIND_DEG: Final = 25.0  # half the background's wedge
-_LEAST_DEG: Final = 4.0  # shorter ways are no arrow
+_LEAST_DEG: Final = 4.0  # a shorter way has no arrow
 _HEAD: Final = 22
 _TOP: Final = 24  # for the title
 _TOKENS: Final[dict[Kind, tuple[int, float, str, str, str]]] = {
@@ -60,15 +60,15 @@ class PlanView(Plot):
 
     @property
     def ring(self) -> float:
-        """Radius of the ring that is walked on: around it there is room for words."""
+        """Radius of the walk, with room for words around it."""
         wide, high = self.width() / 2.0, (self.height() - px(_TOP)) / 2.0
-        # Where there is little room the words make way before the drawing gets small.
+        # In little room the words go before the drawing gets small.
         wide -= self._px(40) if wide >= px(116) else px(22)
         high -= self._px(28) if high >= px(116) else px(18)
         return max(min(wide, high), float(px(30)))
 
     def _px(self, length: float) -> int:
-        """Give a designed length, larger in a large drawing."""
+        """Return a designed length, scaled up in a large drawing."""
         grown = min(self.width() / px(_DESIGNED[0]), self.height() / px(_DESIGNED[1]))
         return px(length * min(max(grown, 1.0), 2.0))
 
@@ -79,7 +79,7 @@ class PlanView(Plot):
         return at_turn(self.centre, radius, turn_deg - self._plan.up_deg)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint it from the ground up: what counts most lies on top and gets its word first."""
+        """Paint from back to front; the most important mark is on top and gets its word first."""
         t, plan = theme(), self._plan
         box(painter, self.rect(), px(8), t.c.panel, t.c.line, t.line_width)
         draw_text(
@@ -117,7 +117,7 @@ class PlanView(Plot):
         painter.drawArc(area, round(16.0 * angle), round(-16.0 * extent))
 
     def _draw_way(self, painter: QPainter) -> None:
-        """Draw the walk that is left, with an arrow's head before the goal's disc."""
+        """Draw the rest of the walk, with an arrowhead before the goal."""
         start, extent = self._plan.way
         if abs(extent) < _LEAST_DEG:
             return
@@ -146,7 +146,7 @@ class PlanView(Plot):
         self._boxes.append(_around(place, radius))
 
     def _draw_nose(self, painter: QPainter, mark: PlanMark) -> None:
-        """Draw where the nose points, and how the lens looks at it where that is another way."""
+        """Draw the direction of the nose, and of the lens if it differs."""
         lens = self._plan.lens_deg
         if self._plan.yaw_deg:
             self._draw_arrow(painter, lens, (0.86, 0.34), (3.0, 3.0))
@@ -161,7 +161,7 @@ class PlanView(Plot):
         reach: tuple[float, float],
         dashes: tuple[float, ...] = (),
     ) -> QRectF:
-        """Draw an arrow from one share of the ring to another; give the room that it takes."""
+        """Draw an arrow from one share of the ring to another; return the area it covers."""
         tail, tip = (self._at(turn_deg, self.ring * share) for share in reach)
         back = reach[1] + math.copysign(0.1, reach[0] - reach[1])
         wings = [self._at(turn_deg + side, self.ring * back) for side in (-9.0, 9.0)]
@@ -184,7 +184,7 @@ class PlanView(Plot):
                 painter.drawPolygon(polygon(sector(self.centre, self.ring, arc)))
 
     def _draw_words(self, painter: QPainter, mark: PlanMark, label: str) -> None:
-        """Draw a mark's word beside it, in the first place where nothing else is."""
+        """Draw a mark's word beside it, in the first free place."""
         t, bold = theme(), mark.kind in ("now", "goal")
         font = self._font(600 if bold else 400)
         wide = self._px(17) + text_width(self._font(600), self._words.title)
@@ -198,17 +198,17 @@ class PlanView(Plot):
                 return
 
     def _places(self, mark: PlanMark, wide: float) -> Iterator[QRectF]:
-        """Go through the places for a word: outside and inside the ring, or beside an arrow."""
+        """Yield places for a word: outside and inside the ring, or beside an arrow."""
         inner = mark.kind in ("nose", "light", "lamp", "background")
         beside = self.ring * (0.45 if mark.kind == "nose" else 0.64 if inner else 1.0)
-        # Nothing is written across an arrow: far enough beside it for half the word.
+        # Far enough from an arrow for half the word.
         first = 0.0
         if inner and mark.kind != "background":
             first = math.degrees((wide / 2.0 + self._px(8)) / beside)
         others = [m.turn_deg for m in self._plan.marks if {m.kind, mark.kind} == {"now", "goal"}]
         if mark.kind == "nose":
             others = [self._plan.lens_deg]
-        # Only away from the other of the two: its word would seem to be this one's.
+        # Only on the side away from the other arrow, whose word it would seem to be.
         away = math.copysign(1.0, difference(mark.turn_deg, others[0])) if others else 1.0
         steps: tuple[int, ...] = (0, 10, 20, 32, 45)
         if mark.kind == "nose":

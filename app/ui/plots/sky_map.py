@@ -36,7 +36,7 @@ _NAMES: Final = (
 
 
 class Sky(Protocol):
-    """A map of matches, as it is drawn.
+    """A map of matches.
 
     Attributes:
         tones: (h, w) uint8 or None. Azimuth −180° to 180° to the right, altitude from the top down;
@@ -51,7 +51,7 @@ class Sky(Protocol):
 
     @property
     def closed(self) -> NDArray[np.bool_] | None:
-        """Where the lamp may not be held."""
+        """Forbidden positions of the lamp."""
 
     @property
     def line(self) -> NDArray[np.float32]:
@@ -63,7 +63,7 @@ class Sky(Protocol):
 
 
 class SkyMap(LampPlot):
-    """A map of 360° by the band of altitudes that is searched.
+    """A map of 360° by the searched band of altitudes.
 
     Azimuth grows to the right, which is toward the sitter's left as the camera sees it.
     """
@@ -109,7 +109,7 @@ class SkyMap(LampPlot):
         self._look()
 
     def lamp_moved(self) -> None:
-        """Move lamp and best place, and repaint no more than their surroundings."""
+        """Move lamp and best place; repaint only their surroundings."""
         state, best = self._state, None
         if state is not None and state.shape is not None:
             best = state.best
@@ -125,12 +125,12 @@ class SkyMap(LampPlot):
 
     @property
     def area(self) -> QRectF:
-        """Where the map lies, logical pixels."""
+        """Rectangle of the map, logical pixels."""
         high = self.height() - px(_LABELS + _ABOVE)
         return QRectF(0.0, px(_ABOVE), self.width(), max(high, 1.0))
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """Where a direction lies, logical pixels."""
+        """Return the place of a direction, logical pixels."""
         area, half = self.area, self._half_deg
         return (
             area.left() + (wrap(azimuth_deg) + 180.0) / 360.0 * area.width(),
@@ -138,19 +138,19 @@ class SkyMap(LampPlot):
         )
 
     def spot_at(self, point: Point) -> tuple[float, float]:
-        """Read a direction, deg."""
+        """Return the direction at a point, deg."""
         area, half = self.area, self._half_deg
         across = min(max((point[0] - area.left()) / area.width(), 0.0), 1.0)
         down = min(max((point[1] - area.top()) / area.height(), 0.0), 1.0)
         return across * 360.0 - 180.0, half - 2.0 * half * down
 
     def takes(self, point: Point) -> bool:
-        """Anywhere on the map: the lamp comes to the pointer."""
+        """Return whether a point is on the map: the lamp jumps to the pointer."""
         ready = self._state is not None and self._state.shape is not None
         return ready and self.area.contains(QPointF(*point))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take the lamp, and bring it here."""
+        """Grab the lamp and move it here."""
         super().mousePressEvent(event)
         if self.dragging:
             self.moved.emit(*self.spot_at((event.position().x(), event.position().y())))
@@ -165,7 +165,7 @@ class SkyMap(LampPlot):
         self._look()
 
     def _look(self) -> None:
-        """Give the map its area, and what is around it room for words and half a lamp."""
+        """Show the whole map in its area, with room around it for words and half a lamp."""
         area, half = self.area, self._half_deg
         unit = 2.0 * half / area.height()
         whole = QRectF(-180.0, -half - area.top() * unit, 360.0, self.height() * unit)
@@ -179,7 +179,7 @@ class SkyMap(LampPlot):
         painter.drawPixmap(0, 0, names)
 
     def _draw_closed(self, painter: QPainter, _part: QRect) -> None:
-        """Hatch where the lamp may not be held."""
+        """Hatch forbidden positions of the lamp."""
         if self._closed.isEmpty():
             return
         area, cells = self.area, self._cells
@@ -197,7 +197,7 @@ class SkyMap(LampPlot):
 
     def _draw_names(self, painter: QPainter) -> None:
         t, font = theme(), theme().font(12)
-        # Letters look the same only on a ground that is opaque, as the widget's.
+        # Letters are sharp only on an opaque ground.
         low = self.rect().adjusted(0, math.ceil(self.area.bottom()), 0, 0)
         painter.fillRect(low, getattr(t.c, self.ground))
         painter.setFont(font)

@@ -1,4 +1,4 @@
-"""What a style asks of a place: weights over the panorama, and the key to their colours."""
+"""The light that a style needs: weights over the panorama, and the key to their colours."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ class WeightScale(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
     def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
+        """Return the designed size at the scale of the theme."""
         return QSize(680, px(20))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the width at which the bar is still seen."""
+        """Return the least useful width."""
         metrics = QFontMetricsF(theme().font(12))
         words = sum(metrics.horizontalAdvance(each) for each in self._words)
         return QSize(round(words) + px(2 * 20 + 4 * _GAP + 48), px(20))
@@ -125,8 +125,8 @@ class WeightLegend(Plot):
 
 
 _RADIUS: Final = 6
-_SHADE: Final = 0.72  # how bright the grey panorama stays: weights are what is to be seen
-_STRONGEST: Final = 0.80  # opacity of the largest weight: the place still shows through
+_SHADE: Final = 0.72  # brightness of the grey panorama under the weights
+_STRONGEST: Final = 0.80  # opacity of the largest weight, so that the place shows through
 _GAMMA: Final = 0.8
 _DOTS: Final = (2.0, 2.0)
 
@@ -161,7 +161,7 @@ def tinted(
 
 
 class WeightPanorama(TurnPlot):
-    """The panorama of a place with the weights of a style, turned as the sitter is.
+    """The panorama of a place with the weights of a style, which turn with the sitter.
 
     Its middle is where the photographer stands at turn 0. A solid line marks where the sitter
     faces, a dotted one what is behind them. Dragging moves the sitter; arrows 1°, Shift 10°.
@@ -224,7 +224,7 @@ class WeightPanorama(TurnPlot):
         self.set_needle(turn_deg)
 
     def describe(self) -> None:
-        """Put into words where the sitter faces."""
+        """Describe the direction of the sitter for a screen reader."""
         self.say(
             tr(
                 "The sitter faces {turn}, the background is {behind}. Orange: "
@@ -250,7 +250,7 @@ class WeightPanorama(TurnPlot):
         self.panel.look(self.view)
 
     def draw(self, painter: QPainter, _ratio: float) -> None:
-        """Paint the well while there is no place."""
+        """Paint the well before there is a place."""
         if self._picture is None:
             box(painter, self.rect(), px(_RADIUS), theme().c.well)
 
@@ -281,5 +281,5 @@ class WeightPanorama(TurnPlot):
             super().mousePressEvent(event)
 
     def turn_under(self, point: Point) -> float:
-        """Give the azimuth that a pointer means, deg."""
+        """Return the azimuth at a pointer, deg."""
         return self.view.azimuth_at(point[0])

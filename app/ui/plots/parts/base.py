@@ -41,30 +41,30 @@ _ARROWS: Final = {
 
 
 def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
-    """Read an arrow key as degrees to the right and up: 1, with Shift 10; None for other keys."""
+    """Return degrees to the right and up for an arrow key, 1 or with Shift 10; else None."""
     way = _ARROWS.get(Qt.Key(event.key()))
     size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
     return None if way is None else (way[0] * size, way[1] * size)
 
 
 def device_ratio(painter: QPainter) -> float:
-    """Device pixels per logical one where a painter paints, which may be a picture."""
+    """Return device pixels per logical pixel of a painter."""
     return max(painter.deviceTransform().m11(), 0.25)
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Move the middle of a line so that both of its edges lie on device pixels."""
+    """Return the middle of a line whose edges are on device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
 
 def polygon(points: Sequence[Point]) -> QPolygonF:
-    """Give points to Qt."""
+    """Return points as a polygon of Qt."""
     return QPolygonF([QPointF(x, y) for x, y in points])
 
 
 def closed_path(points: Sequence[Point]) -> QPainterPath:
-    """Lead a smooth closed path through at least three points."""
+    """Return a smooth closed path through at least three points."""
     path = QPainterPath(QPointF(*points[0]))
     for first, second, stop in smooth(points).tolist():
         path.cubicTo(QPointF(*first), QPointF(*second), QPointF(*stop))
@@ -75,7 +75,7 @@ def closed_path(points: Sequence[Point]) -> QPainterPath:
 def draw_text(
     painter: QPainter, middle: Point, text: str, font: QFont, colour: QColor, align: float = 0.5
 ) -> float:
-    """Draw one line of text on whole device pixels, and give its width.
+    """Draw one line of text on whole device pixels; return its width.
 
     `middle` is the middle of the capital letters, and across what `align` says.
     """
@@ -100,7 +100,7 @@ def draw_label(
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Draw a label on a picture: a tag, in other colours with a dark edge; give where it lies."""
+    """Draw a label on a picture, in other colours with a dark edge; return its rectangle."""
     area = label_area(place, text, weight=weight)
     if fill is not None:
         edge = px(4) + 1
@@ -111,12 +111,12 @@ def draw_label(
 def label_area(
     place: Point, text: str, align: tuple[float, float] = (0.0, 0.0), weight: int = 400
 ) -> QRectF:
-    """Measure a label as `draw_label` draws it, logical pixels.
+    """Return the rectangle of a label as `draw_label` draws it, logical pixels.
 
     `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
     """
     width, height = tag_size(text, weight)
-    # On whole pixels, or its edges are smeared.
+    # On whole pixels, to keep the edges sharp.
     return QRectF(
         round(place[0] - width * align[0]), round(place[1] - height * align[1]), width, height
     )
@@ -130,14 +130,14 @@ def disc(
     edge: QColor | Qt.GlobalColor | None = None,
     width: float = 1.0,
 ) -> None:
-    """Draw a disc, or a ring where there is no fill; the edge has its middle at the radius."""
+    """Draw a disc, or a ring without fill; the edge is centred on the radius."""
     painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
     painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
     painter.drawEllipse(QPointF(*place), radius, radius)
 
 
 class Plot(Paints, QWidget):
-    """A widget that can have the focus and says in words what it shows.
+    """A widget that takes the focus and describes itself to a screen reader.
 
     What has a place in its data is an item of its panel; `draw` paints the ground under it.
     """
@@ -145,7 +145,7 @@ class Plot(Paints, QWidget):
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     role = QAccessible.Role.Graphic
-    """What it is to who cannot see it."""
+    """Its role for a screen reader."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -158,9 +158,9 @@ class Plot(Paints, QWidget):
 
     @property
     def panel(self) -> Panel:
-        """The panorama of a plot that shows one; made when it is first asked for."""
+        """The part that pyqtgraph draws; made at first use."""
         if self._panel is None:
-            # Not before it is needed: see there.
+            # Imported late: pyqtgraph takes a quarter of a second.
             from app.ui.plots.panel import Panel
 
             self._panel = Panel(self, lambda p: self.draw_over(p, device_ratio(p)))
@@ -170,27 +170,27 @@ class Plot(Paints, QWidget):
         return self._panel
 
     def panel_rect(self) -> QRect:
-        """Where the panorama lies."""
+        """Rectangle of the panel."""
         return self.rect()
 
     def draw_over(self, painter: QPainter, ratio: float) -> None:
-        """Paint what lies over the panorama, in its coordinates."""
+        """Paint over the panel, in its coordinates."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the panorama in its place."""
+        """Keep the panel in its place."""
         super().resizeEvent(event)
         if self._panel is not None:
             self._panel.setGeometry(self.panel_rect())
 
     def say(self, words: str) -> None:
-        """Set what a screen reader says about the values."""
+        """Set the description for a screen reader."""
         if words != self.accessibleDescription():
             self.setAccessibleDescription(words)
 
     def cached_picture(
         self, name: str, key: Hashable, size: QSize, ratio: float, draw: Callable[[QPainter], None]
     ) -> QPixmap:
-        """Give a picture that is drawn again only when its key changes.
+        """Return a picture that is redrawn only when its key changes.
 
         It is drawn in logical pixels on transparent ground.
         """
@@ -215,7 +215,7 @@ class Plot(Paints, QWidget):
         """Paint the ground under the panel; the painter is antialiased and in logical pixels."""
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius that the focus ring goes around."""
+        """Rectangle and corner radius of the focus ring."""
         return self.rect(), px(6)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -223,7 +223,7 @@ class Plot(Paints, QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        # A painter that outlives an error takes the whole program with it.
+        # A painter that survives an error crashes the program.
         try:
             self.draw(painter, device_ratio(painter))
         finally:
@@ -231,7 +231,7 @@ class Plot(Paints, QWidget):
 
 
 class TurnPlot(Plot):
-    """A plot whose needle is a turn: by mouse or keyboard it can be moved and put back.
+    """A plot with a needle, which mouse and keyboard move to a turn.
 
     Arrows move by 1°, with Shift by 10°, Home goes to the best turn.
     """
@@ -242,7 +242,7 @@ class TurnPlot(Plot):
     """The needle moved by hand to this turn, deg in (-180, 180]; many times while dragging."""
 
     released = Signal(float)
-    """The hand left the needle at this turn, deg."""
+    """The needle was released at this turn, deg."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -258,17 +258,17 @@ class TurnPlot(Plot):
         self.update()
 
     def describe(self) -> None:
-        """Put the values into words for a screen reader."""
+        """Describe the values for a screen reader."""
 
     def turn_to(self, turn_deg: float) -> None:
-        """Move the needle by hand: with the signal `turned`."""
+        """Move the needle and emit `turned`."""
         self.set_needle(turn_deg)
         self.turned.emit(self.needle)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the needle with the keyboard."""
         if step := arrow_step(event):
-            # From a whole number, so that what is shown counts on by whole degrees.
+            # From a whole number, so that the display moves by whole degrees.
             self.turn_to(round(self.needle) + sum(step))
         elif event.key() == Qt.Key.Key_Home and self._best is not None:
             self.turn_to(self._best)
@@ -279,36 +279,36 @@ class TurnPlot(Plot):
         event.accept()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Let go of the needle once no key repeats any more."""
+        """Release the needle when no key repeats any more."""
         if self._stepped and not event.isAutoRepeat():
             self._stepped = False
             self.released.emit(self.needle)
         super().keyReleaseEvent(event)
 
     def turn_under(self, point: Point) -> float | None:
-        """Give the turn that a pointer means, deg; None for none."""
+        """Return the turn at a pointer, deg; None if there is none."""
         raise NotImplementedError
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Lead the needle."""
+        """Move the needle."""
         if self._dragging:
             turn = self.turn_under((event.position().x(), event.position().y()))
             if turn is not None:
                 self.turn_to(turn)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the needle."""
+        """Release the needle."""
         if event.button() == Qt.MouseButton.LeftButton:
             self.end_drag()
         super().mouseReleaseEvent(event)
 
     def begin_drag(self, turn_deg: float) -> None:
-        """Take the needle with the mouse."""
+        """Grab the needle with the mouse."""
         self._dragging = True
         self.turn_to(turn_deg)
 
     def end_drag(self) -> None:
-        """Let go of the needle with the mouse."""
+        """Release the needle."""
         if self._dragging:
             self._dragging = False
             self.released.emit(self.needle)

@@ -34,13 +34,13 @@ _CIRCLE: Final = np.array([at_turn((0.0, 0.0), 1.0, 90.0 + 2.0 * k) for k in ran
 
 @cache
 def _half_head() -> list[Point]:
-    """Half of the mean head's silhouette from above, half head lengths: (to the side, forward)."""
+    """Return half of the mean head's outline from above, (to the side, forward) in half lengths."""
     outline = json.loads((resources() / "heads" / "outline.json").read_text(encoding="utf-8"))
     return [(float(side), float(front)) for side, front in outline]
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Find the turn toward a point, deg in (-180, 180]; the inverse of `at_turn`.
+    """Return the turn toward a point, deg in (-180, 180]; the inverse of `at_turn`.
 
     Examples:
         >>> turn_at((0.0, 0.0), (-3.0, 0.0))
@@ -67,7 +67,7 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 def value_at(curve: Sequence[float], turn_deg: float) -> float:
-    """Read a curve of values at evenly spaced turns, from 0 on clockwise, linearly."""
+    """Return the value at a turn of a curve at evenly spaced turns from 0 on, linearly."""
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
     low = int(place)
@@ -84,15 +84,15 @@ class Dial:
     rim: float
 
     def radius(self, value: float) -> float:
-        """Give the radius of a value; what lies outside 0 to 100 is held at its ends."""
+        """Return the radius of a value, clamped to 0 to 100."""
         return self.core + (self.rim - self.core) * min(max(value, 0.0), 100.0) / 100.0
 
     def place(self, turn_deg: float, value: float) -> Point:
-        """Give the place of a value at a turn, deg."""
+        """Return the place of a value at a turn, deg."""
         return at_turn(self.centre, self.radius(value), turn_deg)
 
     def outline(self, curve: Sequence[float]) -> list[Point]:
-        """Place a curve whose values stand at evenly spaced turns from 0 on, clockwise."""
+        """Return the places of values at evenly spaced turns from 0 on, clockwise."""
         step = 360.0 / max(len(curve), 1)
         return [self.place(index * step, value) for index, value in enumerate(curve)]
 
@@ -147,7 +147,7 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
 
 def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
-    """Find which of some small targets a point means; none farther than the reach."""
+    """Return the index of the nearest target within reach of a point; None if there is none."""
     near = [(math.dist(place, point), index) for index, place in enumerate(places)]
     best = min(near, default=(math.inf, -1))
     return best[1] if best[0] <= reach else None
@@ -199,7 +199,7 @@ def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
     """Fit a thick curved arrow into a box; made for 320 x 104, others are filled in proportion."""
     unit = min(width / 320.0, height / 104.0)
     side = 1.0 if clockwise else -1.0
-    # The head reaches farther out than the tail: the whole is centred, not the circle.
+    # The arrowhead is wider than the tail: centre the whole, not the circle.
     centre = (width / 2.0 - side * 4.5 * unit, height / 2.0 + 125.0 * unit)
     outer, inner = 170.0 * unit, 142.0 * unit
     base = at_turn(centre, 163.0 * unit, side * _NECK_DEG)

@@ -1,4 +1,4 @@
-"""Lines, curves and marks at places of the data, as wide on every screen and at every zoom.
+"""Lines, curves and marks at places of the data, equally wide on any screen and at any zoom.
 
 A pen of pyqtgraph’s is counted in pixels of the screen: on a fine one its lines grow thin.
 """
@@ -23,7 +23,7 @@ Draw: TypeAlias = Callable[[QPainter, Point], object]
 
 
 def _to_pixels(painter: QPainter) -> QTransform:
-    """Let a painter of an item paint in logical pixels; returns from the item's units to them."""
+    """Switch a painter to logical pixels; return the transform from the item's units."""
     transform = QTransform(painter.transform())
     painter.resetTransform()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -31,7 +31,7 @@ def _to_pixels(painter: QPainter) -> QTransform:
 
 
 class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
-    """A line across the plot, upright or level, its pens one upon the other from the widest on."""
+    """A line across the plot, upright or level, with one or more pens, the widest first."""
 
     def __init__(self, *pens: QPen, upright: bool = True) -> None:
         super().__init__(angle=90 if upright else 0, pen=pens[0])
@@ -55,14 +55,14 @@ class PlotLine(pg.InfiniteLine):  # type: ignore[misc]
 
 
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """A curve, its pens one upon the other from the widest on; with a fill it is closed."""
+    """A curve with any number of pens, the widest first; with a fill it is closed."""
 
     def __init__(self, *pens: QPen, fill: QColor | None = None) -> None:
         super().__init__(pen=_padding(pens))
         self._pens, self._fill = pens, fill
 
     def set_points(self, points: Sequence[Point] | Any) -> None:
-        """Lead it through other points, (n, 2)."""
+        """Set the points, (n, 2)."""
         places = np.asarray(points, float).reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1])
 
@@ -77,7 +77,7 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
-    """Straight pieces of a line, their pens one upon the other from the widest on."""
+    """Straight pieces of a line with one or more pens, the widest first."""
 
     def __init__(self, *pens: QPen) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         self.setFlag(self.GraphicsItemFlag.ItemClipsToShape)
 
     def set_ends(self, ends: NDArray[np.floating[Any]], area: QRectF) -> None:
-        """Show other pieces, x and y of both ends, (n, 4); nothing of them outside an area."""
+        """Set the pieces, x and y of both ends, (n, 4), clipped to an area."""
         self._ends, self._area = np.asarray(ends, float), area
         places = self._ends.reshape(-1, 2)
         self.setData(places[:, 0], places[:, 1], connect="pairs")
@@ -98,7 +98,7 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
         return self._area
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, *_args: object) -> None:
-        """Paint those that are exposed: all of them would take longer than the rest of a plot."""
+        """Paint the exposed ones: all of them would take longer than the rest of a plot."""
         transform = _to_pixels(painter)
         wide = self._pens[0].widthF()
         area = transform.mapRect(option.exposedRect).adjusted(-wide, -wide, wide, wide)
@@ -114,14 +114,14 @@ class Pieces(pg.PlotCurveItem):  # type: ignore[misc]
 
 
 def _padding(pens: Sequence[QPen]) -> QPen:
-    """Give a pen by which pyqtgraph knows how far a curve’s own pens reach."""
+    """Return a pen that tells pyqtgraph how wide a curve’s own pens are."""
     pen = QPen(pens[0]) if pens else QPen(Qt.PenStyle.NoPen)
     pen.setCosmetic(True)
     return pen
 
 
 class Mark(pg.TargetItem):  # type: ignore[misc]
-    """A sign of one size at a place of the data, no larger than `size` logical pixels."""
+    """A sign at a place of the data, within `size` logical pixels."""
 
     def __init__(self, draw: Draw, size: float) -> None:
         self.scale = size
@@ -134,7 +134,7 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
         self.update()
 
     def set_size(self, size: float) -> None:
-        """Take room for a sign of another size."""
+        """Set the size of the sign, logical pixels."""
         if size != self.scale:
             self.prepareGeometryChange()
             self.scale = size
@@ -147,7 +147,7 @@ class Mark(pg.TargetItem):  # type: ignore[misc]
 
 
 class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
-    """What is painted between items, logical pixels: only the part that is exposed is needed."""
+    """A function that paints between items, in logical pixels; only the exposed part is needed."""
 
     def __init__(self, draw: Callable[[QPainter, QRect], object]) -> None:
         super().__init__()
@@ -161,9 +161,9 @@ class Overlay(pg.UIGraphicsItem):  # type: ignore[misc]
 
 
 class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
-    """Items that change seldom, painted once into one picture of the whole view.
+    """Items that change rarely, painted once into one picture of the whole view.
 
-    The items are hidden from the scene. Call `changed` after a change of one of them.
+    The scene does not paint them: call `changed` after a change of one of them.
     """
 
     def __init__(self, *items: Any) -> None:
@@ -207,25 +207,25 @@ class Backdrop(pg.UIGraphicsItem):  # type: ignore[misc]
 
 
 class Group(pg.ItemGroup):  # type: ignore[misc]
-    """Items that are moved, turned and hidden together."""
+    """Items that move, turn and hide together."""
 
     def __init__(self, *items: Any) -> None:
         super().__init__()
-        # Qt deletes an item that nobody holds.
+        # Keep references: Qt deletes an item without one.
         self._items = items
         for item in items:
             self.addItem(item)
 
 
 class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
-    """As many marks as are shown."""
+    """A changing number of marks."""
 
     def __init__(self) -> None:
         super().__init__()
         self.marks: list[Mark] = []
 
     def show_marks(self, signs: Sequence[tuple[Point, Draw, float]]) -> None:
-        """Show other signs: the place of each, what paints it, and its size."""
+        """Set the marks: place, painter and size of each."""
         while len(self.marks) < len(signs):
             self.marks.append(Mark(signs[0][1], 0.0))
             self.addItem(self.marks[-1])
@@ -241,7 +241,7 @@ class MarkGroup(pg.ItemGroup):  # type: ignore[misc]
 
 
 def around(*pens: QPen) -> Group:
-    """Give a line at an azimuth, the group's x, that may stand at both edges of a panorama."""
+    """Return a line at an azimuth, the group's x, that appears at both edges of a panorama."""
     lines = [PlotLine(*pens) for _ in range(3)]
     for line, turn in zip(lines, (-360.0, 0.0, 360.0), strict=True):
         line.setPos(turn)

@@ -1,4 +1,4 @@
-"""Images of a whole panorama, and what is hatched on them, in degrees: azimuth, elevation down."""
+"""Images of a whole panorama, and hatching on them, in degrees: azimuth, elevation down."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app.core.base.arrays import Bytes
 
-_SMALLEST: Final = 512  # columns below which no smaller copy is made
+_SMALLEST: Final = 512  # least columns of a smaller copy
 _GAP: Final = 1 / 340  # of the width, half of the widest gap: 3 texels of 1,024
 _CLIPPED: Final = 0.02  # share of a texel from which it counts as clipped
 _PERIOD: Final = 8.0  # of the hatching, logical pixels along a row
@@ -33,7 +33,7 @@ _PAPER: Final = QColor(245, 245, 245)
 
 
 class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
-    """An image of a whole panorama, sampled from a smaller copy where it is shown smaller."""
+    """An image of a whole panorama, drawn from a smaller copy at a smaller scale."""
 
     def __init__(self) -> None:
         super().__init__(axisOrder="row-major")
@@ -61,7 +61,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         return self._around if self._copies else QRectF()
 
     def paint(self, painter: QPainter, *_args: object) -> None:
-        """Paint the smallest copy that has at least as many pixels as are shown."""
+        """Paint the smallest copy with enough pixels."""
         if not self._copies:
             return
         index, scale = 0, painter.deviceTransform().m11()
@@ -72,7 +72,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
         painter.drawImage(self._around, self._images[index])
 
     def _copy(self, index: int) -> Bytes:
-        """Halve the pixels so many times."""
+        """Return the pixels, halved `index` times."""
         while len(self._copies) <= index:
             rows, columns = self._copies[-1].shape[:2]
             size = (columns // 2, max(rows // 2, 1))
@@ -82,7 +82,7 @@ class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
 
 
 def _image_around(pixels: Bytes) -> QImage:
-    """Give pixels to Qt, with half a turn more on both sides, in the format it paints fastest."""
+    """Return an image of Qt's fastest format, with half a turn more on both sides."""
     half = pixels.shape[1] // 2
     around = np.concatenate([pixels[:, -half:], pixels, pixels[:, :half]], axis=1)
     formats = QImage.Format
@@ -95,7 +95,7 @@ def _image_around(pixels: Bytes) -> QImage:
 
 
 class Hatching(QGraphicsItem):
-    """Black and white lines with a black edge over what is clipped, equally wide at every zoom."""
+    """Black and white lines with a black edge over clipped areas, equally wide at any zoom."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -103,7 +103,7 @@ class Hatching(QGraphicsItem):
         self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
-        """Hatch something else.
+        """Set the hatched areas.
 
         `clipped`: (h, w) bool or float, or None. True, or the clipped share of each texel, 0 to 1;
         any size.
@@ -118,7 +118,7 @@ class Hatching(QGraphicsItem):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
-        """Paint edge and lines; what is thinner than a pixel still gets lines."""
+        """Paint edge and lines; areas thinner than a pixel get lines, too."""
         path = QPainterPath()
         for area, outline in self._outlines:
             if area.intersects(option.exposedRect):
@@ -129,7 +129,7 @@ class Hatching(QGraphicsItem):
         ratio = self._ratio(painter)
         lines = QBrush(_tile(max(round(_PERIOD * ratio), 4)))
         lines.setTransform(QTransform.fromScale(1.0 / transform.m11(), 1.0 / transform.m22()))
-        # Soft edges would take ten times as long.
+        # Antialiased edges would take ten times as long.
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
         for brush, width in ((QBrush(_INK), 3.0), (lines, 1.0)):
@@ -139,12 +139,12 @@ class Hatching(QGraphicsItem):
         painter.fillPath(path, lines)
 
     def _ratio(self, painter: QPainter) -> float:
-        """Device pixels per logical one: what is on top of the scene's own scale."""
+        """Return device pixels per logical pixel, on top of the scene's own scale."""
         return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
 
 
 def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
-    """Outline what is clipped, in degrees, with half a turn more on both sides.
+    """Outline clipped areas, in degrees, with half a turn more on both sides.
 
     Returns list of (QRectF, QPainterPath). Each piece with its holes, and around it what its edge
     may cover.
@@ -171,7 +171,7 @@ def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
 
 
 def _joined(mask: Bytes) -> Bytes:
-    """Close the gaps between specks that lie close together: hatched one by one they are noise."""
+    """Close the gaps between nearby specks, which would look like noise."""
     reach = round(mask.shape[1] * _GAP)
     if reach < 1:
         return mask

@@ -1,4 +1,4 @@
-"""From angles to pixels and back, for a panorama that can be moved and for a strip of one.
+"""Angles to pixels and back, for a panorama that moves and for a strip of one.
 
 Azimuths and turns are degrees, positive clockwise seen from above, which is to the right in the
 picture; elevations are positive upward. Pixels are logical, y downward. No Qt here.
@@ -22,14 +22,14 @@ SPAN_DEG: Final = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """A tick of a scale: how far from its left end, and the degrees written at it."""
+    """A tick of a scale: its distance from the left end, and its degrees."""
 
     x: float
     label: str
 
 
 def scale_label(value_deg: float) -> str:
-    """Write a number of a scale: as everywhere, except that its left end may be −180°.
+    """Return the text of a number on a scale, whose left end may be −180°.
 
     Examples:
         >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
@@ -39,14 +39,14 @@ def scale_label(value_deg: float) -> str:
 
 
 def label_step(pixels_per_degree: float, room: float) -> int:
-    """Choose how many degrees lie between two labels that need so much room: 1, 5, 15, 45 or 90."""
+    """Return the degrees between labels that need this room: 1, 5, 15, 45 or 90."""
     steps = (1, 5, 15, 45)
     return next((step for step in steps if step * pixels_per_degree >= room), 90)
 
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """The part of a panorama that a window shows: what a ViewBox is told to show.
+    """The visible part of a panorama, as the ViewBox shows it.
 
     A ViewBox of pyqtgraph knows neither wrapping nor poles. Azimuth in (-180, 180] and elevation
     are those in the middle; `shape` is the height of the window for its width.
@@ -69,11 +69,11 @@ class Viewport:
         return self.width * self.zoom / 360.0
 
     def x_of(self, azimuth_deg: float) -> float:
-        """Give the x of an azimuth nearest to the middle; may lie outside the window."""
+        """Return the x of an azimuth nearest to the middle; may be outside the window."""
         return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
 
     def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
-        """Give every x at which an azimuth is in the window, at most `margin` outside it.
+        """Return every x of an azimuth in the window, at most `margin` outside it.
 
         At zoom 1 the azimuth opposite the middle stands at both edges.
         """
@@ -82,30 +82,30 @@ class Viewport:
         return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
 
     def azimuth_at(self, x: float) -> float:
-        """Give the azimuth at an x, deg in (-180, 180]; the inverse of `x_of`."""
+        """Return the azimuth at an x, deg in (-180, 180]; the inverse of `x_of`."""
         return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
 
     def y_of(self, elevation_deg: float) -> float:
-        """Give the y of an elevation; may lie outside the window."""
+        """Return the y of an elevation; may be outside the window."""
         return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
 
     def elevation_at(self, y: float) -> float:
-        """Give the elevation at a y, deg; the inverse of `y_of`."""
+        """Return the elevation at a y, deg; the inverse of `y_of`."""
         return self.elevation_deg - (y - self.height / 2.0) / self.scale
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
-        """Look elsewhere; the window never reaches past the zenith or the nadir."""
+        """Return the view around a direction, which ends at zenith and nadir."""
         limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         elevation = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=elevation)
 
     def panned(self, dx: float, dy: float) -> Viewport:
-        """Move the picture by logical pixels: what was at x is then at x + dx."""
+        """Return the view with the picture moved by logical pixels: x goes to x + dx."""
         azimuth = self.azimuth_deg - dx / self.scale
         return self.moved_to(azimuth, self.elevation_deg + dy / self.scale)
 
     def zoomed(self, zoom: float, x: float, y: float) -> Viewport:
-        """Zoom so that the place under (x, y) stays there, as far as the poles allow."""
+        """Return the view at another zoom around (x, y), as far as the poles allow."""
         new_zoom = min(max(zoom, ZOOMS[0]), ZOOMS[1])
         azimuth, elevation = self.azimuth_at(x), self.elevation_at(y)
         new = replace(self, zoom=new_zoom)
@@ -146,26 +146,26 @@ class StripScale:
         return self.width / self.span_deg
 
     def x_of(self, turn_deg: float) -> float:
-        """Give the x of a turn, the shorter way from the goal; may lie outside the strip."""
+        """Return the x of a turn, the shorter way from the goal; may be outside the strip."""
         return self._x(difference(turn_deg, self.goal_deg))
 
     def _x(self, beside_deg: float) -> float:
-        """Give the x of so many degrees clockwise of the goal."""
+        """Return the x of an angle clockwise of the goal."""
         way = -self.scale if self.mirrored else self.scale
         return self.width / 2.0 + beside_deg * way
 
     def frame(self, turn_deg: float, fov_deg: float) -> tuple[float, float]:
-        """Give the left and right edge of what a camera of a field of view sees at a turn."""
+        """Return the left and right edge of a camera's field of view at a turn."""
         x, half = self.x_of(turn_deg), fov_deg * self.scale / 2.0
         return x - half, x + half
 
     def beyond(self, turn_deg: float) -> int:
-        """Tell whether a turn is off the strip: -1 past its left edge, 1 past its right, or 0."""
+        """Return -1 for a turn past the left edge of the strip, 1 past its right, else 0."""
         x = self.x_of(turn_deg)
         return -1 if x < 0.0 else 1 if x > self.width else 0
 
     def bands(self, arc_deg: tuple[float, float]) -> list[tuple[float, float]]:
-        """Give the edges of the pieces of a clockwise arc (from, to) that are on the strip.
+        """Return the edges of the pieces of a clockwise arc (from, to) on the strip.
 
         Two where a wide arc comes in from both sides.
         """

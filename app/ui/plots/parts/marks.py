@@ -41,19 +41,19 @@ class MarkerGrip(PaintedWidget):
     """
 
     dragged = Signal(QPoint)
-    """The pointer moved while it holds the grip; in the parent's coordinates."""
+    """The pointer dragged the grip; in the parent's coordinates."""
 
     dropped = Signal()
-    """The pointer let go, or Enter was pressed."""
+    """The grip was released, or Enter was pressed."""
 
     stepped = Signal(float)
-    """An arrow was pressed: by so many degrees, positive clockwise."""
+    """An arrow was pressed: degrees, positive clockwise."""
 
     home = Signal()
-    """Home or Esc was pressed: back to where it was."""
+    """Home or Esc was pressed: move back."""
 
     left = Signal()
-    """The keyboard went elsewhere."""
+    """The grip lost the focus."""
 
     def __init__(self, words: str, parent: QWidget) -> None:
         super().__init__(parent)
@@ -67,14 +67,14 @@ class MarkerGrip(PaintedWidget):
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
-        """Say "Photographer stands here" or "You face this way now" while it does not move."""
+        """Set the words at rest: "Photographer stands here", "You face this way now"."""
         self._words = words
         self.setAccessibleName(words)
         self.resize(self.sizeHint())
         self.update()
 
     def set_moving(self, words: str) -> None:
-        """Say how far it has moved; empty while it does not move."""
+        """Set the words of a move; empty at rest."""
         if words != self._moving:
             self._moving = words
             self.setAccessibleDescription(words)
@@ -82,17 +82,17 @@ class MarkerGrip(PaintedWidget):
 
     @property
     def text(self) -> str:
-        """What stands on the grip now."""
+        """The words on the grip."""
         return self._moving or self._words
 
     def sizeHint(self) -> QSize:
-        """Return the size for its words; it keeps it while it moves."""
+        """Return the size for the words, constant during a move."""
         text = QFontMetricsF(theme().font(14, 600)).horizontalAdvance(self._words)
         parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
         return QSize(px(parts) + round(text), px(_HEIGHT))
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Rectangle and corner radius that the focus ring goes around."""
+        """Rectangle and corner radius of the focus ring."""
         return self.rect(), self.height() // 2
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
@@ -109,23 +109,23 @@ class MarkerGrip(PaintedWidget):
         draw_icon(painter, "grip", dots, side, t.c.onamber)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take it."""
+        """Grab it."""
         if event.button() == Qt.MouseButton.LeftButton:
             self.held = True
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Lead it."""
+        """Drag it."""
         if self.held:
             self.dragged.emit(self.mapToParent(event.position().toPoint()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of it."""
+        """Release it."""
         if self.held and event.button() == Qt.MouseButton.LeftButton:
             self.held = False
             self.dropped.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Step, keep or take back."""
+        """Step, confirm or cancel."""
         key = Qt.Key(event.key())
         if (step := arrow_step(event)) and step[0]:
             self.stepped.emit(step[0])
@@ -137,7 +137,7 @@ class MarkerGrip(PaintedWidget):
             super().keyPressEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Report that the keyboard went elsewhere."""
+        """Emit that the focus is lost."""
         super().focusOutEvent(event)
         self.left.emit()
 
@@ -157,7 +157,7 @@ class SceneLamp:
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """What lies over the picture; the scale counts from the front."""
+    """Overlays of a panorama; its scale counts from the front."""
 
     front_deg: float
     marker_deg: float | None
@@ -169,7 +169,7 @@ class Marks:
 def draw_corners(
     painter: QPainter, area: QRect | QRectF, ground: QColor, radius: int | None = None
 ) -> None:
-    """Round the corners of a picture that lies on some ground: cheaper than to clip it."""
+    """Round the corners of a picture in the colour of the ground: cheaper than clipping."""
     outer, radius = QRectF(area), radius or px(_RADIUS)
     path = QPainterPath()
     path.addRect(outer)

@@ -107,10 +107,10 @@ def empty_words(card_filter: Filter, measured: bool) -> str:
 
 
 def filters_of(snapshot: Snapshot, stale: bool = False) -> tuple[tuple[Filter, str], ...]:
-    """Words of the filters, with how many cards each would show.
+    """Return the words of the filters with their numbers of cards.
 
     Args:
-        stale: The answers are not of what is selected: they are not counted.
+        stale: The answers are for another selection: leave out their numbers.
 
     Returns:
         tuple of (Filter, str).
@@ -152,20 +152,20 @@ def cards_of(
 
 
 def stale_card(card: CardState) -> CardState:
-    """Mark a card whose answer is not of what is selected; its numbers are not read out."""
+    """Dim a card whose answer is for another selection; a screen reader skips its numbers."""
     words = tr("{title}, computing", title=card.title)
     return replace(card, stale=True, spoken=words, tip=words)
 
 
 def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
-    """Name the style in front: the chosen one, or what is proposed until that is there."""
+    """Return the style in front: the chosen one, or the proposal until it exists."""
     if chosen is not None and chosen in snapshot.styles:
         return chosen
     return proposal(tuple(snapshot.results.values())) or next(iter(snapshot.styles), None)
 
 
 def _proposed(snapshot: Snapshot, names: list[str]) -> list[str]:
-    """Put a style that is not rare in front, where one of the first one's grade is there."""
+    """Move a common style of the same grade before a rare one in front."""
     results = [snapshot.results.get(name) for name in names]
     ranks = [_rank(snapshot, result) if result else 0 for result in results]
     for name, rank in zip(names, ranks, strict=True):
@@ -194,7 +194,7 @@ def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]
         return out, float(abs(whole(result.turn_refined_deg))), match
     if sort is Sort.SIDE:
         return out, _SIDES[style.side], match, title
-    # Without numbers in the order in which styles are listed everywhere.
+    # Without numbers in the usual order of styles.
     return out, match + (_RARE_POINTS if result is not None and name in RARE else 0.0)
 
 
@@ -206,7 +206,7 @@ def _rank(snapshot: Snapshot, result: StyleResult) -> int:
 
 
 def rules_words(snapshot: Snapshot) -> str:
-    """Say on how many styles the paper's rule and ours disagree; empty where only ours counts."""
+    """Return on how many styles the paper's rule and ours disagree; empty without paper mode."""
     results = snapshot.results.values()
     if not snapshot.paper or not results:
         return ""
@@ -215,7 +215,7 @@ def rules_words(snapshot: Snapshot) -> str:
 
 
 def side_line(style: Style) -> str:
-    """Side of a style as the second line of its card; one without any says so."""
+    """Return the side of a style for the second line of its card."""
     return side_words(style) or tr("painted")
 
 
@@ -268,7 +268,7 @@ def _card(snapshot: Snapshot, name: str, is_chosen: bool) -> CardState:
 
 
 def lamps_note(snapshot: Snapshot, name: str) -> str:
-    """Say that a style is not lit by the lamps that were chosen, where it is not."""
+    """Return the note that a style is not lit by the chosen lamps; empty if it is."""
     head = snapshot.question.head
     name = snapshot.source(name)
     studio = head.studio_wanted(name)
@@ -278,7 +278,7 @@ def lamps_note(snapshot: Snapshot, name: str) -> str:
 
 
 def doubt_note(snapshot: Snapshot, name: str) -> str:
-    """Say whether an answer depends on light that is clipped or was not seen, or is rough."""
+    """Return the note that an answer depends on clipped light or gaps, or is rough."""
     question = snapshot.question
     if name not in snapshot.results:
         return ""
@@ -297,7 +297,7 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
     note = " ".join(filter(None, (lamps_note(snapshot, card.key), doubt)))
     if not note:
         return card
-    # Without an answer the tip is a title and a side, with no full stop.
+    # Without an answer the tip is title and side, without a full stop.
     stop = "" if card.key in snapshot.results else "."
     return replace(card, tip=f"{card.tip}{stop} {note}", spoken=f"{card.spoken}. {note}")
 
@@ -305,7 +305,7 @@ def _with_note(card: CardState, snapshot: Snapshot) -> CardState:
 def _paper_card(
     card: CardState, style: Style, result: StyleResult, snapshot: Snapshot
 ) -> CardState:
-    """Card by the paper's rule: C, grey below its limit, and our grade where that differs."""
+    """Return the card by the paper's rule: C, grey below its limit, and our grade if it differs."""
     quality, least = snapshot.quality(result), LIMITS.quality
     most = max(*map(snapshot.quality, snapshot.results.values()), least, 1e-30)
     within, turn = snapshot.within(result), result.turn_refined_deg
@@ -329,13 +329,13 @@ def _paper_card(
 
 
 def least_match(snapshot: Snapshot, style: Style) -> float:
-    """Match that a style in reach has at least."""
+    """Return the least match of a style in reach."""
     own = style.signature
     return own.match[1] if own.relations else LIMITS.match
 
 
 def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
-    """Say in what respect a style in reach comes only near, and what it may be taken for."""
+    """Return where a style in reach comes only near, and which style it is close to."""
     titles = {name: full_title(style) for name, style in snapshot.styles.items()}
     return verdict.near_words(
         result,
@@ -346,7 +346,7 @@ def beside_words(result: StyleResult, snapshot: Snapshot) -> list[str]:
 
 
 def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
-    """Write the first of `beside_words` for a card, and for a narrow card."""
+    """Return the first of `beside_words` for a card, and for a narrow card."""
     styles = snapshot.styles
     if result.looks_more_like is not None:
         other = styles[result.looks_more_like]
@@ -359,12 +359,12 @@ def _beside_card(result: StyleResult, snapshot: Snapshot) -> tuple[str, str]:
 
 
 def gain_lines(result: StyleResult) -> list[str]:
-    """Say what turning the face aside would gain."""
+    """Return what turning the face aside would gain."""
     return [verdict.gain_words(gain, result.match) for gain in result.gains]
 
 
 def close_style(result: StyleResult, snapshot: Snapshot) -> str:
-    """Title of the style that the picture of one in reach is close to; empty where that is said."""
+    """Return the title of the style that the picture is close to; empty if the words say so."""
     other = snapshot.styles.get(result.neighbour or "")
     if other is None or not result.attainable or result.neighbour == result.looks_more_like:
         return ""
@@ -372,13 +372,13 @@ def close_style(result: StyleResult, snapshot: Snapshot) -> str:
 
 
 def close_to(result: StyleResult, snapshot: Snapshot) -> str:
-    """Say which style the picture of one in reach is close to; empty where that is said."""
+    """Return which style the picture is close to; empty if the words say so."""
     title = close_style(result, snapshot)
     return verdict.close_to(title) if title else ""
 
 
 def _out_of_reach(result: StyleResult) -> tuple[str, str]:
-    """Write why not for a card, and for a narrow card."""
+    """Return the reason for a card, and for a narrow card."""
     soft = result.match >= LIMITS.match and result.strength < LIMITS.strength
     if result.grade is None and soft:
         numbers = result.strength, LIMITS.strength

@@ -39,14 +39,14 @@ _WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise
 
 
 def picture_size(card: int) -> QSize:
-    """Size of each of the two pictures on a card of some width, logical pixels."""
+    """Return the size of each of the two pictures on a card of this width, logical pixels."""
     t = theme()
     wide = (card - 2 * t.px(_EDGE) - t.px(_GAP)) // 2
     return QSize(wide, round(wide * CLOSE_SHAPE))
 
 
 def card_size(wide: int) -> QSize:
-    """Size of a card of some width, logical pixels: half of it and more is faces."""
+    """Return the size of a card of this width, logical pixels; faces fill more than half of it."""
     return QSize(wide, picture_size(wide).height() + theme().px(_EDGE) + theme().px(_BELOW))
 
 
@@ -54,7 +54,7 @@ class StyleCard(Card):
     """A style: target and picture here, name and turn, side and match, meter."""
 
     marked = Signal()
-    """It is to be compared with others, or no longer: Ctrl and a click, or Space."""
+    """Mark or unmark it for comparison: Ctrl and a click, or Space."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -63,7 +63,7 @@ class StyleCard(Card):
         self._tell()
 
     def show_state(self, state: CardState) -> None:
-        """Show something else."""
+        """Show another state."""
         self.set_selected(state.chosen)
         if state != self.state:
             self.state = state
@@ -126,7 +126,7 @@ class StyleCard(Card):
             spot = QRect(area.right() + 1 - side, area.top(), side, area.height())
             draw_icon(painter, "not-possible", spot, side, t.c.dim)
             room.setRight(spot.left() - t.px(4))
-            # The line below belongs to the reason.
+            # The line below holds the reason.
             put_text(painter, room, state.match, t.font(12), t.c.text, RIGHT)
             room.setRight(room.right() - text_width(t.font(12), state.match) - t.px(4))
         elif state.turn:
@@ -152,7 +152,7 @@ class StyleCard(Card):
         put_text(painter, room, line, font, t.c.dim)
 
     def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
-        """Both pictures with the corners of one, at the screen's own resolution."""
+        """Return both pictures, rounded like one, at the resolution of the screen."""
         key = (wide, high, dpr, self.state.version, self.state.swapped, theme().name)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
@@ -163,7 +163,7 @@ class StyleCard(Card):
         each = (wide - t.px(_GAP)) / 2
         painter = QPainter(pixmap)
         box(painter, QRectF(0, 0, wide, high), t.px(_RADIUS), t.c.well)
-        # Only where the well is: a clip would leave jagged corners.
+        # Paint into the well's shape: a clip would leave jagged corners.
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         for number, picture in enumerate((self.state.target, self.state.here)):
@@ -187,7 +187,7 @@ def _put(painter: QPainter, area: QRectF, picture: NDArray[Any] | None) -> None:
 
 
 class PaintCard(Card):
-    """The place of a style that is yet to be painted."""
+    """The card for painting a new style."""
 
     def __init__(self) -> None:
         super().__init__(tr("Paint a new style"), dashed=True)
@@ -217,7 +217,7 @@ class DamagedCard(OutlineBox):
 
 
 class HeldKey(QObject):
-    """Says while S is held anywhere in a widget, whatever has the focus there."""
+    """Reports whether S is held in a widget, whatever has the focus there."""
 
     held = Signal(bool)
 
@@ -265,7 +265,7 @@ class _ComparedStyle(QWidget):
         self.swap(False)
 
     def swap(self, swapped: bool) -> None:
-        """Let target and here change places."""
+        """Swap target and here."""
         sides = self._sides[:: -1 if swapped else 1]
         for picture, (pixels, tag, exposed) in zip(self.pictures, sides, strict=True):
             picture.set_picture(pixels)
@@ -290,7 +290,7 @@ class CompareSheet(KeysSheet):
 
 
 def compared_size(host: QWidget, count: int) -> QSize:
-    """Size of a picture where styles stand beside each other in a window, logical pixels."""
+    """Return the size of a picture in a comparison of styles, logical pixels."""
     t = theme()
     across = (host.width() - t.px(2 * 24 + 2 * 24 + 16 * (count - 1))) // count
     side = max(min(across, (host.height() - t.px(376)) // 2), t.px(96))
@@ -299,7 +299,7 @@ def compared_size(host: QWidget, count: int) -> QSize:
 
 _MISSING: Final = tr("No light measured yet.")
 _LABEL: Final = 50
-_BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
+_BESIDE: Final = 52  # height of the words beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", tr("Good")),
     ("quality", tr("C")),
@@ -310,7 +310,7 @@ _FACTS: Final = (
 
 
 class TurnWords(QWidget):
-    """How far, which way, toward which hour; or that it is out of reach."""
+    """Turn, direction and hour, or the verdict of a style out of reach."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -338,7 +338,7 @@ class TurnWords(QWidget):
             column(number, (column(*words), 1), into=self)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the turn of the needle, or why there is none."""
+        """Show the turn of the needle, or the reason for none."""
         out, probe = bool(state.verdict), state.main == "probe"
         self._turn.say("" if out else state.turn)
         self._icon.setVisible(state.way in _WAYS and not out)
@@ -379,13 +379,13 @@ class Facts(QWidget):
         column(facts, self._short, ..., into=self, gap=gap)
 
     def show_state(self, state: DetailState) -> None:
-        """Show the numbers of the needle's turn; what there is none of is left out."""
+        """Show the numbers of the needle's turn; leave out empty ones."""
         for key, (name, value) in self._rows.items():
             words = str(getattr(state, key))
             value.say(words)
             name.setVisible(bool(words))
         self._short.set_text(state.ratio_short)
-        # What is out of reach needs the room for its reason.
+        # A style out of reach needs the room for its reason.
         short = bool(state.ratio_short) and not (self._compact or state.verdict)
         self._short.setVisible(short)
         for widget in (*self._rows["ratio"], self._short):
@@ -395,7 +395,7 @@ class Facts(QWidget):
 
 
 def _describe(widget: QWidget, words: str) -> None:
-    """Give a widget its tool tip, for ears as well."""
+    """Set the tool tip of a widget, for screen readers as well."""
     if widget.accessibleDescription() != words:
         widget.setToolTip(words)
         widget.setAccessibleDescription(words)

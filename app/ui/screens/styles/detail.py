@@ -82,7 +82,7 @@ class DetailState:
         needle: Turn on display, deg.
         turn: "96°".
         direction, clock: "clockwise", "toward 3 o’clock".
-        good_from, match, contrast: "79° to 111°", "96", "62 % of the studio’s".
+        good_from, match, contrast: "79° to 111°", "96", "62% of the studio’s".
         ratio, ratio_short, ratio_tip: "2.3 stops", "4.9:1 key + fill : fill", and the whole
             sentence.
         verdict, reason: Of a style out of reach: "Best match here is 29 at 62° counter-clockwise.

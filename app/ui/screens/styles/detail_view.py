@@ -39,13 +39,13 @@ _TABS: Final = (("plot", tr("Match")), ("weights", tr("Weights")), ("background"
 
 
 def panorama_size(width: int) -> QSize:
-    """Size of the panorama in a detail of some width, logical pixels; 272 x 136 in 456."""
+    """Return the size of the panorama for a width of the detail, logical pixels."""
     wide = round(_inner(width) * _PANORAMA)
     return QSize(wide, wide // 2)
 
 
 def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSize]:
-    """Sizes of the portraits and of the background in a detail of some width, logical pixels.
+    """Return the sizes of portraits and background for a width of the detail, logical pixels.
 
     Args:
         marks: Portraits beside target and here.
@@ -66,13 +66,13 @@ def picture_sizes(width: int, compact: bool, marks: int = 0) -> tuple[QSize, QSi
 
 
 def _inner(width: int) -> int:
-    """Width without margins and without the gap between two pictures."""
+    """Return the width without margins and without the gap between two pictures."""
     t = theme()
     return width - 2 * t.px(_MARGIN) - t.px(_GAP)
 
 
 class _Title(QWidget):
-    """The name of the style; one of the user's can be edited in its place."""
+    """The name of the style; names of the user's styles can be edited in place."""
 
     renamed = Signal(str)
 
@@ -94,7 +94,7 @@ class _Title(QWidget):
         self._close.say(close)
 
     def ask(self, title: str) -> None:
-        """Put the field in place of the words."""
+        """Replace the words by the field."""
         self._text.hide()
         self._side.hide()
         self._close.hide()
@@ -105,7 +105,7 @@ class _Title(QWidget):
         self._field.edit.setFocus(Qt.FocusReason.TabFocusReason)
 
     def say(self, sentence: str) -> None:
-        """Say what is wrong with what was typed; nothing wrong closes the field."""
+        """Show why a name is refused; empty closes the field."""
         self._field.set_error(sentence)
         if not sentence:
             self.close_field()
@@ -125,7 +125,7 @@ class _Title(QWidget):
 
 
 class _Legend(QWidget):
-    """What orange and blue mean."""
+    """The key to orange and blue."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -136,7 +136,7 @@ class _Legend(QWidget):
 
 
 class _Warning(QWidget):
-    """A line with an icon; it keeps its place while it is empty, so that nothing jumps."""
+    """A line with an icon, which keeps its height while empty, so that nothing jumps."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -160,7 +160,7 @@ class StyleDetail(Surface):
     """Everything about the chosen style."""
 
     looked = Signal(float)
-    """The needle was moved to this turn, deg; the latest one, once per turn of the event loop."""
+    """New turn of the needle, deg; the latest one, once per round of the event loop."""
     peak_taken = Signal(int)
     best_asked = Signal()
     main_asked = Signal()
@@ -168,7 +168,7 @@ class StyleDetail(Surface):
     paint_asked = Signal()
     renamed = Signal(str)
     laid = Signal(QSize, QSize)
-    """Portraits and background have another size, logical pixels."""
+    """New sizes of portraits and background, logical pixels."""
 
     def __init__(self, compact: bool, actions: Callable[[], Sequence[Action]]) -> None:
         super().__init__("panel", ("left",))
@@ -224,7 +224,7 @@ class StyleDetail(Surface):
     # -- places --------------------------------------------------------------------------------
 
     def _lay(self, *parts: Item) -> None:
-        """Let all scroll where there is too little height; the buttons below stay in sight."""
+        """Scroll everything if there is too little height, except for the buttons below."""
         t = theme()
         inside = QWidget()
         gap = 8 if self._compact else 12
@@ -253,7 +253,7 @@ class StyleDetail(Surface):
     def _lay_full(self) -> None:
         t = theme()
         numbers = boxed(column(self.words, 8, self.facts, ..., margins=(0, 4, 0, 0)))
-        # Words come and go with the needle; what is below must not move.
+        # Words come and go with the needle; nothing below may move.
         numbers.setFixedHeight(t.px(_PLOT))
         middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=8)
         place = row(self.weights, self.background, gap=8)
@@ -275,7 +275,7 @@ class StyleDetail(Surface):
         self._lay(self.words, gap, tabs, gap, self._pages)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give pictures their proportions."""
+        """Set the proportions of the pictures."""
         super().resizeEvent(event)
         self._fit()
 
@@ -284,7 +284,7 @@ class StyleDetail(Surface):
         return self.target, self.here, *self.marks
 
     def _fit(self) -> None:
-        """Give pictures the sizes that belong to the width."""
+        """Set the sizes of the pictures for the width."""
         marks = 0 if self.marks[0].isHidden() else len(self.marks)
         portrait, background = picture_sizes(self.width(), self._compact, marks)
         for picture in self._portraits:
@@ -301,7 +301,7 @@ class StyleDetail(Surface):
         self.laid.emit(portrait, background)
 
     def _lower(self, portrait: QSize) -> None:
-        """Let the portraits give way in a low window, so that nothing below them scrolls."""
+        """Shrink the portraits in a low window, so that nothing below them scrolls."""
         around = self._whole.contentsMargins()
         room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
         self._content.activate()  # Layouts within have not noticed the new sizes yet.
@@ -314,12 +314,12 @@ class StyleDetail(Surface):
     # -- showing -------------------------------------------------------------------------------
 
     def show_clipped(self, clipped: bool) -> None:
-        """Offer to capture the full range; in a small window Paint is an icon then."""
+        """Offer to capture the full range; in a small window Paint then becomes an icon."""
         self.recapture.setVisible(clipped)
         self.paint.setText("" if clipped and self._compact else tr("Paint"))
 
     def show_state(self, state: DetailState) -> None:
-        """Show a style at a turn; only what differs is touched."""
+        """Show a style at a turn, where it changed."""
         before, self._last = self._last, state
         if state is before:
             return
@@ -350,7 +350,7 @@ class StyleDetail(Surface):
         self.paint.set_available(bool(state.key))
 
     def _show_marks(self, before: DetailState | None, state: DetailState) -> None:
-        """Show median and least C beside target and here, where C decides."""
+        """Show median and least C beside target and here, in paper mode."""
         for picture, mark in zip(self.marks, state.marks, strict=False):
             picture.set_picture(mark.picture)
             picture.set_tag(mark.tag)
@@ -388,7 +388,7 @@ class StyleDetail(Surface):
     # -- hands ---------------------------------------------------------------------------------
 
     def _on_move(self, turn_deg: float) -> None:
-        """Note the latest turn; what came in between is never computed."""
+        """Keep the latest turn; skip the ones in between."""
         self._turn = turn_deg
         if not self._later.isActive():
             self._later.start()
@@ -400,11 +400,11 @@ class StyleDetail(Surface):
             self.looked.emit(turn_deg)
 
     def ask_name(self, title: str) -> None:
-        """Let the name be edited."""
+        """Edit the name."""
         self._title.ask(title)
 
     def show_trouble(self, sentence: str) -> None:
-        """Say why a name cannot be taken; empty: it was."""
+        """Show why a name is refused; empty closes the field."""
         self._title.say(sentence)
 
     def _open_menu(self) -> None:

@@ -62,7 +62,7 @@ class StyleFilesView(Protocol):
 
 
 def plain_name(text: str) -> str:
-    """Make a text fit for the name of a file on any computer.
+    """Return a text as a file name that is valid on any computer.
 
     Examples:
         >>> plain_name("North/South: 5 pm?")
@@ -73,7 +73,7 @@ def plain_name(text: str) -> str:
 
 
 def sheet_name(state: DetailState, place: str) -> str:
-    """Suggest the name of a file: "Rembrandt left, North studio.pdf"."""
+    """Return a name for the file: "Rembrandt left, North studio.pdf"."""
     sides = {"left": tr("{title} left"), "right": tr("{title} right")}
     title = sides.get(state.key.partition("-")[0], "{title}").format(title=state.title)
     name = ", ".join(part for part in (title, place) if part)
@@ -147,13 +147,13 @@ def save_sheet(
 
 
 _ROUGHLY: Final = {
-    "rough": tr("A rough answer: one photograph."),
+    "rough": tr("A rough answer: one photo."),
     "film": tr("Light from a film of a face."),
 }
 
 
 def _age_words(place: Place | None, now: datetime) -> str:
-    """Say how the light was measured where that is rough, and how old it is."""
+    """Return how old the light is, and how it was measured if that is rough."""
     if place is None or place.capture is None:
         return ""
     how, where = _ROUGHLY.get(place.capture.plan, ""), place.location
@@ -168,7 +168,7 @@ _SHEET_JOB: Final = "set-sheet"
 
 
 class StyleFiles:
-    """Saves, copies, renames, puts away, hands on and takes in."""
+    """Saves sheets, and renames, duplicates, deletes, exports and imports the user's styles."""
 
     def __init__(self, services: Services, place_controller: PlaceController, front: Front) -> None:
         self._services = services
@@ -177,11 +177,11 @@ class StyleFiles:
         self._view: StyleFilesView | None = None
 
     def attach(self, view: StyleFilesView | None) -> None:
-        """Ask this view for names and files from now on; None: no view."""
+        """Ask this view for names and files from now on; None detaches it."""
         self._view = view
 
     def actions(self) -> Sequence[Action]:
-        """List them, as in the menu beside the main button."""
+        """List the entries of the menu beside the main button."""
         has_turn, own = self._has_turn, self._is_own
         return (
             Action("set-sheet", tr("Save set sheet…"), self.ask_sheet, "sheet", "Ctrl+S", has_turn),
@@ -199,13 +199,13 @@ class StyleFiles:
     # -- sheet and numbers ---------------------------------------------------------------------
 
     def ask_sheet(self) -> None:
-        """Ask where the set sheet is to be saved."""
+        """Ask for the file of the set sheet."""
         if self._view is not None and self._has_turn():
             _, state = self._front()
             self._view.ask_file("save_sheet", sheet_name(state, self._place_name()))
 
     def save_sheet(self, path: Path) -> None:
-        """Write the set sheet of the style at the turn that is shown."""
+        """Write the set sheet of the style at the turn on display."""
         snapshot, state = self._front()
         if snapshot is None or not self._has_turn():
             return
@@ -235,7 +235,7 @@ class StyleFiles:
         self._services.notify.tell(words, kind="done", actions=actions, about=_SHEET_JOB)
 
     def copy_numbers(self) -> None:
-        """Put turn, arc, match, strength and ratio where they can be pasted from."""
+        """Copy turn, arc, match, strength and ratio to the clipboard."""
         if self._view is not None and self._has_turn():
             self._view.copy(numbers_text(self._front()[1], self._place_name()))
             self._services.notify.tell(tr("Numbers copied."), kind="done")
@@ -249,7 +249,7 @@ class StyleFiles:
             self._view.ask_name(style.title)
 
     def rename(self, title: str) -> None:
-        """Give the user's style in front another name."""
+        """Rename the user's style in front."""
         style = self._own_style()
         if style is None or " ".join(title.split()) == style.title:
             self._say_trouble("")
@@ -257,31 +257,31 @@ class StyleFiles:
         self._own.rename(style, title, lambda: self._say_trouble(""), self._say_trouble)
 
     def duplicate(self) -> None:
-        """Keep a copy of the user's style in front, and bring it to the front."""
+        """Copy the user's style in front, and choose the copy."""
         style = self._own_style()
         if style is not None:
             self._own.duplicate(style, self._own.add)
 
     def delete(self) -> None:
-        """Put the user's style in front away; undo brings it back."""
+        """Delete the user's style in front; undo restores it."""
         style = self._own_style()
         if style is not None:
             self._own.delete(style)
 
     def ask_export(self) -> None:
-        """Ask for the file that the user's style in front is to be written to."""
+        """Ask for the file to export to."""
         style = self._own_style()
         if style is not None and self._view is not None:
             self._view.ask_file("export", f"{plain_name(style.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
-        """Write the user's style in front to one file."""
+        """Export the user's style in front to one file."""
         style = self._own_style()
         if style is not None:
             self._own.export(style, path)
 
     def ask_photo(self) -> None:
-        """Ask for a photograph whose light is to become a style."""
+        """Ask for a photo whose light is to become a style."""
         if self._view is not None:
             self._view.ask_photo()
 
@@ -291,7 +291,7 @@ class StyleFiles:
             self._view.ask_file("import_style", "")
 
     def import_style(self, path: Path) -> None:
-        """Take in a style that somebody exported, and bring it to the front."""
+        """Import an exported style, and choose it."""
 
         def done(style: UserStyle) -> None:
             self._own.add(style)

@@ -45,10 +45,10 @@ class Sizes:
 
 
 class ValueCache:
-    """One value of each kind, kept for as long as its key and its owner stay the same.
+    """Keeps one value of each kind, as long as its key and its owner stay the same.
 
     Args:
-        before: Its values are taken over; nothing is shared, so another thread may use it still.
+        before: Its values are copied, so another thread may use it.
     """
 
     def __init__(self, before: ValueCache | None = None) -> None:
@@ -57,17 +57,17 @@ class ValueCache:
         )
 
     def has(self, what: str, key: Hashable, owner: object) -> bool:
-        """Whether `once` would not make it again."""
+        """Return whether `once` would find a value."""
         entry = self._values.get(what)
         return entry is not None and entry[0] == key and entry[1] is owner
 
     def is_value(self, what: str, value: object) -> bool:
-        """Whether this is what is kept of a kind."""
+        """Return whether this is the value of a kind."""
         entry = self._values.get(what)
         return entry is not None and entry[2] is value
 
     def once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
-        """Return the value of a kind, made again when it is of another key or owner."""
+        """Return the value of a kind; make it again for another key or owner."""
         entry = self._values.get(what)
         if entry is None or entry[0] != key or entry[1] is not owner:
             self._values[what] = entry = (key, owner, make())
@@ -77,14 +77,14 @@ class ValueCache:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GalleryQuestion:
-    """Everything the gallery is made from.
+    """Everything that the gallery depends on.
 
     Attributes:
         light: None while no light was measured; then there are no results.
         objective: "picture" or "paper".
         sun: tuple of float or None. Azimuth in the panorama and elevation, deg.
         size: Rows and columns of a card's picture.
-        rough: Whether the place was measured by one photograph.
+        rough: Whether the place was measured from one photo.
         doubtful, unseen: Styles whose answer depends on what is clipped, and on what was not seen.
         selection: What the results were computed for.
         capture: How the light was measured.
@@ -113,7 +113,7 @@ class GalleryQuestion:
         return Findings() if self.light is None else lamps_here(self.light, self.capture)
 
     def is_current(self, model: Model) -> bool:
-        """Whether what is made from it belongs to what is selected."""
+        """Return whether it matches the present selection."""
         if self.light is not None or model.light is not None:
             return self.light is model.light and self.selection == model.selection
         # Targets only.
@@ -144,12 +144,12 @@ class Snapshot:
 
     @property
     def paper(self) -> bool:
-        """Whether the paper's rule counts: a style is out of reach where C is below its limit."""
+        """Whether the paper's rule counts: a style with C below the limit is out of reach."""
         return self.question.objective == "paper" and self.question.light is not None
 
     @cached_property
     def quality_scale(self) -> float:
-        """What C is multiplied by to be held against its limit."""
+        """Factor that makes C comparable with its limit."""
         head, light = self.question.head, self.question.light
         return 1.0 if light is None else quality_scale(light.searched, head.pack.header.picture)
 
@@ -158,18 +158,18 @@ class Snapshot:
         return float(result.quality_curve.max()) * self.quality_scale
 
     def is_doubtful(self, name: str) -> bool:
-        """Whether a style's answer depends on light that is clipped or was not seen."""
+        """Return whether a style's answer depends on clipped light or on gaps."""
         doubtful = (*self.question.doubtful, *self.question.unseen)
         return name in self.results and self.source(name) in doubtful
 
     def within(self, result: StyleResult) -> bool:
-        """Whether a style is in reach, by the rule that counts."""
+        """Return whether a style is in reach, by the rule that counts."""
         if self.paper:
             return self.quality(result) >= LIMITS.quality
         return result.attainable
 
     def exposure_of(self, name: str) -> tuple[float, ...]:
-        """By what the picture of a style here is exposed."""
+        """Return the exposure of a style's picture here."""
         head, light, result = self.head_for(name), self.question.light, self.results[name]
         assert light is not None
         nose = wrap(result.nose_deg + self.question.front_deg)
@@ -182,7 +182,7 @@ class Snapshot:
         return frozenset(style.name for style in self.question.own)
 
     def source(self, name: str) -> str:
-        """Name under which the pack knows a style: of a copy without strokes, its origin's."""
+        """Return a style's name in the pack; of a copy without strokes, its origin's."""
         return self.copies.get(name, name)
 
     @cached_property
@@ -191,26 +191,26 @@ class Snapshot:
         return {one.name: one.copy_of for one in self.question.own if one.name not in self.asking}
 
     def lit_style(self, name: str) -> Style | None:
-        """The style whose lamps light a target; None for a painted one."""
+        """Return the style whose lamps light a target; None for a painted one."""
         if name in self.asking:
             return None
         pack = self.question.head.pack
         return pack.styles[pack.index(self.source(name))]
 
     def target(self, name: str) -> FloatImage:
-        """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
+        """Return the target picture of a style, (N, N, 3) float32 linear, largest value 1."""
         head, own = self.head_for(name), self.asking.get(name)
         if own is not None:
             return head.target_of(own.style) if head.yaw_deg else own.target
         return head.pack.target(self.source(name))
 
     def head_for(self, name: str) -> Head:
-        """The head as the lens sees it where it stands for a style."""
+        """Return the head as the lens sees it for a style."""
         result = self.results.get(name)
         return self.question.head.turned(result.yaw_deg if result else 0.0)
 
     def by_head(self, names: Iterable[str]) -> dict[Head, list[str]]:
-        """Styles by how the lens sees the head."""
+        """Group styles by the view of the head."""
         groups: dict[Head, list[str]] = {}
         for name in names:
             groups.setdefault(self.head_for(name), []).append(name)
@@ -218,7 +218,7 @@ class Snapshot:
 
 
 def question_of(model: Model, size: Size) -> GalleryQuestion | None:
-    """Read off the model what the gallery is to be made from.
+    """Return what the gallery depends on now.
 
     Args:
         size: Rows and columns of a card's picture.
@@ -253,7 +253,7 @@ def question_of(model: Model, size: Size) -> GalleryQuestion | None:
 def look(
     question: GalleryQuestion, last: Snapshot | None, token: Token, *, quick: bool = False
 ) -> Snapshot:
-    """Make all cards' pictures; what is known already is taken over.
+    """Make the pictures of all cards; reuse those that exist.
 
     Args:
         quick: Of the transport instead of at full size.
@@ -313,7 +313,7 @@ def _prepared(
 
 
 def _style_of(own: UserStyle, built_in: Mapping[str, Style], asking: Mapping[str, Asking]) -> Style:
-    """Describe one of the user's styles; a copy without strokes is the built-in one renamed."""
+    """Return one of the user's styles; a copy without strokes is the built-in one renamed."""
     if own.name in asking:
         return own.style
     return replace(built_in[own.copy_of], name=own.name, title=own.title)

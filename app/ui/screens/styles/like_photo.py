@@ -1,4 +1,4 @@
-"""Like this photo: the light on a face in a picture becomes a style of one's own."""
+"""Like this photo: the light on a face in a photo becomes a style."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ SIDE: Final = 256
 """Of the three pictures, logical pixels."""
 
 LIKE_WORDS: Final = tr("Drop a portrait whose light you like, or a panorama")
-"""What may be dropped while the screen is in front."""
+"""Files that may be dropped on the screen."""
 
 RATIOS: Final = (
     ("none", tr("No fill")),
     *((f"{ratio:g}", f"{ratio:g}:1") for ratio in FILLS),
 )
-"""Keys and words of how much fill there may be."""
+"""Keys and words of the fill."""
 
 _JOB: Final = "like-photo"
 _DRAW_JOB: Final = "like-photo-head"
@@ -61,7 +61,7 @@ class LikeState:
     """What the sheet shows.
 
     Attributes:
-        photo, face, head: (n, n, 3) uint8 or None. The whole photograph with its faces framed, the
+        photo, face, head: (n, n, 3) uint8 or None. The whole photo with its faces framed, the
             chosen face, and the head under the lamps.
         mirrored: Whether the file is a mirror image; what is shown is the right way round.
         hint: What there is to know before anything is read.
@@ -90,7 +90,7 @@ class LikeState:
 
     @property
     def azimuth_deg(self) -> float:
-        """Of the key, toward the sitter's left."""
+        """Azimuth of the key toward the sitter's left."""
         return 0.0 if self.light is None else self.light.azimuth_deg or 0.0
 
     @property
@@ -100,7 +100,7 @@ class LikeState:
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Where the key was read, once it has been moved from there."""
+        """The key as it was read, after it was moved."""
         read = self.read
         if read is None or read is self.light:
             return None
@@ -108,12 +108,12 @@ class LikeState:
 
     @property
     def spoken(self) -> str:
-        """Where the key stands, in words."""
+        """The direction of the key in words."""
         return self.note
 
 
 class _Look(NamedTuple):
-    """A photograph with its faces framed, one of these, and its light."""
+    """A photo with its faces framed, one of these faces, and its light."""
 
     photo: Bytes
     face: Bytes | None = None
@@ -121,7 +121,7 @@ class _Look(NamedTuple):
 
 
 class LikePhoto:
-    """Reads a photograph, shows what light it has, and keeps it as a style."""
+    """Reads the light of a photo, and saves it as a style."""
 
     def __init__(
         self,
@@ -134,7 +134,7 @@ class LikePhoto:
         self.state: LikeState | None = None
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Take one photograph that was dropped or chosen; leave everything else.
+        """Read one photo that was dropped or chosen; ignore other files.
 
         Returns whether it is being seen to: a panorama is opened as a place all the same.
         """
@@ -161,7 +161,7 @@ class LikePhoto:
         self._looked(LikeState(path.stem, faces=faces, hint=hint), look)
 
     def set_mirrored(self, mirrored: bool) -> None:
-        """Read the photograph as a mirror image, or as it is."""
+        """Read the photo as a mirror image, or as it is."""
         state, photo = self.state, self._photo
         if state is None or photo is None or mirrored == state.mirrored:
             return
@@ -182,7 +182,7 @@ class LikePhoto:
         self._services.runner.submit(_JOB, work, done=done, failed=self._services.notify.tell_error)
 
     def choose(self, number: int) -> None:
-        """Read another face of the photograph."""
+        """Read another face of the photo."""
         state, photo = self.state, self._photo
         if state is not None and photo is not None:
             self._services.runner.submit(
@@ -197,7 +197,7 @@ class LikePhoto:
         self._put(state, look.light)
 
     def choose_at(self, across: float, down: float) -> None:
-        """Read the face at a place in the square picture of the whole photograph, shares."""
+        """Read the face at a place of the square picture of the photo, shares."""
         state, photo = self.state, self._photo
         if state is None or photo is None:
             return
@@ -224,12 +224,12 @@ class LikePhoto:
         self._change(lambda light: replace(light, softness_deg=size_deg))
 
     def set_fill(self, key: str) -> None:
-        """Have more or less fill; keys as in `RATIOS`."""
+        """Set the fill; keys as in `RATIOS`."""
         ratio = None if key == "none" else float(key)
         self._change(lambda light: replace(light, fill_ratio=ratio))
 
     def save(self) -> None:
-        """Keep it among the user's own styles, and bring it to the front."""
+        """Save it as a style of the user, and choose it."""
         state, head, folder = self.state, self._services.model.head, self._services.folders.styles
         if state is None or state.light is None or state.trouble or head is None:
             return
@@ -262,7 +262,7 @@ class LikePhoto:
             self._put(self.state, change(self.state.light))
 
     def _put(self, state: LikeState, light: FaceLight | None = None) -> None:
-        """Show a light: the head under it follows."""
+        """Show a light; the picture of the head follows."""
         head = self._services.model.head
         trouble, note, read = state.trouble, "", state.read
         if light is not None:
@@ -309,7 +309,7 @@ def _looked_at(photo: Photo, faces: tuple[Face, ...], number: int) -> _Look:
 
 
 def _draw_head(head: Head, light: FaceLight) -> Bytes:
-    """The head under the lamps that were read."""
+    """Return the head under the lamps of the photo."""
     style, studio = photo_studio(light)
     glow = render(head.transport, studio_light(style, studio, head.transport.environment_shape))
     like_style = replace(style, lamps=photo_lamps(light))
@@ -322,7 +322,7 @@ def _square(picture: Bytes) -> Bytes:
 
 
 def _framed(picture: Bytes, faces: Sequence[Face], selected: int) -> Bytes:
-    """The whole photograph in a square, its faces framed."""
+    """Return the whole photo in a square, its faces framed."""
     rows, columns = picture.shape[:2]
     longer = max(rows, columns)
     above, beside = (longer - rows) // 2, (longer - columns) // 2
@@ -338,7 +338,7 @@ def _framed(picture: Bytes, faces: Sequence[Face], selected: int) -> Bytes:
 
 
 def _cropped(picture: Bytes, face: Face) -> Bytes:
-    """A face with some room around it, in a square."""
+    """Return a face with some room around it, in a square."""
     left, top, right, bottom = face.box
     x, y = (left + right) / 2, (top + bottom) / 2 - 0.1 * face.side
     edge = max(round(_ROOM * face.side), 2)

@@ -1,4 +1,4 @@
-"""Like this photo: the photograph, the chosen face, and the head under lamps that can be moved."""
+"""Like this photo: the photo, the chosen face, and the head under movable lamps."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SOFTNESS = ((15.0, tr("hard")), (35.0, tr("medium")), (60.0, tr("soft")), (90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sky:
-    """An even ground: nothing is known of how a lamp there would do."""
+    """An even ground, since there is no match by direction."""
 
     tones: NDArray[np.uint8] = field(default_factory=lambda: np.full((2, 4), 64, np.uint8))
     closed: None = None
@@ -41,7 +41,7 @@ class _Sky:
 
 
 class _LampMap(SkyMap):
-    """The lamps around the face: the key, and the fill where there is one."""
+    """The lamps around the face: the key, and the fill if there is one."""
 
     fill = False
     ground = "panel"
@@ -53,7 +53,7 @@ class _LampMap(SkyMap):
         self.show_sky(_Sky())
 
     def lamp_moved(self) -> None:
-        """Show the words at their places, too."""
+        """Move the words as well."""
         super().lamp_moved()
         self.update()
 
@@ -72,12 +72,12 @@ class _LampMap(SkyMap):
 
 
 class _Photo(Picture):
-    """The whole photograph; a click on a face chooses it."""
+    """The whole photo; a click on a face chooses it."""
 
     pressed = Signal(float, float)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Tell where, as shares of the picture."""
+        """Emit the place of a click, as shares of the picture."""
         at = event.position()
         self.pressed.emit(at.x() / self.width(), at.y() / self.height())
 
@@ -88,7 +88,7 @@ def _softness_words(size_deg: float) -> str:
 
 
 class LikeSheet(KeysSheet):
-    """Shows what light a photograph has, lets it be corrected, and saves it."""
+    """Shows the light of a photo, to correct and to save it."""
 
     def __init__(self, host: QWidget, like: LikePhoto) -> None:
         super().__init__(host, tr("Like this photo"), 3 * SIDE + 2 * _GAP + 48)
