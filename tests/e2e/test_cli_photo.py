@@ -168,7 +168,7 @@ def test_nobody(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "wall.png"
     assert cv2.imwrite(str(path), np.full((480, 640, 3), 140, np.uint8))
     assert main(["photo", str(path)]) == 0
-    assert "There is no face" in capsys.readouterr().out
+    assert "No face" in capsys.readouterr().out
     assert main(["photo", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"faces": [], "mirrored": None}
 

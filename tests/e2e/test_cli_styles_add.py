@@ -62,7 +62,7 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     wall, behind = tmp_path / "wall.png", tmp_path / "behind.png"
     assert cv2.imwrite(str(wall), np.full((480, 640, 3), 140, np.uint8))
     assert cv2.imwrite(str(behind), portrait("generic", 115.0, 15.0)[..., ::-1])
-    for path, words in ((wall, "There is no face"), (behind, "comes from behind")):
+    for path, words in ((wall, "No face"), (behind, "comes from behind")):
         assert main(["styles", "add", "--from", str(path)]) == 2
         assert words in capsys.readouterr().err
     assert styles(tmp_path) == []

@@ -217,7 +217,7 @@ class TestPanoramaFile:
         shown = read_shown_panorama(resources() / "demo" / "scenes" / "studio.exr")
         assert shown.shape == (1024, 2048, 3)
 
-    @pytest.mark.parametrize(("size", "words"), [((64, 128), "too few"), ((600, 900), "twice")])
+    @pytest.mark.parametrize(("size", "words"), [((64, 128), "too small"), ((600, 900), "twice")])
     def test_what_is_none_is_said(self, tmp_path: Path, size: tuple[int, int], words: str) -> None:
         write_png(tmp_path / "p.png", np.zeros((*size, 3), np.uint8))
         with pytest.raises(CoreError, match=words):

@@ -20,6 +20,7 @@ from app.core.environment.clipping import plateau
 from app.core.environment.environment import Environment, from_radiance, read_environment, reduce
 from app.core.environment.holes import canvas
 from app.core.environment.layers import LayerError
+from app.core.environment.remarks import LayerChosen, PartUnseen
 from app.core.measure.bracket.measure import measure
 from app.core.measure.finish.doubt import doubt_of
 from app.core.measure.options import MeasureOptions
@@ -212,7 +213,7 @@ class TestGaps:
         assert environment.blind == pytest.approx(share_of(gap), abs=1e-6)
         assert environment.radiance[gap].min() > 0.0
         assert np.array_equal(environment.radiance[~gap][:100], light[~gap][:100])
-        assert any("not show" in line for line in sentences(environment.warnings))
+        assert any(isinstance(remark, PartUnseen) for remark in environment.warnings)
 
     def test_alpha_that_nobody_filled_is_no_gap(self, tmp_path: Path) -> None:
         light = small("courtyard")
@@ -298,7 +299,7 @@ def check_photograph(file: Path, gap: Pixels) -> None:
     assert environment.unseen is not None
     assert (environment.unseen ^ gap).mean() < 0.02
     assert environment.radiance[gap].min() > 0.0
-    assert any("not show" in line for line in sentences(probe.warnings))
+    assert any(isinstance(remark, PartUnseen) for remark in probe.warnings)
 
 
 class TestLayers:
@@ -329,7 +330,10 @@ class TestLayers:
         assert environment.layer == read
         assert set(environment.layers) == {name or "RGB" for name in names}
         assert environment.radiance.max() == names.index("" if read == "RGB" else read) + 1.0
-        assert any(f"layer {read} is read" in line for line in sentences(environment.warnings))
+        assert any(
+            isinstance(remark, LayerChosen) and remark.layer == read
+            for remark in environment.warnings
+        )
 
     def test_without_a_beauty_the_layer_is_asked_for(self, tmp_path: Path) -> None:
         file = self.layered(tmp_path / "layers.exr", ("key", "fill", "rim"))

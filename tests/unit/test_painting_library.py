@@ -139,7 +139,7 @@ def test_renaming_keeps_the_name_in_files(tmp_path: Path) -> None:
     assert rename(tmp_path, renamed, "a NEW name").title == "a NEW name"
     with pytest.raises(StyleError, match="“two” is already taken"):
         rename(tmp_path, renamed, "two")
-    with pytest.raises(StyleError, match="needs a name"):
+    with pytest.raises(StyleError, match="name is missing"):
         rename(tmp_path, renamed, " \x00 ")
     with pytest.raises(StyleError, match="longer"):
         rename(tmp_path, renamed, "x" * 81)
@@ -188,7 +188,7 @@ def test_a_full_disk_loses_nothing(
             save_user_style(tmp_path, canvas(2), "Other")
         with pytest.raises(StyleError, match="Not saved"):
             update_user_style(tmp_path, style, canvas(2))
-    assert found.value.hint.startswith("Your strokes are kept")
+    assert found.value.hint.startswith("Your strokes are safe")
     assert (found.value.message == "Not saved: the disk is full.") == (number != errno.EIO)
     assert everything(tmp_path) == kept
 
@@ -234,7 +234,7 @@ def test_damaged_styles_are_listed_and_left_alone(tmp_path: Path) -> None:
     assert set(reasons) == set(texts)
     assert damaged
     assert "newer Turnlight (format 2). Update Turnlight." in reasons["newer"]
-    assert "older format (0)" in reasons["older"]
+    assert "old format (0)" in reasons["older"]
     assert "missing" in reasons["lonely"]
     assert everything(tmp_path) == kept
 

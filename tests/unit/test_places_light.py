@@ -148,7 +148,7 @@ def test_fingerprint_knows_size_and_bits() -> None:
 def test_light_that_would_be_repaired_when_read_is_refused(folder: Path, bad: float) -> None:
     radiance = some_light()
     radiance[3, 4, 1] = bad
-    with pytest.raises(PlaceError, match="not kept"):
+    with pytest.raises(PlaceError, match="not saved"):
         store_environment(folder, radiance)
     assert names(folder) == ["place.json"]
 
@@ -167,7 +167,7 @@ def test_light_that_would_be_repaired_when_read_is_refused(folder: Path, bad: fl
     ids=["black", "not 2:1", "small", "grey", "alpha", "double", "empty"],
 )
 def test_what_cannot_be_read_again_is_refused(folder: Path, radiance: NDArray[np.float32]) -> None:
-    with pytest.raises(PlaceError, match="not kept"):
+    with pytest.raises(PlaceError, match="not saved"):
         store_environment(folder, radiance)
     assert names(folder) == ["place.json"]
 

@@ -183,7 +183,7 @@ def test_nothing_is_listed_when_the_disk_refuses(
 
     with monkeypatch.context() as patch:
         patch.setattr("os.replace", full)
-        with pytest.raises(PlaceError, match="not kept"):
+        with pytest.raises(PlaceError, match="not saved"):
             add_shot(place, photo, replace(SHOT, style="flat"), PICTURE)
     assert (place / SHOTS).read_bytes() == before
     assert read_shots(place) == ((kept,), ())

@@ -17,6 +17,7 @@ from app.core.base.imaging.images import write_exr, write_image
 from app.core.base.paths import resources
 from app.core.base.remarks import PlainRemark
 from app.core.environment.environment import read_environment
+from app.core.environment.remarks import LayerChosen
 from app.core.measure.finish.findings import Findings, LampFinding, find
 from app.core.measure.finish.remarks import SunRestored
 from app.core.places.library import list_places
@@ -30,7 +31,7 @@ from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.probe.capture.camera import CameraBlock
 from app.ui.screens.probe.capture.notice import Notice, advice_notice
-from app.words.remarks import remark_words, sentences
+from app.words.remarks import remark_words
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.probes import place
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
@@ -195,7 +196,7 @@ def test_one_photograph_is_a_rough_place_that_names_doubtful_turns(
     assert read_environment(folder / found.environment).rough
     notice = advice_notice(found, find(light), None, CameraBlock())
     assert notice is not None
-    assert notice.title.startswith("A rough answer")
+    assert notice.title.startswith("Rough answer")
     # The cards name them as users know them.
     assert notice.body.endswith("The style cards show which turns depend on that.")
     assert not any(name in notice.body for name in doubtful)
@@ -255,7 +256,8 @@ def test_layers_are_asked_for_and_one_is_opened(table: Table, tmp_path: Path) ->
     assert table.model.place is not None
     assert table.model.place.capture is not None
     assert any(
-        "layer key is read" in line for line in sentences(table.model.place.capture.warnings)
+        isinstance(remark, LayerChosen) and remark.layer == "key"
+        for remark in table.model.place.capture.warnings
     )
 
 
