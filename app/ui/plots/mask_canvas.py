@@ -86,7 +86,7 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class MaskPicture(Protocol):
-    """Panorama, mask and brush; see `app.ui.screens.light.mask.MaskState`."""
+    """Panorama, mask and brush; see `MaskState` of the Light screen."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:
