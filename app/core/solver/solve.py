@@ -210,8 +210,10 @@ def measure_painted(curve_set: PaintedCurves) -> StyleMeasures:
 def judge_painted(measured: StyleMeasures, at: int, limits: Limits, light: LightMap) -> Verdict:
     """Judge painted weights at a grid turn; see `judge`."""
     numbers = float(measured.match[at]), float(measured.strength[at])
+    if limits.are_met(*numbers):
+        return Verdict(True)
     shortfall = light_shortfall(None, *numbers, limits, light, turn_of_index(at))
-    return Verdict(shortfall is None, shortfall=shortfall)
+    return Verdict(False, shortfall=shortfall)
 
 
 def _match(quality: Float64, norm: Float64 | float, contrast: Float64) -> Float64:
