@@ -1,4 +1,4 @@
-"""``turnlight locate``: where in a panorama a photograph looks."""
+"""``turnlight locate``: where in a panorama a photo looks."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _fov(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look for the photograph; that it is not found is an answer, too."""
+    """Look for the photo; not finding it is an answer, too."""
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())

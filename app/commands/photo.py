@@ -1,4 +1,4 @@
-"""``turnlight photo``: the faces in a photograph, and the light that they show."""
+"""``turnlight photo``: the faces in a photo, and the light on them."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> 
 
 
 def _light_of(name: str, layer: str) -> Environment:
-    """Read a panorama; of one photograph make a rough one."""
+    """Read a panorama; make a rough one from a single photo."""
     file = Path(name)
     if file.suffix.lower() not in FRAME_ENDINGS or file.is_dir() or is_linear(file):
         environment = read_environment(file, layer)

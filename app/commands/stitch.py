@@ -1,4 +1,4 @@
-"""``turnlight stitch``: photographs taken all around in, an environment out."""
+"""``turnlight stitch``: make an environment of photos taken all around."""
 
 from __future__ import annotations
 

@@ -275,7 +275,7 @@ class TestLooking:
         view.set_front(10.0)
         view.set_lamps([SceneLamp("A", 57.0, 30.2)])
         words = view.accessibleDescription()
-        assert "Zoom 100 %" in words
+        assert "Zoom 100%" in words
         assert "Lamp A: 47° clockwise, 30° up" in words
         assert view.accessibleName()
 

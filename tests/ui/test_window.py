@@ -329,11 +329,11 @@ def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
     shelf.delete(folder)
     robot.wait(lambda: bool(list_trash(folder.parent)), "deleting")
     app.commands.ask("places")
-    robot.wait(lambda: robot_sees(robot, "Bring back studio"), "the end of the list")
-    robot.click("Bring back studio")
+    robot.wait(lambda: robot_sees(robot, "Restore studio"), "the end of the list")
+    robot.click("Restore studio")
     robot.wait(lambda: folder.exists(), "the place again")
     robot.wait(lambda: robot_sees(robot, "More about studio"), "the list")
-    assert not robot_sees(robot, "Bring back studio")
+    assert not robot_sees(robot, "Restore studio")
 
 
 def test_what_was_deleted_long_ago_can_still_be_brought_back(qtbot: QtBot, tmp_path: Path) -> None:
@@ -344,8 +344,8 @@ def test_what_was_deleted_long_ago_can_still_be_brought_back(qtbot: QtBot, tmp_p
     app = next(running)
     robot = Robot(app.window)
     app.commands.ask("places")
-    robot.wait(lambda: robot_sees(robot, "Bring back old"), "the end of the list")
-    robot.click("Bring back old")
+    robot.wait(lambda: robot_sees(robot, "Restore old"), "the end of the list")
+    robot.click("Restore old")
     robot.wait(lambda: folder.exists() and not old.exists(), "the place again")
     next(running, None)
 

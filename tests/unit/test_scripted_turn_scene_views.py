@@ -164,7 +164,7 @@ def test_missing_and_damaged_files_are_said_to_be_so(tmp_path: Path) -> None:
         SceneFiles(tmp_path)
     for text in ("{}", "[]", "not json", '{"focal_px": 1}'):
         (tmp_path / "views.json").write_text(text, encoding="utf-8")
-        with pytest.raises(CoreError, match="Install Turnlight again"):
+        with pytest.raises(CoreError, match="Reinstall"):
             SceneFiles(tmp_path)
     table = (FOLDER / "views" / "views.json").read_text("utf-8")
     (tmp_path / "views.json").write_text(table, encoding="utf-8")

@@ -40,8 +40,8 @@ _MAX_PLY_ELEMENTS = 16
 _DENSEST = 4.0
 # Mitsuba 3.9.1's volpathmis starts Russian roulette after 5 events, and from then on weights paths
 # that meet a light as if none had ended. Where light is sampled too, the two weights no longer add
-# up to 1 and the picture gets darker, by 1.4 % under a lamp of 15 degrees radius. So roulette has
-# to wait until hardly any light is left: after 128 events 0.02 % in medium skin, 0.3 % in light
+# up to 1 and the picture gets darker, by 1.4% under a lamp of 15 degrees radius. So roulette has
+# to wait until hardly any light is left: after 128 events 0.02% in medium skin, 0.3% in light
 # skin.
 _ROULETTE_DEPTH = 128
 

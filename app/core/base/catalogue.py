@@ -2,7 +2,7 @@
 
 The source is in English: a sentence is its own key. A translation is a `turnlight.mo` under
 `resources/locale/LANGUAGE/LC_MESSAGES/`; none ships yet, and `pybabel extract` writes the template
-for translators. The language `test` is derived from the English sentences: accented, 40 % longer
+for translators. The language `test` is derived from the English sentences: accented, 40% longer
 and in brackets, to reveal text that is cut off, glued together or not translated.
 
 This module imports no other module of the program, so that errors can be translated too. The

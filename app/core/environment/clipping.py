@@ -1,7 +1,7 @@
 """Detect undeclared clipping in a panorama: many texels at one maximum.
 
 After clipping, all brighter light has the same value. Measured light hardly ever does: of 42
-panoramas, none has more texels within 0.2 % of its maximum than just below. Half floats, Radiance's
+panoramas, none has more texels within 0.2% of its maximum than just below. Half floats, Radiance's
 shared exponent and resampling spread the value by up to a percent, so wider bands are tried too,
 which need more texels. Lossy compression overshoots: then the common value is slightly below the
 maximum (`benchmarks/light/marred_panoramas.py`).

@@ -61,7 +61,7 @@ def repair(radiance: FloatImage, name: str) -> tuple[Repairs, Bools | None]:
         Counts, and a mask (H, W) bool of infinite texels, None if there are none.
 
     Raises:
-        EnvironmentFileError: If the panorama is black, or more than 3 % of the sphere or of the
+        EnvironmentFileError: If the panorama is black, or more than 3% of the sphere or of the
             light is damaged.
     """
     bands = [radiance[row : row + BAND_ROWS] for row in range(0, len(radiance), BAND_ROWS)]

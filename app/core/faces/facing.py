@@ -39,7 +39,7 @@ _LEAST_SEEN: Final = 0.5
 # pixels).
 _DIFFERENCE: Final = (0.12, ((0.1, 4.0),))
 _SUM: Final = (0.15, ((0.2, 4.0), (0.3, 20.0)))
-_MOST_UNLIKE: Final = 5.0  # mean square of the residual: for 97 % of people it is under 4.2
+_MOST_UNLIKE: Final = 5.0  # mean square of the residual: for 97% of people it is under 4.2
 _TRUST: Final = 20.0  # factor from mean cost to log likelihood: pixels are not independent
 _NEAR_DEG: Final = 15.0
 _LEAST_NEAR: Final = 0.5  # share of the likelihood near the estimate that makes it reliable

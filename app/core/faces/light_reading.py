@@ -72,7 +72,7 @@ class FaceLight:
             an unknown one.
         key: "behind" for light from beyond about 95 degrees, whose direction a face does not show;
             "flat" for light that shades the face too little to have a direction.
-        error_deg: Angle to the true direction of the key that is not exceeded in 70 % of all cases.
+        error_deg: Angle to the true direction of the key that is not exceeded in 70% of all cases.
         softness_deg: Diameter of the key.
         fill_ratio: Key and frontal fill to the fill alone; None if no fill was detected.
         ratio_stops: Brighter cheek over the other, stops.
@@ -205,7 +205,7 @@ def _with_key(reading: FaceLight, key: _Key, shading: _Shading) -> FaceLight:
 
 
 def _error(key: _Key, shading: _Shading, azimuth: float, elevation: float) -> float:
-    """Return the angle that includes 70 % of the true keys, deg.
+    """Return the angle that includes 70% of the true keys, deg.
 
     Its logarithm is linear in properties of the fit, by quantile regression over 19 people under
     single lamps and with fills of 8:1 to 1.5:1 (`benchmarks/faces/photos.py`, leaving one person

@@ -216,7 +216,7 @@ def find_heading(
 
     Args:
         frame: (H, W, 3) uint8. sRGB, not mirrored, upright, of any size.
-        fov_deg: The camera's horizontal field of view, deg; an error of 20 % does no harm. None to
+        fov_deg: The camera's horizontal field of view, deg; an error of 20% does no harm. None to
             estimate it.
         near_deg: The last heading, deg, to search only around it, which is faster and more certain.
             If that fails, search everything (None).

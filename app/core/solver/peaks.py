@@ -63,7 +63,7 @@ class Peak:
 
     Attributes:
         turn_deg, refined_deg: The turn offered, on the grid and between, deg in (-180, 180].
-        arc_deg: (from, to) going clockwise, where the objective stays within 3 % of the maximum,
+        arc_deg: (from, to) going clockwise, where the objective stays within 3% of the maximum,
             and the gate is open. (-180, 180) is the full circle.
     """
 
@@ -263,7 +263,7 @@ def find_peaks(
     price: float = 0.0,
     is_open: Bools | None = None,
 ) -> tuple[Peak, ...]:
-    """Find the best turn and its rivals: local maxima that stand out by more than 3 %.
+    """Find the best turn and its rivals: local maxima that stand out by more than 3%.
 
     Args:
         objective, contrast, price: See `find_peak`.

@@ -233,7 +233,7 @@ def _add_sitter(picture: Bytes, first: _SourceView, second: _SourceView, share: 
 def _missing() -> WebcamError:
     return WebcamError(
         tr("The pictures of the demo location are missing or damaged."),
-        tr("Install Turnlight again."),
+        tr("Reinstall Turnlight."),
         "no-views",
     )
 

@@ -348,8 +348,8 @@ class PlacesBody(QWidget):
         frame = PictureLine(deleted.name, None, _PICTURE)
         frame.words.addWidget(Text(deleted.name, 14, role="dim", elide=True))
         frame.words.addWidget(Text(deleted.detail, 12, role="dim", elide=True))
-        back = Button(tr("Bring back"), "undo", size="small")
-        back.setAccessibleName(tr("Bring back {name}", name=deleted.name))
+        back = Button(tr("Restore"), "undo", size="small")
+        back.setAccessibleName(tr("Restore {name}", name=deleted.name))
         back.clicked.connect(lambda: self.presenter.restore(deleted.folder))
         frame.row.addWidget(back)
         return frame

@@ -297,7 +297,7 @@ class PanoramaView(Plot):
             self.say(tr("No panorama yet"))
             return
         ahead = difference(self.view.azimuth_deg, self._front)
-        words = [tr("Zoom {zoom:.0f} %", zoom=self.view.zoom * 100)]
+        words = [tr("Zoom {zoom:.0f}%", zoom=self.view.zoom * 100)]
         words.append(tr("In the middle: {turn}", turn=_turn(ahead)))
         if shift := difference(self.marker_deg, self._front):
             marker = self.grip.accessibleName()

@@ -268,7 +268,7 @@ class PlacesListPresenter(Presenter[View]):
                 trashed = delete_place(folder)
 
             self._change(
-                tr("bring back {name}", name=name), lambda: restore_place(trashed), away_again
+                tr("restore {name}", name=name), lambda: restore_place(trashed), away_again
             )
 
     def empty_trash(self) -> None:

@@ -35,7 +35,7 @@ def disk_words(error: BaseException) -> str:
 
 _TROUBLE_WORDS: Final = {
     DiskTrouble.FULL: tr("the disk is full"),
-    DiskTrouble.LOCKED: tr("its folder cannot be written to"),
+    DiskTrouble.LOCKED: tr("its folder is not writable"),
 }
 
 
@@ -44,7 +44,7 @@ def _folder_words(state: FolderState, folder: Path) -> str:
         FolderState.THERE: "",
         FolderState.GONE: tr("its folder was deleted or moved"),
         FolderState.UNPLUGGED: tr("{folder} is not there", folder=folder.parent),
-        FolderState.CLOSED: tr("its folder cannot be written to"),
+        FolderState.CLOSED: tr("its folder is not writable"),
     }[state]
 
 

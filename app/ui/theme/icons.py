@@ -32,7 +32,7 @@ def _source(name: str) -> str:
     if name not in ICONS:
         raise KeyError(name)
     path = resources() / "icons" / f"{name}.svg"
-    missing, hint = tr("The icon {name} is missing."), tr("Install Turnlight again.")
+    missing, hint = tr("The icon {name} is missing."), tr("Reinstall Turnlight.")
     with os_errors_as(CoreError, missing, hint, name=path.name):
         return path.read_text(encoding="utf-8")
 

@@ -244,5 +244,5 @@ def _in_the_middle(near: Mask) -> Bytes:
 def damaged() -> CoreError:
     """Return the error for damaged files."""
     return CoreError(
-        "The pictures of the demo location are missing or damaged.", "Install Turnlight again."
+        "The pictures of the demo location are missing or damaged.", "Reinstall Turnlight."
     )

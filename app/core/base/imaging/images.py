@@ -39,7 +39,7 @@ def write_png(path: Path, picture: Bytes, pixels_per_inch: int = 0) -> None:
 
     Raises `CoreError` if the file cannot be written.
     """
-    # Level 4 takes half the time of the default 6, for files 5 % larger.
+    # Level 4 takes half the time of the default 6, for files 5% larger.
     attributes: dict[str, object] = {
         "oiio:ColorSpace": "srgb_rec709_scene",
         "png:compressionLevel": 4,
@@ -73,7 +73,7 @@ def write_exr(
     Raises `CoreError` if the file cannot be written.
     """
     attributes: dict[str, object] = {
-        # Measured light has noise in its lowest bits: packing saves only 8 % and takes 0.25 s.
+        # Measured light has noise in its lowest bits: packing saves only 8% and takes 0.25 s.
         "compression": "none",
         "oiio:ColorSpace": "lin_rec709_scene",
     }

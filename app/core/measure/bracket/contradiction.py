@@ -36,7 +36,7 @@ class Tolerance:
 
     Proxies are means of coded values, and the curve from one exposure to a brighter one is concave.
     So the brighter frame's mean is below the prediction wherever the averaged area is not even
-    (Jensen's inequality), and hardly ever above it. Measured on 20 scenes, 99.9 % of the pixels are
+    (Jensen's inequality), and hardly ever above it. Measured on 20 scenes, 99.9% of the pixels are
     below it by no more than 0.66 of the codes' range among the neighbours.
 
     Attributes:

@@ -35,7 +35,7 @@ _CLIPPING_CODES: Final = (248.0, 254.0)
 _FLOAT_CLIPPED: Final = 0.9995
 # Share of the pixels up to which those near clipping are weighted separately.
 _FEW: Final = 1.0 / 16.0
-_FADED: Final = 8.0  # levels from which lifting black adds less than 0.005 %
+_FADED: Final = 8.0  # levels from which lifting black adds less than 0.005%
 
 
 @dataclass(frozen=True, slots=True)

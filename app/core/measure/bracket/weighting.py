@@ -29,7 +29,7 @@ frames in use. The closer they are, the more they count: d grows with the square
 between the frames.
 
 **Reinhard's weights**, as in the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
-Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as in
+Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98% of the range excluded as in
 Matlab's makehdr.
 
 **Frames that do not fit each other** are merged by their agreement: warped scans of film, motion of

@@ -2,10 +2,10 @@
 
 Where every frame is clipped, the merged panorama is a lower bound. The audit reports how much light
 that affects, computes the answers for brighter light, and separates the styles that would lose by
-it from the others. A style is in doubt when its turn would give up more than 5 % of what the place
+it from the others. A style is in doubt when its turn would give up more than 5% of what the place
 could give, if any clipped lamp, any part of a wide one, or all of them together were 1, 3, 6 or 10
 stops brighter. Styles that would come into reach or out of it are reported too. On brackets of 20
-places, clipped 1 to 15 stops deep, every answer with an error of more than 10 % was among those in
+places, clipped 1 to 15 stops deep, every answer with an error of more than 10% was among those in
 doubt.
 
 `choices` finds the turns for many lights at once, by the rule of `app.core.solver.turn_choice`

@@ -9,7 +9,7 @@ middle of each white area more than its edge, and one of the largest areas alone
 
 Gaps are filled from their surroundings. They may be dark, or several times as bright, or hide a
 lamp in any direction, a weak one below the horizon. The strengths were chosen so that of the styles
-whose answer differs from that of the whole panorama, 96 % are in doubt (see
+whose answer differs from that of the whole panorama, 96% are in doubt (see
 `benchmarks/light/marred_panoramas.py`).
 """
 

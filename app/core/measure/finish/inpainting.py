@@ -41,7 +41,7 @@ _LAMP_RATIO: Final = 2.0
 def fill(merged: MergedLight, mask: FloatImage, lamp_ratio: float = _LAMP_RATIO) -> MergedLight:
     """Replace masked light, (H, W) float32, by interpolation from its surroundings.
 
-    A mask of 1 is removed. Texels masked by more than 2 % are replaced by the mask's own share,
+    A mask of 1 is removed. Texels masked by more than 2% are replaced by the mask's own share,
     fading out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into it:
     surrounding light is limited to `lamp_ratio` times its own upper quartile, keeping its hue.
     Filled areas are neither clipped nor dark; an empty mask changes nothing.

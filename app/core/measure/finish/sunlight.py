@@ -5,7 +5,7 @@ daylight availability" (RP-21), Journal of the IES 13(4), 1984, 381-392: the dir
 illuminance is E = 127.5 klx exp(-c m), with extinction c = 0.21 for a clear and 0.80 for a partly
 cloudy sky. There m = 1 / sin(elevation), infinite at the horizon; here the relative optical air
 mass is that of Kasten and Young, "Revised optical air mass tables and approximation formula",
-Applied Optics 28(22), 1989, 4735-4738, which agrees with it within 1 % above 20 deg. Haze: Navvab,
+Applied Optics 28(22), 1989, 4735-4738, which agrees with it within 1% above 20 deg. Haze: Navvab,
 Karayel, Ne'eman and Selkowitz, "Analysis of atmospheric turbidity for daylight calculations",
 Energy and Buildings 6, 1984, 293-303: E = E0 exp(-a m T) with a = 0.1 / (1 + 0.0045 m) and an
 illuminance turbidity T; about 2.5 in the country and 5 in industrial air (Tregenza and Sharples,

@@ -63,7 +63,7 @@ def changes(
 def masking_changes(changed: Sequence[Change]) -> MaskingChanges:
     """Summarise the changes, among the styles in reach before or after.
 
-    A turn that moved between two positions which the new light finds equally good (within 1 % of
+    A turn that moved between two positions which the new light finds equally good (within 1% of
     the curve's range) counts as unchanged.
     """
     reachable = [each for each in changed if each.attainable_before or each.attainable_after]

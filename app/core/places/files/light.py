@@ -102,7 +102,7 @@ def store_environment(
 
 
 def storable(radiance: FloatImage) -> FloatImage:
-    """Round radiance to half floats, within 0.05 % of each value.
+    """Round radiance to half floats, within 0.05% of each value.
 
     Values below 2**-14, 12 stops below a grey wall, are rounded more coarsely.
 

@@ -193,7 +193,7 @@ def place_lamp(
     token: Token | None = None,
     report: Report = silent,
 ) -> PlacedLamp:
-    """Rotate a lamp to all placements; its energy stays the same within 0.1 %.
+    """Rotate a lamp to all placements; its energy stays the same within 0.1%.
 
     Raises:
         ValueError: If `shape` does not have one column per azimuth.
@@ -250,7 +250,7 @@ def _rotate(
 ) -> tuple[Float32, Float32]:
     rotated = rotate_light(light, matrix)
     energy_before, got = energy(light), energy(rotated)
-    # A lamp over a pole loses about 0.1 %.
+    # A lamp over a pole loses about 0.1%.
     rotated *= np.divide(energy_before, got, out=np.ones_like(got), where=got > 0).astype(
         np.float32
     )

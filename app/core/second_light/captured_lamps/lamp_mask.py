@@ -177,7 +177,7 @@ def _outline(view: Float32, core: Bools) -> tuple[Bools, float, int]:
 
 
 def _own_level(values: Float32, weight: Float64) -> float:
-    """Return the lamp's level, below which lies 60 % of its squared light."""
+    """Return the lamp's level, below which lies 60% of its squared light."""
     order = np.argsort(values)
     energy = np.cumsum((values.astype(np.float64) ** 2 * weight)[order])
     if not (energy.size and energy[-1] > 0.0):

@@ -49,7 +49,7 @@ _FINE: Final = 2  # pixels of the pictures by logical ones
 _ROOM: Final = 1.7  # of what is shown around a face, by its height
 _HIGHEST_DEG: Final = 85.0
 _CHOICE_INK, _OTHER = (242, 188, 75), (245, 245, 245)
-_NO_FACE: Final = tr("There is no face in this picture that can be read.")
+_NO_FACE: Final = tr("No face in this photo can be read.")
 _FRONT_CAMERA: Final = tr(
     "A front camera took this photo. If text in it reads backwards, switch on Mirrored."
 )

@@ -59,7 +59,7 @@ def reference_of(frames: Sequence[Bytes]) -> int:
     """Return the reference frame for alignment: the middle one if it is well exposed.
 
     Among the frames, (h, w, 3) uint8 in order of exposure, it is the one nearest to the middle that
-    has at least 60 % as many usable pixels, by solid angle, as the best one.
+    has at least 60% as many usable pixels, by solid angle, as the best one.
     """
     return middle_frame([usable_share(pyramid(frame)) for frame in frames])
 

@@ -19,7 +19,7 @@ from app.core.measure.bracket.curve.brightness_transfer import CodeMatches
 
 # Brackets of 20 scenes with an sRGB curve, noise and JPEG 95: three quarters of the levels of
 # 2-stop steps lie within 0.015 stops, of turned frames within 0.03. A curve that is off by so
-# little that radiance is wrong by 1 % (median) and 4 % (95th percentile) shows as 0.05.
+# little that radiance is wrong by 1% (median) and 4% (95th percentile) shows as 0.05.
 _TOLERANCE: Final = 0.01
 _TOLERANCE_PER_STOP: Final = 0.01
 # Steps between frames that are turned or very noisy are less certain: up to 0.1 of 2 stops.

@@ -46,8 +46,8 @@ Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 # curves; with a tag that is wrong by a quarter of a stop, the misfit is 2.4 to 14.
 _RECOVERED_FITS: Final = 1.5
 _MISFIT: Final = 4.0
-# Separate curves for red, green and blue lower the cost by 4 to 25 % if there is one curve (each
-# has more freedom than it needs), by half for film, and by 90 % if they clearly differ.
+# Separate curves for red, green and blue lower the cost by 4 to 25% if there is one curve (each
+# has more freedom than it needs), by half for film, and by 90% if they clearly differ.
 _CHANNELS_DIFFER: Final = 0.6
 _CHANNEL_HOLD: Final = 0.1
 _MID_TONES: Final = slice(64, 193)

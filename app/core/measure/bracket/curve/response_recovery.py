@@ -40,7 +40,7 @@ _NODES: Final = 16
 # Nodes are evenly spaced in log(1 + code / toe): near the toe, curves bend over a few codes.
 _TOE: Final = 0.05
 # Penalties of a change of the log local gamma by 1, and of a departure from sRGB. Chosen on 12
-# curves and 20 scenes; half or twice as much changes no median error by 0.2 %.
+# curves and 20 scenes; half or twice as much changes no median error by 0.2%.
 _BENDING: Final = 20.0
 _LEANING: Final = 0.4
 _LEAVING: Final = 0.004
