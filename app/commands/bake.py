@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bake``."""
     parser.description = tr(
         "Compute how light from every direction falls on a head, and the studio pictures "
-        "of all styles on it, from the front and turned aside. A stopped bake continues "
+        "of all styles on it, from the front and with the head turned. A stopped bake continues "
         "where it stopped. Writes T.npz, T.styles.npz, T.shape.npz and T.views.npz."
     )
     add = partial(argument, parser)
@@ -50,7 +50,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--quality", tr("default: good"), default="good", choices=("draft", "quick", "good", "best")
     )
     add("--variant V", tr("auto, llvm, cuda or scalar"), default="auto")
-    add("--front-only", tr("skip the views with the head turned aside"), action="store_true")
+    add(
+        "--front-only",
+        tr("skip the views of the turned head"),
+        action="store_true",
+    )
     add("--seed", tr("random seed"), type=int, default=1)
     add("--export-scene DIR", tr("export the scene for stock Mitsuba"), type=Path)
     add("--yaw DEG", tr("yaw of the head in that scene"), type=yaw_degrees, default=0.0)

@@ -307,7 +307,11 @@ def _gain_lines(results: Sequence[StyleResult]) -> list[str]:
         for gain in result.gains
     ]
     if lines:
-        return ["", tr("Better with the face turned aside (--yaw short, --yaw broad):"), *lines]
+        return [
+            "",
+            tr("Better with the face turned (--yaw short, --yaw broad):"),
+            *lines,
+        ]
     return []
 
 

@@ -236,7 +236,7 @@ def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None
         _draw_best(canvas, (x, y + 97), cards[0])
         return
     words = tr(
-        "No style is in reach here at any turn. Look for a place with one strong light "
+        "No style is in reach here, whichever way you turn. Look for a place with one strong light "
         "and shade around it, or bring a lamp."
     )
     _paragraph(canvas, (x, y + 132), words, _ASIDE_WIDTH, 14)

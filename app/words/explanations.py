@@ -11,7 +11,7 @@ EXPLANATIONS: Final = {
     "turn": (tr("Turn"), tr(
         "How far you and the sitter rotate. Clockwise is seen from above: you walk to "
         "your left around the sitter.")),
-    "clock": (tr("Clock hour"), tr(
+    "clock": (tr("Clock position"), tr(
         "The turn on a clock face laid on the floor: 12 is straight ahead of the sitter "
         "before the turn, 3 is to their right.")),
     "good_from": (tr("Good from … to"), tr(

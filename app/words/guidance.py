@@ -25,7 +25,7 @@ _AT_GOAL: Final = (
 )
 _FOR_LAMP: Final = (
     tr("Right for the lamp"),
-    tr("Nearly right for the lamp"),
+    tr("Almost in position for the lamp"),
     tr("Not right for the lamp yet"),
 )
 _NEARLY_DEG: Final = 10

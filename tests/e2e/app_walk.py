@@ -166,7 +166,7 @@ class Walk:
         self.mark("capture of a lamp")
         robot.click("Capture a lamp")
         robot.write("Sun")
-        robot.click("Take the place")
+        robot.click("Use the place")
         self.mark("a lamp of one's own")
         robot.wait(lambda: self.sees("More about this lamp"), "the lamp", PATIENCE_S)
         self.linger(1.0)

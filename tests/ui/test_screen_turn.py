@@ -260,7 +260,7 @@ def test_arrows_move_the_demo_camera_from_anywhere_free(make: Callable[..., Show
     assert simulated.turn_deg == 10.0
     demo = shown.screen.left.demo
     assert demo is not None
-    assert demo.accessibleName() == "Demo: where the camera is"
+    assert demo.accessibleName() == "Demo: camera position"
     assert demo.accessibleDescription() == "clockwise"
     press(demo, Qt.Key.Key_Left)
     assert simulated.turn_deg == 9.0

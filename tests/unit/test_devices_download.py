@@ -335,7 +335,7 @@ def test_a_wrong_content_length_does_not_matter_once_all_is_here(bench: Bench) -
 
 def test_a_picture_damaged_on_the_camera_is_told_apart_and_kept(bench: Bench) -> None:
     bad = DATA[: len(DATA) // 2] + bytes(len(DATA) - len(DATA) // 2)
-    with pytest.raises(DownloadFailed, match="is damaged on the camera") as caught:
+    with pytest.raises(DownloadFailed, match="damaged") as caught:
         bench.fetch(plain(bad))
     assert caught.value.code == "damaged-on-camera"
     assert len(bench.camera.starts) == 2

@@ -49,7 +49,7 @@ def test_sides_are_the_sitters_own_and_named_twice() -> None:
     assert found.level == "strong"
     assert (found.azimuth_deg, found.elevation_deg) == pytest.approx((12.0, 20.0), abs=0.7)
     assert glare_sentence(found) == (
-        "A bright lamp shines into the sitter’s eyes at this turn: "
+        "At this turn, a bright lamp shines into the sitter’s eyes: "
         "12° to the sitter’s left (camera right), 20° up. Expect squinting."
     )
     mirrored = glare(lamp(102.0, 20.0, 60.0), 90.0)

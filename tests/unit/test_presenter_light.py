@@ -85,7 +85,7 @@ def test_a_measured_place_is_not_asked_about(rig: LightRig) -> None:
 def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
     rig.start()
     assert keys(rig, "Now possible with this lamp") == ["badger", "below"]
-    assert keys(rig, "Better with it") == ["left-split"]
+    assert keys(rig, "Better with this lamp") == ["left-split"]
     first = rig.state.sections[0]
     assert first.count == "2 of 2"
     row = first.rows[0]

@@ -177,7 +177,7 @@ def test_the_open_place_is_made_a_lamp(rig: LightRig, tmp_path: Path) -> None:
     place = replace(read_place(folder), environment="environment-0123456789ab.exr", capture=facts)
     rig.model.update(place_folder=folder, place=place)
     rig.presenter.lamps.begin()
-    assert rig.view.captures[-1].place == "Take the place “Dark room”"
+    assert rig.view.captures[-1].place == "Use the place “Dark room”"
     rig.presenter.lamps.capture("place", "", "0.5")
     own = rig.presenter.lamps.own
     assert own is not None

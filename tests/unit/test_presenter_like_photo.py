@@ -145,7 +145,7 @@ def test_what_cannot_be_read_is_refused_and_not_kept(table: Table, tmp_path: Pat
     even = shown_in("generic", np.ones((64, 128, 3), np.float32))
     for name, picture, words in (
         ("even.png", even, "flat"),
-        ("wall.png", np.full((480, 640, 3), 140, np.uint8), "There is no face"),
+        ("wall.png", np.full((480, 640, 3), 140, np.uint8), "No face"),
         ("behind.png", portrait("generic", 115.0, 15.0), "behind"),
     ):
         like.take([written(tmp_path / name, picture)])

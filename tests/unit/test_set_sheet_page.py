@@ -337,7 +337,7 @@ def test_no_turn_needs_no_walk() -> None:
 
 def test_warnings_and_reasons_are_there() -> None:
     words = said(sheet_of(glare=GLARE, reason="No light from beneath"))
-    assert "The sun shines into the sitter’s eyes" in words
+    assert "the sun shines into the sitter’s eyes" in words
     assert "Out of reach here. No light from beneath." in words
     assert "key on the" in words
 

@@ -1,4 +1,4 @@
-"""Views of a head turned aside, and their compression for storage."""
+"""Views of a turned head, and their compression for storage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Painted styles on a head turned aside: the paint is on the skin.
+"""Painted styles on a turned head: the paint is on the skin.
 
 The paint describes the light on the skin of the whole face, so the turn of the nose decides whether
 a place can give it; the part that a lens sees decides the match from there.

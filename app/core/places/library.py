@@ -94,7 +94,7 @@ def restore_place(trashed: Path) -> Path:
         raise PlaceError(
             tr("This place is no longer in the trash."), tr("Check the list of places.")
         )
-    hint = tr("It is in {trashed}.", trashed=trashed)
+    hint = tr("Look in {trashed}.", trashed=trashed)
     with os_errors_as(PlaceError, tr("The place was not restored: {reason}."), hint):
         return _move(trashed, trashed.parent.parent, entry[2], "-")
 

@@ -131,7 +131,7 @@ class Head:
             return []
 
     def turned(self, yaw_deg: float) -> Head:
-        """Return the head turned aside, in the nearest baked view."""
+        """Return the turned head, in the nearest baked view."""
         return self if not yaw_deg or self.yaw_deg else self._turned(yaw_deg)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Views of a head turned aside.
+"""Views of a turned head.
 
 Yaw is the turn of the face toward the sitter's own left, from the line to the camera. The light on
 the skin does not depend on the camera: all views of a head are transports over the same functions
@@ -53,7 +53,7 @@ _PLACE_M: Final = 2e-4  # step of stored positions, m
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadView:
-    """A view of a head turned aside.
+    """A view of a turned head.
 
     Attributes:
         transport: In light at the turn of the nose.

@@ -1,4 +1,4 @@
-"""Portraits of heads turned aside.
+"""Portraits of turned heads.
 
 The light on the skin does not depend on the camera: nodes are those of the head, and some more that
 only views from the side show. Their positions in a picture, their reflections and the skin's light
@@ -109,7 +109,7 @@ def seen_from(
     yaw_deg: float,
     skin: str,
 ) -> PortraitHead:
-    """Return one view of a head turned aside.
+    """Return one view of a turned head.
 
     Args:
         straight: (M,). Cosines from `with_aside`.

@@ -132,7 +132,7 @@ def find_face(transport: Transport, shape: HeadShape) -> FaceRegion:
 
 
 def region_in_view(view: Transport, places: HeadShape, front: HeadShape) -> Float64:
-    """Return the weight, (P,), of each pixel of a head turned aside; see `FaceRegion.region`.
+    """Return the weight, (P,), of each pixel of a turned head; see `FaceRegion.region`.
 
     Args:
         places: Positions behind the view's pixels.

@@ -41,7 +41,7 @@ Lighting: TypeAlias = Literal["front", "short", "broad"]
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Improvement of a style with the face turned aside; turn and yaw as in `StyleResult`."""
+    """Improvement of a style with the turned face; turn and yaw as in `StyleResult`."""
 
     lighting: Lighting
     turn_deg: float
@@ -76,7 +76,7 @@ class StyleResult:
         yaw_arc_deg: Yaws (from, to) at which the picture is about as good, at the same direction of
             the nose.
         lighting: Whether the side of the face away from the lens is lit, or the side toward it.
-        gains: Gains of a face turned aside: a better grade, or an equal one with a better match.
+        gains: Gains of a turned face: a better grade, or an equal one with a better match.
             Empty if the style stays out of reach.
     """
 

@@ -228,7 +228,7 @@ def load_transport(path: Path) -> Transport:
         )
         _check_shapes(transport, path)
     except CONTRADICTIONS as error:
-        raise TransportError(tr("{name} is not a transport.", name=path.name), _AGAIN) from error
+        raise TransportError(tr("{name} holds no transport.", name=path.name), _AGAIN) from error
     return transport
 
 

@@ -251,7 +251,7 @@ class _Transfer:
         digest = bytes.fromhex(sha256_of(self.part))
         if digest in self.spoiled:
             raise DownloadFailed(
-                tr("{name} is damaged on the camera.", name=self.entry.name),
+                tr("The copy of {name} on the camera is damaged.", name=self.entry.name),
                 tr("Take the picture again."),
                 code="damaged-on-camera",
             )

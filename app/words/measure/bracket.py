@@ -134,11 +134,11 @@ def _ignored(remark: TagIgnored) -> str:
 
 def _unstated(remark: TagsUnstated) -> str:
     if remark.iso and remark.aperture:
-        start = tr("No frame states its ISO or f-number. All are assumed to be equal")
+        start = tr("The frames do not record ISO and f-number, which are assumed to be equal")
     elif remark.iso:
-        start = tr("No frame states its ISO. All are assumed to be equal")
+        start = tr("The frames do not record their ISO, which is assumed to be equal")
     else:
-        start = tr("No frame states its f-number. All are assumed to be equal")
+        start = tr("The frames do not record their f-number, which is assumed to be equal")
     return tr("{start}, and the brightness of the place in cd/m² stays unknown.", start=start)
 
 

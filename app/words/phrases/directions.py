@@ -51,8 +51,8 @@ _LIGHT: Final[dict[str, str]] = {
 _FROM_FACE: Final = {
     (True, False): tr("{angle} to the sitter’s left (camera right)"),
     (False, False): tr("{angle} to the sitter’s right (camera left)"),
-    (True, True): tr("{angle} sitter’s left (camera right)"),
-    (False, True): tr("{angle} sitter’s right (camera left)"),
+    (True, True): tr("{angle} to sitter’s left (camera right)"),
+    (False, True): tr("{angle} to sitter’s right (camera left)"),
 }
 _SAME_SIDE_DEG: Final = 20  # around the front a key is on neither side
 _TOLD_DEG: Final = 5  # no face tells its key more closely
@@ -171,7 +171,7 @@ def lit_aside_words(yaw_deg: float, lighting: str) -> str:
 
 
 def lit_aside_brief(yaw_deg: float, lighting: str) -> str:
-    """Name the light on a face turned aside, or where its nose points if that has no name.
+    """Name the light on a turned face, or where its nose points if that has no name.
 
     Examples:
         >>> lit_aside_brief(30.0, "short"), lit_aside_brief(30.0, "front")

@@ -27,12 +27,12 @@ _FLOW: Final = {
     Hardness.EVEN: tr("Nearly even light from all around"),
 }
 _STRONG: Final = {
-    "sun": tr("The sun shines into the sitter’s eyes at this turn: {place}. Expect squinting."),
+    "sun": tr("At this turn, the sun shines into the sitter’s eyes: {place}. Expect squinting."),
     "lamp": tr(
-        "A bright lamp shines into the sitter’s eyes at this turn: {place}. Expect squinting."
+        "At this turn, a bright lamp shines into the sitter’s eyes: {place}. Expect squinting."
     ),
     "window": tr(
-        "A bright window shines into the sitter’s eyes at this turn: {place}. Expect squinting."
+        "At this turn, a bright window shines into the sitter’s eyes: {place}. Expect squinting."
     ),
 }
 _NOTICEABLE: Final = {
@@ -127,7 +127,7 @@ def glare_sentence(glare: Glare) -> str:
     place = face_direction_words(glare.azimuth_deg, glare.elevation_deg)
     if glare.level == "strong":
         other = tr(
-            "A bright light shines into the sitter’s eyes at this turn: {place}. Expect squinting."
+            "At this turn, a bright light shines into the sitter’s eyes: {place}. Expect squinting."
         )
         return _STRONG.get(glare.kind, other).format(place=place)
     other = tr(

@@ -46,7 +46,7 @@ _STRAIGHT_DEG: Final = 10.0
 
 
 def lighting_of(yaw_deg: float, keys_deg: Float64) -> Int64:
-    """Return the lighting of a face turned aside, as indices of `LIGHTINGS`.
+    """Return the lighting of a turned face, as indices of `LIGHTINGS`.
 
     Args:
         keys_deg: (...) float64. Azimuth of the main light from the nose, positive toward the
@@ -259,7 +259,7 @@ def _gains(
 def _gain(
     place: LensSearch, choice: Choice, row: int, aside: tuple[Lighting, float], now: StyleResult
 ) -> tuple[Gain, ...]:
-    """Return the gain of a face turned aside, if its grade is better, or its match at equal grade.
+    """Return the gain of a turned face, if its grade is better, or its match at equal grade.
 
     A style that stays out of reach has no gain.
     """

@@ -154,7 +154,7 @@ class LampList:
         place = self._services.model.place
         words = ""
         if place is not None and self._place_file():
-            words = tr("Take the place “{name}”", name=place.name)
+            words = tr("Use the place “{name}”", name=place.name)
         self.view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
@@ -230,7 +230,7 @@ class LampList:
         self._services.runner.submit(
             _TAKE,
             work,
-            title=tr("Finding the lamp in its pictures"),
+            title=tr("Finding the lamp in its photos"),
             done=done,
             failed=lambda error: self._failed(error, [(tr("Try again"), again)]),
             cancelled=lambda: self._failed(None),

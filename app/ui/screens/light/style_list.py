@@ -91,7 +91,7 @@ def sections_of(
     rest = sorted(hopeless, key=lambda one: -one.match)
     parts = (
         (tr("Now possible with this lamp"), tr("now possible with this lamp"), rescues, out),
-        (tr("Better with it"), tr("better with this lamp"), gains, len(placements) - out),
+        (tr("Better with this lamp"), tr("better with this lamp"), gains, len(placements) - out),
         (tr("Still out of reach"), tr("still out of reach"), rest, out),
     )
 

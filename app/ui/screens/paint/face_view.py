@@ -103,7 +103,7 @@ class FaceItems:
 
     @property
     def turned(self) -> bool:
-        """Whether the head is turned aside."""
+        """Whether the head is turned away from the lens."""
         return self._head is not None and self._head.places is not None
 
     def set_head(self, head: HeadLook | None) -> bool:

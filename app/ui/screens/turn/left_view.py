@@ -82,9 +82,7 @@ class LeftColumn(QWidget):
     def _with_demo(self) -> LabelledSlider:
         """Return the slider of the demo's camera; created when first needed."""
         if self.demo is None:
-            self.demo = LabelledSlider(
-                tr("Demo: where the camera is"), -179, 180, 0, 1, _side_words
-            )
+            self.demo = LabelledSlider(tr("Demo: camera position"), -179, 180, 0, 1, _side_words)
             self.demo.changed.connect(self._presenter.demo_turn)
             self._column.insertSpacing(self._column.count() - 1, px(8))
             self._column.insertWidget(self._column.count() - 1, self.demo)
