@@ -1,4 +1,4 @@
-"""The sounds of the guidance: beeps that come faster near the light, a steady tone in it."""
+"""The sounds of the guidance: beeps that speed up near the light, then a steady tone in it."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from app.core.guidance.beeps import Cue, Sound, cue, samples
 from app.core.guidance.guide import Guide
 from app.ui.presenters.services import Services
 
-_LOOPS: Final = 8  # seconds of the steady tone, whose end joins its start
-_EARLY_S: Final = 0.04  # an overlap is better than a gap
+_LOOPS: Final = 8  # seconds of the steady tone, which loops without a click
+_EARLY_S: Final = 0.04  # replays slightly early, as an overlap is less noticeable than a gap
 
 
 class Beeper:
-    """Plays the sounds of the guidance, if the settings allow."""
+    """The sounds of the guidance, played if the settings allow them."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -23,7 +23,7 @@ class Beeper:
         self._next_s = 0.0
 
     def tick(self, guidance: Guide | None) -> None:
-        """Play the next sound when it is due; `guidance` None is silence."""
+        """Play the next sound when it is due, or stop if `guidance` is None."""
         settings = self._services.model.settings
         target_cue = Cue("none") if guidance is None or not settings.sounds else cue(guidance)
         if target_cue.sound == "none":
@@ -32,7 +32,7 @@ class Beeper:
         now = self._services.clock.now()
         every = target_cue.every_s or _LOOPS - _EARLY_S
         if target_cue.sound == self._playing:
-            # Nearer to the light the next beep comes sooner than planned.
+            # Closer to the light, the next beep is due sooner than first planned.
             self._next_s = min(self._next_s, now + every)
             if now < self._next_s:
                 return

@@ -1,4 +1,4 @@
-"""The goal in pictures: what the camera should see there, and the background around it."""
+"""The view that the camera should have at the goal, and the background around it."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.solver.place_light import PlaceLight
 
 STRIP_DEG: Final = 150.0
-"""Width of the background strip."""
+"""Width of the background strip, in degrees."""
 
 TARGET_WIDTH: Final = 720
-"""Columns of the goal that the live picture is aligned with."""
+"""Width in pixels of the goal picture that the live picture is aligned with."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurnScene:
-    """What goal and strip depend on, besides the panorama.
+    """Everything besides the panorama that determines the goal picture and the strip.
 
     Attributes:
-        goal_deg: Whole degrees of turn.
-        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
-        well, strip: Rows and columns of the pictures.
+        goal_deg: Turn at the goal, in whole degrees.
+        front_deg: Panorama azimuth, in degrees, at which the photographer stands at turn 0.
+        well, strip: Rows and columns of the two pictures.
     """
 
     goal_deg: float
@@ -42,7 +42,7 @@ class TurnScene:
 
     @property
     def panorama_fov_deg(self) -> float:
-        """Part of the panorama that fills the camera's picture, deg."""
+        """Horizontal angle of the panorama that fills the camera's picture, in degrees."""
         lens = Lens(self.fov_deg, (self.well[1], self.well[0]))
         wide = goal_lens(lens, camera_m=self.camera_m, looks=self.looks, mode=self.mode)
         return wide.fov_deg
@@ -50,13 +50,13 @@ class TurnScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalViews:
-    """Views of a panorama for a scene, all (h, w, 3) uint8 sRGB.
+    """Views of a panorama for one scene, all (h, w, 3) uint8 sRGB.
 
     Attributes:
-        goal: What the camera should see, in the size of the well; not mirrored.
-        goal_view: The same as shown: mirrored in selfie mode.
-        target: The same for alignment, `TARGET_WIDTH` columns; not mirrored.
-        strip: 150° of background with the goal in the middle; mirrored like `goal_view`.
+        goal: The view that the camera should have, at the size of the well; not mirrored.
+        goal_view: The same view for display, mirrored in selfie mode.
+        target: The same view for alignment, `TARGET_WIDTH` pixels wide; not mirrored.
+        strip: 150° of background centred on the goal, mirrored like `goal_view`.
     """
 
     scene: TurnScene
@@ -67,7 +67,7 @@ class GoalViews:
 
 
 def views_of(light: PlaceLight, scene: TurnScene) -> GoalViews:
-    """Draw goal and strip."""
+    """Render the goal picture and the strip."""
     rows, columns = scene.well
     goal = _goal(light, scene, (columns, rows))
     target = _goal(light, scene, (TARGET_WIDTH, max(round(TARGET_WIDTH * rows / columns), 1)))
@@ -92,5 +92,5 @@ def _goal(light: PlaceLight, scene: TurnScene, size: tuple[int, int]) -> Bytes:
 
 
 def mirrored(picture: Bytes, mode: Mode) -> Bytes:
-    """Mirror a picture in selfie mode, like a mirror on the wall."""
+    """Mirror a picture in selfie mode, as in a wall mirror."""
     return np.asarray(cv2.flip(picture, 1), np.uint8) if mode is Mode.SELFIE else picture

@@ -1,4 +1,4 @@
-"""The right column: how far to turn, which way to walk, and whether the light is reached."""
+"""The right-hand column: how far to turn, which way to walk, and whether the light is reached."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
-"""The arrow, or what replaces it."""
+"""The arrow, or the check mark that replaces it."""
 
 Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
-"""Why there is no heading: the panorama is being learnt, no picture was located yet, it is unknown
-which way the camera looks, or the panorama shows nothing to find it by."""
+"""The reason why there is no heading: the index of the panorama is being built, no picture has been
+located yet, the direction the camera looks in is unknown, or the panorama has no usable features.
+"""
 
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "learning": (tr("Learning the background"), "refresh"),
     "looking": (tr("Looking for the background"), "target"),
-    # Without the answer left and right could be confused.
+    # Until this is answered, left and right might be swapped.
     "asking": (tr("Choose which way the camera looks"), "help"),
     "blank": (tr("No heading here"), "warning"),
 }
@@ -40,21 +41,22 @@ _LEFT: Final = tr("The best light is a little to your left.")
 _RIGHT: Final = tr("The best light is a little to your right.")
 _REST: Final = {Mode.WALK: (_RIGHT, _LEFT), Mode.SELFIE: (_LEFT, _RIGHT)}
 _COARSE: Final = (36, 48)
-_HIDING: Final = 0.55  # of the picture: a larger sitter hides too much of the background
+_HIDING: Final = 0.55  # fraction of the picture; a larger sitter hides too much of the background
 _PAUSE_S: Final = 3.0  # between two announcements
 
 
 @dataclass(frozen=True, slots=True)
 class Guidance:
-    """What the right column shows.
+    """The contents of the right-hand column.
 
     Attributes:
-        number: Whole degrees; None to show a sentence instead.
+        number: Turn in whole degrees, or None to show a sentence instead.
         number_words: "to go", "to the best", or empty.
-        walk, company: "Walk to your left", "The sitter turns with you."; may be empty.
-        pill, pill_icon: "Not in the light yet"; empty for none.
-        inside: In the light: the column turns green.
-        spoken, announced: The same for a screen reader; `announced` changes at most every 3 s.
+        walk, company: "Walk to your left" and "The sitter turns with you."; either may be empty.
+        pill, pill_icon: Text such as "Not in the light yet" and its icon; empty for no pill.
+        inside: Whether the sitter is in the light, which turns the column green.
+        spoken, announced: The same guidance for a screen reader; `announced` changes at most once
+            every 3 s.
     """
 
     phase: Phase = Phase.STARTING
@@ -75,13 +77,14 @@ class Guidance:
 
 
 class GuidanceController:
-    """Decides what to do next, from the heading of the moment and the guidance before.
+    """Works out the next step from the current heading and the previous guidance.
 
     Attributes:
-        guide: The last guidance; None while there is no goal.
-        asked_deg: Turn to the light, deg, even where it is not shown; None while unknown.
-        from_deg: Turn of the last photo, deg; 0 is the start. Without a heading the number
-            counts from there.
+        guide: The latest guidance, or None while there is no goal.
+        asked_deg: Turn left until the light, in degrees, even when it is not displayed; None while
+            unknown.
+        from_deg: Turn at the last photo, in degrees, or 0 for the start. Without a heading, the
+            displayed turn is measured from here.
     """
 
     def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
@@ -97,19 +100,19 @@ class GuidanceController:
 
     @property
     def mode(self) -> Mode:
-        """Who moves."""
+        """Who moves: the photographer and sitter together, or the sitter alone."""
         return Mode(self._services.model.settings.mode)
 
     @property
     def looks(self) -> Looks:
-        """Which way the camera looks."""
+        """The person the camera looks at: the sitter or the photographer."""
         return Looks.PHOTOGRAPHER if self._camera.looks == "me" else Looks.SITTER
 
     @property
     def asking(self) -> bool:
         """Whether to ask which way the camera looks.
 
-        In a selfie photographer and sitter are the same person, and so are both answers.
+        In a selfie the photographer is the sitter, so the answer makes no difference.
         """
         live = self._camera.source is HeadingSource.LIVE
         return live and self.mode is Mode.WALK and self._camera.looks == "ask"
@@ -121,32 +124,33 @@ class GuidanceController:
 
     @property
     def track(self) -> Track | None:
-        """Where the camera points; None before the first picture."""
+        """The latest position of the camera in the panorama, or None before the first picture."""
         track = self._tracker.track
         return track if track is not None and track.raw is not None else None
 
     def forget(self) -> None:
-        """Start over."""
+        """Clear the guidance history."""
         self._memory, self.asked_deg, self.from_deg = FRESH, None, 0.0
 
     def advance(self, goal: Goal, yaw_deg: float | None = None) -> Guide:
-        """Return the guidance of this moment.
+        """Update and return the guidance for the current moment.
 
-        `yaw_deg`: of the sitter's face, deg; None where it is unknown.
+        Args:
+            yaw_deg: Yaw of the sitter's face in degrees, or None if it is unknown.
         """
         self.hindrance, reading = self._reading()
         reading = replace(reading, yaw_deg=yaw_deg)
         if reading.source is not HeadingSource.LIVE:
             self.asked_deg = None
         elif reading.turn_deg is not None:
-            # Even a camera that was left behind should turn.
+            # A camera left standing still needs a target turn as well.
             guidance, _ = guide(goal, replace(reading, left_behind=False))
             self.asked_deg = None if guidance.until_light is None else float(guidance.until_light)
         self.guide, self._memory = guide(goal, reading, self._memory)
         return self.guide
 
     def axis_turn(self, guidance: Guide) -> float | None:
-        """Return the camera's axis as a turn, beside the turn shown; deg."""
+        """Return the turn of the camera's axis in degrees, or None if it is unknown."""
         track, turn = self.track, self._turn()
         if track is None or track.heading_deg is None or turn is None or guidance.now is None:
             return None
@@ -178,7 +182,7 @@ class GuidanceController:
         return track.turn_deg(self.looks, self.mode, self._services.model.front_deg)
 
     def column(self, guidance: Guide) -> Guidance:
-        """Write the right column, and for a screen reader a sentence every few seconds."""
+        """Build the right-hand column, and announce it to screen readers every few seconds."""
         words = self._column(guidance)
         plan = self._services.model.lamp_plan
         if guidance.hold and plan is not None:
@@ -198,7 +202,7 @@ class GuidanceController:
             return self._sentence(guidance)
         words = guide_words(guidance, self.mode)
         if guidance.hold and guidance.lamp:
-            # Now the lamp matters, in words large enough to read from afar.
+            # From here on the lamp matters, so its text must be readable from afar.
             return Guidance(
                 phase=guidance.phase,
                 inside=True,
@@ -222,7 +226,7 @@ class GuidanceController:
         )
         if not guidance.inside:
             return base
-        # "4° to the best", of which the number is drawn large.
+        # The number in "4° to the best" is drawn large.
         base = replace(base, number_words=tr("to the best"), pill_icon="check", inside=True)
         if guidance.lamp:
             return base
@@ -232,7 +236,7 @@ class GuidanceController:
         return replace(base, direction=tr("Take the picture"), walk=walk, company=company)
 
     def _sentence(self, guidance: Guide) -> Guidance:
-        """Write one sentence without a number: first what is wrong with the picture."""
+        """Build a sentence without a number; a problem with the camera comes first."""
         error = self._camera.error
         if error is not None and guidance.phase is Phase.LOST:
             message, icon = str(error), "warning"
@@ -245,7 +249,7 @@ class GuidanceController:
         return Guidance(guidance.phase, sentence=message, sentence_icon=icon, spoken=message)
 
     def _whole_turn(self, guidance: Guide) -> Guidance:
-        """Write the whole turn where there is no heading: it is made by eye."""
+        """Build the column for the whole turn, which is made by eye when there is no heading."""
         source = self._source_words
         starting = guidance.phase is Phase.STARTING
         missing = (source.starting if starting else source.missing, "webcam")
@@ -266,7 +270,7 @@ class GuidanceController:
         )
 
     def _advice(self, guidance: Guide) -> str:
-        """Write what to do while the heading is lost: compare the pictures."""
+        """Return advice for when the heading is lost: usually to compare Live with Goal."""
         if guidance.phase is Phase.LEFT:
             return tr("This camera isn't moving with you, so the turn can't be measured.")
         if guidance.phase is not Phase.LOST:

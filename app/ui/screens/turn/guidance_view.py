@@ -1,4 +1,4 @@
-"""The right column: arrow, degrees, direction, which way to walk, and the portraits."""
+"""The right-hand column: arrow, degrees, direction, walk and portraits."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MIDDLE: Final = Qt.AlignmentFlag.AlignHCenter
 
 
 def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
-    """Return the largest font, up to a size, in which a line fits a width."""
+    """Return the largest font, up to the given size, in which the text fits the width."""
     t = theme()
     while size > _LEAST and text_width(t.font(size, weight), text) > width:
         size -= 1
@@ -36,7 +36,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
 
 
 class LargeWords(PaintedWidget):
-    """A centred line, as large as designed or as fits."""
+    """A centred line of text at its designed size, or smaller if needed to fit."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class LargeWords(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
-        """Set the text, its colour and its size; None keeps the old one."""
+        """Set the text, its colour role and its size; None keeps the current size."""
         new = (text, role or self._role, size or self._size)
         if new != (self.words, self._role, self._size):
             self.words, self._role, self._size = new
@@ -54,23 +54,23 @@ class LargeWords(PaintedWidget):
             self.update()
 
     def sizeHint(self) -> QSize:
-        """Room for the words, at the height of the line."""
+        """Return the width of the text and the height of the line."""
         font = theme().font(self._size, self._weight)
         return QSize(text_width(font, self.words), self.height())
 
     def minimumSizeHint(self) -> QSize:
-        """Shrink rather than exceed the room."""
+        """Return a minimum that lets the text shrink to the available width."""
         return QSize(0, self.height())
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the text in the current theme."""
         ink: QColor = getattr(t.c, self._role)
         font = _fitting(self._size, self._weight, self.words, self.width())
         put_text(painter, self.rect(), self.words, font, ink, MIDDLE)
 
 
 class Pill(PaintedWidget):
-    """Whether the light is reached, in a rounded box."""
+    """A rounded box that shows whether the light is reached."""
 
     def __init__(self, factor: float) -> None:
         super().__init__()
@@ -80,14 +80,14 @@ class Pill(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set(self, text: str, icon: str, filled: bool) -> None:
-        """Set text, icon and fill."""
+        """Set the text, the icon and whether the box is filled."""
         if (text, icon, filled) != (self.words, self._icon, self.filled):
             self.words, self._icon, self.filled = text, icon, filled
             self.setAccessibleName(text)
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint it in the current theme."""
+        """Paint the box in the current theme."""
         if not self.words:
             return
         size = max(round(20 * self._factor), 16)
@@ -109,21 +109,21 @@ class Pill(PaintedWidget):
 
 
 DESIGNED: Final = QSize(480, 804)
-"""Size of the column at which type has its designed size."""
+"""Size of the column at which text has its designed size."""
 
 _MODES: Final = (
     (tr("I walk around the sitter"), tr("Selfie: I turn myself")),
     (tr("I walk around"), tr("I turn myself")),
     (tr("I walk"), tr("Selfie")),
 )
-"""Names of the two modes, then shorter ones for less room."""
+"""Names of the two modes, followed by shorter ones for narrow columns."""
 
 _KEYS: Final = ("walk", "selfie")
-_LONG_DIRECTION: Final = 11  # letters; a longer direction is set smaller
+_LONG_DIRECTION: Final = 11  # letters; a longer direction gets a smaller font
 
 
 class GuideColumn(QWidget):
-    """Shows what must be legible from three metres."""
+    """The right-hand column, laid out to be readable from three metres away."""
 
     def __init__(self, factor: float, set_mode: Callable[[str], None]) -> None:
         super().__init__()
@@ -139,7 +139,7 @@ class GuideColumn(QWidget):
         column(*upper, *lower, into=self, margins=self._gap(24, 12))
 
     def _gap(self, length: float, least: float = 0.0) -> float:
-        """Return a designed length at this factor."""
+        """Return a designed length scaled to the size of the column."""
         return max(length * self._factor, least)
 
     def _px(self, length: float, least: float = 0.0) -> int:
@@ -179,7 +179,7 @@ class GuideColumn(QWidget):
         return page
 
     def fit(self, width: int) -> None:
-        """Choose the longest names of the modes that fit a width."""
+        """Choose the longest names of the modes that fit the width."""
         room = width - 2 * self._px(24, 12) - 2 * px(6)
         for words in _MODES:
             for key, text in zip(_KEYS, words, strict=True):
@@ -188,11 +188,11 @@ class GuideColumn(QWidget):
                 break
 
     def set_mode(self, mode: str) -> None:
-        """Show who moves."""
+        """Show the current mode."""
         self._mode.choose(mode)
 
     def show_guidance(self, guidance: Guidance) -> None:
-        """Show what to do."""
+        """Show the guidance."""
         before, self._last = self._last, guidance
         self._pages.setCurrentIndex(1 if guidance.sentence else 0)
         self._sentence.set_text(guidance.sentence)
@@ -213,7 +213,7 @@ class GuideColumn(QWidget):
         self._speak(guidance, before)
 
     def _speak(self, guidance: Guidance, before: Guidance | None) -> None:
-        """Describe all in one sentence for a screen reader, and announce a new one."""
+        """Describe the whole column in one sentence for screen readers, and announce changes."""
         self._pages.setAccessibleDescription(guidance.spoken)
         last_words = "" if before is None else before.announced
         if guidance.announced and guidance.announced != last_words and QAccessible.isActive():

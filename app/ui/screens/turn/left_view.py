@@ -1,4 +1,4 @@
-"""The left column: live beside goal, the background strip, the walk, and the photos taken."""
+"""The left-hand column: Live and Goal, the background strip, the walk and the photos taken."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.screen import TurnPresenter
 
 _STRIP: Final = (536, 220)
-_SCROLLED: Final = 0.7  # of the width: below this a larger picture is worth scrolling
+_SCROLLED: Final = 0.7  # fraction of the width; below this, the column scrolls
 _WIDER: Final = 1.2
 _LEAST_STRIP: Final = 320
 _LEAST_PLAN: Final = 160
-_LOW_PLAN: Final = 208  # its height below the strip
+_LOW_PLAN: Final = 208  # height of the scale below the strip
 _SCALE: Final = 64
 _LOWEST_STRIP: Final = 96
 _LOWEST_WELL: Final = 84
@@ -41,10 +41,10 @@ _ROOM_FOR_QUESTION: Final = 320
 
 
 class LeftColumn(QWidget):
-    """Gives every picture of the left half the size that fits the room."""
+    """The left-hand column, which sizes its pictures to fit the available space."""
 
     arranged = Signal()
-    """Sizes of pictures changed."""
+    """Emitted when the sizes of the pictures have changed."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class LeftColumn(QWidget):
         self.question: CameraQuestion | None = None
 
     def _walk_row(self) -> QWidget:
-        """Lay out strip and plan, which are hidden during the alignment."""
+        """Lay out the strip and the plan, which are hidden during the alignment."""
         self._walk = QWidget()
         strip = column(self._strip_row(), self.strip, gap=8)
         self._walks = row((strip, 1), self.plan, into=self._walk, gap=16)
@@ -80,7 +80,7 @@ class LeftColumn(QWidget):
         return row(title, ..., self._arc, gap=8)
 
     def _with_demo(self) -> LabelledSlider:
-        """Return the slider of the demo's camera; created when first needed."""
+        """Return the slider of the demo's camera, creating it on first use."""
         if self.demo is None:
             self.demo = LabelledSlider(tr("Demo: camera position"), -179, 180, 0, 1, _side_words)
             self.demo.changed.connect(self._presenter.demo_turn)
@@ -91,7 +91,7 @@ class LeftColumn(QWidget):
         return self.demo
 
     def fit(self, room: QSize, bar: int) -> None:
-        """Fit everything into a room, logical pixels; `bar` is the width of a scroll bar."""
+        """Fit the column into a space in logical pixels; `bar` is the width of a scroll bar."""
         self._room, self._bar = room, bar
         self._fit()
 
@@ -101,7 +101,7 @@ class LeftColumn(QWidget):
         width, height = self._room.width(), self._room.height()
         well, strip, need = self._shared_out(width)
         if need > height:
-            # It must scroll, with a bar at the side.
+            # The content is too high, so leave room for the scroll bar.
             well, strip, _ = self._shared_out(width - self._bar)
         self.wells.set_size(well)
         self.strip_size = strip
@@ -114,18 +114,18 @@ class LeftColumn(QWidget):
         self.arranged.emit()
 
     def _shared_out(self, width: int) -> tuple[QSize, QSize, int]:
-        """Divide a width; return the sizes of a well and the strip, and the height of all."""
+        """Return the sizes of a well and of the strip for a width, and the total height."""
         aspect = self._aspect or ASPECT
         inner = width - 2 * self._side
         fixed = self._fixed_height(self.tools.fit(inner))
         if self._aligning:
-            # One picture fills the rest; where that is little, it scrolls.
+            # The single picture fills the remaining height; if that is too low, the column scrolls.
             fixed -= px(_SCALE + 24 + 8)
             fits = round((self._room.height() - fixed) * aspect)
             well_w = inner if fits < _SCROLLED * inner else min(inner, fits)
             well_h = round(well_w / aspect)
             return QSize(well_w, well_h), self.strip_size, fixed + well_h
-        # The plan is beside the strip, or below where the strip would get too narrow.
+        # The plan goes beside the strip, or below it if the strip would become too narrow.
         self._plan_width = max(inner // 3, px(_LEAST_PLAN))
         strip_w = inner - px(16) - self._plan_width
         beside = strip_w >= _LEAST_STRIP
@@ -138,7 +138,7 @@ class LeftColumn(QWidget):
         least = min(natural, px(_LOWEST_STRIP))
         well_w = (inner - px(16)) // 2
         well_h = min(round(well_w / aspect), max(rest - least, px(_LOWEST_WELL)))
-        # In a low room the pictures are cropped a little more, to fill the width.
+        # In a low window the pictures are cropped slightly more to fill the width.
         well_w = min(well_w, round(well_h * aspect * _WIDER))
         tallest = max(natural, min(_STRIP[1], rest - well_h))
         strip_h = max(min(tallest, rest - well_h), least)
@@ -157,12 +157,12 @@ class LeftColumn(QWidget):
         return self.wells.live.size()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the question over the picture."""
+        """Keep the question over the picture when the size changes."""
         super().resizeEvent(event)
         self._place_question()
 
     def moveEvent(self, event: QMoveEvent) -> None:
-        """Keep the question over the picture."""
+        """Keep the question over the picture when the column moves."""
         super().moveEvent(event)
         self._place_question()
 
@@ -172,12 +172,12 @@ class LeftColumn(QWidget):
         area = self.wells.live.geometry()
         if area.width() < px(_ROOM_FOR_QUESTION):
             area = area.united(self.wells.goal.geometry())
-        # It may cover a little of what is below.
+        # It may overlap the controls below slightly.
         area.setHeight(max(area.height(), px(LEAST_HEIGHT)))
         self.question.setGeometry(area)
 
     def show_live(self, words: LiveWords) -> None:
-        """Show the words about the pictures, and the question if it is open."""
+        """Show the text on the pictures, and the camera question if it is open."""
         self.wells.show_words(words)
         self.tools.show_quality(words)
         if words.aspect != self._aspect:
@@ -197,20 +197,20 @@ class LeftColumn(QWidget):
             self.question = None
 
     def show_menu(self, menu: CameraMenu) -> None:
-        """Set what the menu of the live picture offers."""
+        """Set the entries of the live picture's menu."""
         self.wells.set_menu(menu)
 
     def show_pictures(self, pictures: Pictures) -> None:
-        """Show live and goal."""
+        """Show the Live and Goal pictures."""
         self.wells.show_pictures(pictures)
 
     def show_scale(self, scale: Scale, pictures: Pictures) -> None:
-        """Show where goal and camera are."""
+        """Show the goal and the camera on the strip."""
         self.strip.set_state(scale, pictures.strip)
         self._arc.set_text(scale.arc_words)
 
     def show_alignment(self, state: AlignmentState) -> None:
-        """Show the tools; while live and goal are compared, the one picture fills the room."""
+        """Show the alignment tools; during a comparison, one picture fills the space."""
         changed = self.tools.show_state(state)
         if not changed and state.on == self._aligning:
             return
@@ -220,11 +220,11 @@ class LeftColumn(QWidget):
         self._fit()
 
     def show_demo(self, turn_deg: int | None) -> None:
-        """Show where the demo's camera is."""
+        """Show the direction of the demo's camera."""
         if turn_deg is not None:
             self._with_demo().set_value(turn_deg)
 
 
 def _side_words(turn_deg: float) -> str:
-    """Return the side of the start that the demo's camera is on."""
+    """Return which side of the start the demo's camera is on."""
     return direction_words(turn_deg) if round(turn_deg) else tr("at the start")

@@ -1,4 +1,4 @@
-"""The pictures on the Turn screen, drawn in jobs when something that they depend on changes."""
+"""The pictures on the Turn screen, rendered in jobs when their inputs change."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.ui.screens.turn.live.overlay import LiveOverlay, live_picture
 from app.ui.screens.turn.portraits import now_portrait, target_portrait
 
 Size: TypeAlias = tuple[int, int]
-"""Rows and columns, device pixels."""
+"""Rows and columns in device pixels."""
 
 T = TypeVar("T")
 
@@ -30,11 +30,11 @@ _NOW: Final = "turn-now"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pictures:
-    """Pictures, (h, w, 3) uint8 sRGB; None until drawn. A new picture is a new object.
+    """Pictures, (h, w, 3) uint8 sRGB or None until rendered; each new picture is a new array.
 
     Attributes:
-        live, goal: For the wells; mirrored in selfie mode.
-        strip: 150° of background; mirrored in selfie mode.
+        live, goal: Pictures for the wells, mirrored in selfie mode.
+        strip: 150° of background, mirrored in selfie mode.
         target, now: Portraits.
     """
 
@@ -46,11 +46,11 @@ class Pictures:
 
 
 class TurnImages:
-    """Draws the pictures.
+    """Renders the pictures.
 
     Attributes:
-        pictures: The newest of each.
-        views: Goal and strip; None until drawn.
+        pictures: The newest version of each picture.
+        views: The goal and the strip, or None until rendered.
     """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
@@ -61,17 +61,17 @@ class TurnImages:
         self.views: GoalViews | None = None
 
     def want_views(self, light: PlaceLight, scene: TurnScene) -> None:
-        """Draw goal and strip."""
+        """Render the goal and the strip."""
         self._want("turn-views", (light, scene), lambda: views_of(light, scene), self._viewed)
 
     def want_target(
         self, head: Head, yaw_deg: float, own: UserStyle | None, name: str, size: Size
     ) -> None:
-        """Draw the target of a style at a yaw; `own` is set for a painted style."""
+        """Render the target portrait of a style at a yaw; `own` is given for a painted style."""
         self._want(
             "turn-target",
             (head, yaw_deg, own, name, size),
-            # Turning a head takes a while the first time.
+            # Rotating a head takes a while the first time.
             lambda: target_portrait(head.turned(yaw_deg), own, name, size),
             lambda picture: self._put(target=picture),
         )
@@ -85,8 +85,8 @@ class TurnImages:
         size: Size,
         plan: LampPlan | None,
     ) -> None:
-        """Draw the head as it is lit with its nose at an azimuth, perhaps with a lamp."""
-        # One at a time; the next call asks again.
+        """Render the head facing an azimuth in this place's light, plus the lamp of a plan."""
+        # One job at a time; the next call tries again.
         if not self._services.runner.running(_NOW):
             self._want(
                 _NOW,
@@ -98,14 +98,14 @@ class TurnImages:
     def want_live(
         self, picture: Bytes, size: Size, mode: Mode, overlay: LiveOverlay | None
     ) -> None:
-        """Draw the live picture, alone or over the goal."""
+        """Render the live picture, alone or over the goal."""
         if not self._services.runner.running(_LIVE):
             self._want(
                 _LIVE,
                 (picture, size, mode, *(overlay or (None, None, 0.0, False))),
                 lambda: live_picture(picture, size, mode, overlay),
                 lambda picture_over: self._put_live(picture, picture_over),
-                # The next picture comes in a moment: no message.
+                # The next picture arrives in a moment, so no message is needed.
                 lambda error: None,
             )
 
@@ -134,7 +134,7 @@ class TurnImages:
         self._put(goal=views.goal_view, strip=views.strip)
 
     def _put_live(self, picture: Bytes, result: Bytes) -> None:
-        # Obsolete after leaving or choosing another webcam.
+        # The result is obsolete after the screen is hidden or the webcam changes.
         wish = self._wishes.get(_LIVE)
         if wish is not None and wish[0] is picture:
             self._put(live=result)
@@ -145,7 +145,7 @@ class TurnImages:
 
 
 def _same(one: object, other: object) -> bool:
-    """Compare arrays and what holds them by identity, everything else by value."""
+    """Compare arrays and their containers by identity, and everything else by value."""
     if one is other:
         return True
     arrays = isinstance(one, np.ndarray) or type(one).__eq__ is object.__eq__

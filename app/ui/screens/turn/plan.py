@@ -1,4 +1,4 @@
-"""The walk seen from above: sitter, photographer, goal and what lights the face."""
+"""The walk from above: the sitter, the photographer, the goal and the light on the face."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from app.words.plan import PlanWords, plan_words
 def walk_plan(
     model: Model, guide: Guide, goal: Goal, mode: Mode, from_deg: float
 ) -> tuple[PlanDrawing, PlanWords]:
-    """Draw the walk with the main light of the place and the lamp to hold.
+    """Draw the walk with the place's main light and the lamp to hold.
 
-    `from_deg`: turn at which the walk starts, deg.
+    Args:
+        from_deg: Turn at which the walk starts, in degrees.
     """
     lamp, light = model.lamp_plan, model.light
     main = None if light is None else main_light(light, model.front_deg)
     lights: list[PlanMark] = []
     if main is not None:
-        # Azimuths from the face count toward its left, turns clockwise.
+        # Azimuths are positive toward the face's left, but turns are positive clockwise.
         lights.append(PlanMark("light", wrap(-main)))
     if lamp is not None:
         nose = guide.goal - goal.yaw_deg

@@ -1,4 +1,4 @@
-"""Target and Now: the portraits beside each other, and the words about the style."""
+"""The Target and Now portraits side by side, and the text about the style."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.solver.style_result import StyleResult
 
-_AWAY_DEG: Final = 20.0  # of yaw: a sitter who looks into the lens is reported up to here
+_AWAY_DEG: Final = 20.0  # of yaw; up to here the guidance reports a sitter who looks into the lens
 
 
 @dataclass(frozen=True, slots=True)
 class StyleWords:
-    """The words beside the portraits.
+    """The text beside the portraits.
 
     Attributes:
-        match, match_at_goal: "Match now 90", "96 at the goal"; may be empty.
-        face: What the sitter's own face shows.
-        now_tag: On the second portrait.
+        match, match_at_goal: "Match now 90" and "96 at the goal"; either may be empty.
+        face: The style's effect on the sitter's own face.
+        now_tag: Tag on the second portrait.
     """
 
     title: str = ""
@@ -44,11 +44,11 @@ class StyleWords:
 
 
 def style_words(model: Model, now: int | None, check: Check | None = None) -> StyleWords:
-    """Write the words beside the portraits.
+    """Return the text beside the portraits.
 
     Args:
-        now: Whole degrees of turn; None while unknown.
-        check: Of the sitter's face in the live picture.
+        now: Turn in whole degrees, or None while unknown.
+        check: Check of the sitter's face in the live picture.
     """
     result, own, plan = model.goal_result, model.own_style, model.lamp_plan
     computing = model.goal_computing
@@ -69,25 +69,25 @@ def style_words(model: Model, now: int | None, check: Check | None = None) -> St
 
 
 def match_words(result: StyleResult, goal_deg: float | None, now: int | None) -> tuple[str, str]:
-    """Write the match now and at the goal.
+    """Return sentences for the match now and at the goal.
 
     Args:
-        goal_deg: The user's own goal, deg; None for the best turn.
-        now: Whole degrees of turn; None while unknown.
+        goal_deg: The user's own goal in degrees, or None for the best turn.
+        now: Turn in whole degrees, or None while unknown.
 
     Returns:
-        "Match now 90" and "96 at the goal", rounded down; without a heading "Match 96" and
-        "at the goal".
+        "Match now 90" and "96 at the goal", rounded down; without a heading, "Match 96" and "at the
+        goal".
     """
     best = goal_deg is None or abs(difference(goal_deg, result.turn_refined_deg)) < 1e-6
-    # At the best turn, the number on the style's card.
+    # At the best turn, show the same number as the style's card.
     goal = result.match if best else value_at(result.match_curve, goal_deg or 0.0)
     if now is None:
         return tr("Match {match}", match=_floored(goal)), tr("at the goal")
     turn = result.turn_refined_deg if goal_deg is None else goal_deg
     here = goal if now == whole(turn) else value_at(result.match_curve, float(now))
     if best and float(result.match_curve.max()) <= result.match + 1e-6:
-        # Between turns of the grid the curve may rise a little above its best.
+        # Between grid turns the interpolated curve may slightly exceed its best value.
         here = min(here, goal)
     return tr("Match now {match}", match=_floored(here)), tr(
         "{match} at the goal", match=_floored(goal)
@@ -95,9 +95,11 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
 
 
 def face_words(check: Check | None, goal_yaw_deg: float = 0.0) -> str:
-    """Write how far the sitter's own face shows the style, or that it is turned away.
+    """Describe how well the sitter's own face shows the style, or that it is turned away.
 
-    `goal_yaw_deg`: the yaw of the goal; the guidance itself reports one that is not 0.
+    Args:
+        goal_yaw_deg: Yaw of the goal in degrees; unless it is 0, the guidance reports the yaw
+            itself.
     """
     if check is None:
         return ""
@@ -115,7 +117,7 @@ def _floored(match: float) -> int:
 
 
 def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[int, int]) -> Bytes:
-    """Draw the target of a style, (rows, columns, 3) uint8 sRGB on the grey of the well."""
+    """Render the target of a style, (rows, columns, 3) uint8 sRGB on the well's grey."""
     if own is not None:
         return head.portrait(head.target_of(own), size)
     style = head.pack.styles[head.pack.index(name)]
@@ -129,10 +131,13 @@ def now_portrait(
     size: tuple[int, int],
     plan: LampPlan | None = None,
 ) -> Bytes:
-    """Draw the head as this place lights it.
+    """Render the head as this place lights it.
 
-    `facing_deg`: panorama azimuth of the nose, deg.
-    Returns (rows, columns, 3) uint8 sRGB, in front of the place or the grey of the well.
+    Args:
+        facing_deg: Panorama azimuth of the nose, in degrees.
+
+    Returns:
+        (rows, columns, 3) uint8 sRGB, in front of the place or on the well's grey.
     """
     if plan is not None:
         return plan.portrait(facing_deg, size)

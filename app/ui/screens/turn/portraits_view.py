@@ -1,4 +1,4 @@
-"""Target and Now side by side, with the words about the style."""
+"""Target and Now side by side, with the text about the style."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class Portraits:
-    """Lays out both portraits and the words beside them.
+    """Both portraits and the text beside them.
 
     Attributes:
-        layout: To be put into the column.
+        layout: The layout to add to the column.
     """
 
     def __init__(self, factor: float) -> None:
@@ -48,11 +48,11 @@ class Portraits:
 
     @property
     def size(self) -> QSize:
-        """Size of each portrait, logical pixels."""
+        """Size of each portrait in logical pixels."""
         return self._target.size()
 
     def show_style(self, words: StyleWords, pictures: Pictures) -> None:
-        """Show portraits and words."""
+        """Show the portraits and the text."""
         self._target.set_picture(pictures.target)
         self._now.set_picture(pictures.now)
         self._now.set_tag(words.now_tag)

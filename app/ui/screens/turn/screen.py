@@ -1,4 +1,4 @@
-"""The Turn screen: puts its panels together and leads the sitter to the goal."""
+"""The Turn screen: combines its panels and guides the sitter to the goal."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ _BACK: Final[dict[str, tuple[str, str, str]]] = {
 
 
 class TurnPresenter(Presenter[TurnView]):
-    """Leads the sitter to the goal.
+    """Guides the sitter to the goal.
 
     Attributes:
-        alignment, shots, sources: The panels that the view calls itself.
+        alignment, shots, sources: The panels that the view calls directly.
     """
 
     drop_words = DROP_WORDS
@@ -88,7 +88,7 @@ class TurnPresenter(Presenter[TurnView]):
         services.model.changed.connect(self._model_changed)
 
     def enter(self) -> None:
-        """Start the camera, and learn the background of the place."""
+        """Start the camera, and build the index of the place's background."""
         self._on = True
         self._place_controller.photo_taker = self.shots.take
         self._tracker.start()
@@ -96,7 +96,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._refresh()
 
     def leave(self) -> None:
-        """Stop camera and sound."""
+        """Stop the camera and the sound."""
         self._on = False
         self._place_controller.photo_taker = None
         self._beeper.stop()
@@ -109,7 +109,7 @@ class TurnPresenter(Presenter[TurnView]):
         self.shots.settle()
 
     def actions(self) -> Sequence[Action]:
-        """Return what can be done here."""
+        """Return the available actions."""
         back, icon, hint = _BACK[self._origin]
         actions = [
             Action("turn-align", tr("Lay the live picture over the goal"), self.alignment.toggle,
@@ -142,7 +142,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._refresh()
 
     def tick(self) -> None:
-        """Show the newest picture and what it means. To be called 24 times a second."""
+        """Show the newest picture and its guidance; called 24 times a second."""
         if not self._on or self._empty()[0]:
             return
         self._camera.tick()
@@ -192,49 +192,49 @@ class TurnPresenter(Presenter[TurnView]):
         self.set_mode("walk" if self._guidance.mode is Mode.SELFIE else "selfie")
 
     def toggle_sounds(self) -> None:
-        """Switch the sound on or off."""
+        """Switch the sounds on or off."""
         on = not self._services.model.settings.sounds
         self._services.model.set("sounds", on)
         words, _ = sound_words(on, self._services.sounds)
         self._services.notify.tell(f"{words}.")
 
     def answer(self, looks: str) -> None:
-        """Set which way the camera looks: ``sitter`` or ``me``."""
+        """Set who the camera looks at: ``sitter`` or ``me``."""
         self._services.model.set("camera_looks", looks)
 
     def choose_webcam(self, index: int) -> None:
-        """Use another webcam."""
+        """Switch to another webcam."""
         self._source_taken()
         self._camera.choose(index)
 
     def ask_source(self) -> None:
-        """Let the user choose another live camera."""
+        """Open the sheet for choosing a live camera."""
         if self._view is not None:
             self._view.ask_source()
 
     def ask_photos(self) -> None:
-        """Let the user choose photos to check."""
+        """Open the dialog for choosing photos to check."""
         if self._view is not None:
             self._view.ask_photos()
 
     def ask_folder(self) -> None:
-        """Let the user choose a folder to watch for photos."""
+        """Open the dialog for choosing a folder to watch for photos."""
         if self._view is not None:
             self._view.ask_folder()
 
     def open_photos(self, paths: Sequence[Path]) -> None:
-        """Check photos; anything else is opened as a place."""
+        """Check photos, or open other files as a place."""
         if not self.shots.take(paths):
             self._place_controller.open_paths(paths)
 
     def set_mirrored(self, mirrored: bool) -> None:
-        """Set whether a new photo is a mirror image where its background does not tell."""
+        """Set whether a new photo counts as mirrored if its background is inconclusive."""
         self._services.model.set("mirrored", mirrored)
 
     def turn_again(self) -> None:
-        """Go back to the guidance, with the goal of the photo checked last.
+        """Return to the guidance, with the goal of the photo checked last.
 
-        Without a heading the number counts from where that photo was taken.
+        Without a heading, the displayed turn starts from where that photo was taken.
         """
         shot, model = self.shots.last(), self._services.model
         self.shots.settle()
@@ -248,7 +248,7 @@ class TurnPresenter(Presenter[TurnView]):
         self._refresh()
 
     def back(self) -> None:
-        """Leave the alignment, else go back to the screen before."""
+        """Close the alignment, or return to the previous screen."""
         if self.alignment.on:
             self.alignment.toggle()
         else:
@@ -256,13 +256,13 @@ class TurnPresenter(Presenter[TurnView]):
 
     @property
     def _origin(self) -> str:
-        """The screen before; the one where the goal was chosen by default."""
+        """The previous screen, by default the one where the goal was chosen."""
         lamp = Step.LIGHT if self._services.model.lamp_plan is not None else Step.STYLES
         before = self._services.model.before
         return before if before in _BACK else lamp
 
     def fill(self) -> None:
-        """Follow the button of the empty screen."""
+        """Perform the action of the empty state's button."""
         step = Step.PROBE if self._services.model.light is None else Step.STYLES
         self._services.model.update(step=step, painting=None)
 
@@ -279,7 +279,7 @@ class TurnPresenter(Presenter[TurnView]):
             self.demo_turn(float(here) + by_deg)
 
     def resolve(self) -> TurnState:
-        """Return what the screen shows now."""
+        """Return the current state of the screen."""
         model = self._services.model
         empty, action = self._empty()
         goal = model.goal
@@ -313,7 +313,7 @@ class TurnPresenter(Presenter[TurnView]):
         return self._state
 
     def _show_shots(self) -> None:
-        """Show the photos at once; a film's frame as Now follows with the next tick."""
+        """Show the photos at once; a video frame as Now follows at the next tick."""
         if self._state is None:
             self._refresh()
         elif self._view is not None and self._in_front:
@@ -321,7 +321,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._view.show_state(self._state)
 
     def _source_taken(self) -> None:
-        """Drop what the camera before showed."""
+        """Discard the previous camera's results."""
         self._tracker.forget()
         self._images.drop_live()
         self._refresh()
@@ -372,15 +372,15 @@ class TurnPresenter(Presenter[TurnView]):
         painted = None if own is None or own.copy_of else own
         self._images.want_target(head, yaw, painted, name, size)
         turn = float(guidance.goal if guidance.now is None else guidance.now)
-        # The light on a face depends on where the nose points.
+        # The light on a face depends on the direction of the nose.
         facing = model.azimuth_of(turn - yaw)
         self._images.want_now(head, yaw, model.light, facing, size, model.lamp_plan)
 
     def _with_film(self, style: StyleWords, guide: Guide) -> tuple[StyleWords, Pictures]:
-        """Show the sitter's own face from a film as Now, where there is no heading."""
+        """Use the sitter's face from a video as Now when there is no heading."""
         pictures = self._images.pictures
         if self._camera.source is HeadingSource.NONE:
-            # Without a webcam the goal is shown in both wells.
+            # Without a webcam, both wells show the goal.
             pictures = replace(pictures, live=pictures.goal)
         frame = None if guide.now is not None else self.shots.filmed(self._services.model.chosen)
         if frame is None or frame.thumbnail is None:
@@ -393,7 +393,7 @@ class TurnPresenter(Presenter[TurnView]):
             self._camera.learn_fov(track.fov_deg)
 
     def _look_at_face(self, frame: WebcamFrame) -> None:
-        """Check the light on the sitter's face while heading and sitter are known."""
+        """Check the light on the sitter's face while the heading and the sitter are reliable."""
         model, track, guidance = self._services.model, self._guidance.track, self._guidance.guide
         goal, result, head, light = model.goal, model.goal_result, model.head, model.light
         is_reliable = (

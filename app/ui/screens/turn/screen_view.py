@@ -1,4 +1,4 @@
-"""The Turn screen: pictures on the left, guidance on the right, and a clock."""
+"""The Turn screen: pictures on the left, guidance on the right, and a timer."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _COMPACT_COLUMN: Final = 400
 _WIDEST_SIDE: Final = 560
 _VERY_WIDE: Final = 2400
 _FACTORS: Final = (0.45, 3.0)
-_STEPS: Final = 20  # per unit of the factor: the column is not rebuilt with every pixel
+_STEPS: Final = 20  # steps per unit of scale, so that the column is not rebuilt for every pixel
 
 
 class TurnScreen(SheetHost):
-    """Shows a `TurnState` in two columns."""
+    """The two-column view of a `TurnState`."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -100,7 +100,7 @@ class TurnScreen(SheetHost):
     def _show_right(self, state: TurnState, before: TurnState | None) -> None:
         if before is None or state.mode != before.mode:
             self.column.set_mode(state.mode)
-        # A stale goal is not announced.
+        # An outdated goal is not announced.
         if not state.stale and (
             before is None or before.stale or state.guidance != before.guidance
         ):
@@ -111,13 +111,13 @@ class TurnScreen(SheetHost):
         self.column.portraits.show_style(state.style, state.pictures)
 
     def ask_photos(self) -> None:
-        """Let the user choose photos, and check them."""
+        """Let the user choose photos, then check them."""
         paths = ask_files(self, _OPEN_PHOTO, PHOTO_FILTER)
         if paths:
             self.presenter.open_photos(paths)
 
     def ask_folder(self) -> None:
-        """Let the user choose a folder, and watch it for photos."""
+        """Let the user choose a folder, then watch it for photos."""
         folder = ask_folder(self, tr("Watch a folder for photos"))
         if folder is not None:
             self.presenter.shots.watch(folder)
@@ -130,13 +130,13 @@ class TurnScreen(SheetHost):
         self.put_over(sheet)
 
     def ask_source(self) -> None:
-        """Let the user choose another live camera, and its field of view."""
+        """Let the user choose another live camera and its field of view."""
         from app.ui.screens.turn.live.source_view import SourceSheet
 
         self.put_over(SourceSheet(self.window(), self.presenter.sources))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Divide the room; the large type grows with it."""
+        """Divide the space; large text grows with the window."""
         super().resizeEvent(event)
         self._arrange()
 
@@ -158,7 +158,7 @@ class TurnScreen(SheetHost):
         if width >= px(_VERY_WIDE):
             return third
         designed = px(_COMPACT_COLUMN if self._compact else _COLUMN)
-        # Larger text must not take the room of the pictures.
+        # Larger text must not take space away from the pictures.
         return min(max(designed, min(third, px(_WIDEST_SIDE))), round(width * 0.45))
 
     def _make_column(self, factor: float) -> None:
@@ -185,11 +185,11 @@ class TurnScreen(SheetHost):
         )
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Run while visible; the screen has the keys until a control takes them."""
+        """Start the timer, and take the keyboard focus unless a control has it."""
         super().showEvent(event)
         self._clock.start()
         self._arrange()
-        # Later: what brings the screen to the front moves the focus after this.
+        # Wait one event loop, because showing the screen still moves the focus.
         QTimer.singleShot(0, self, self._take_keys)
 
     def _take_keys(self) -> None:
@@ -198,7 +198,7 @@ class TurnScreen(SheetHost):
             self.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop while hidden."""
+        """Stop the timer."""
         super().hideEvent(event)
         self._clock.stop()
 

@@ -1,4 +1,4 @@
-"""The whole Turn screen as data: one state per panel."""
+"""The state of the whole Turn screen, with one part per panel."""
 
 from __future__ import annotations
 
@@ -27,13 +27,14 @@ class TurnSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TurnState:
-    """Everything on the screen.
+    """The state of the whole screen.
 
     Attributes:
-        empty, empty_action: Shown instead of everything else: why there is no goal, and the button.
+        empty, empty_action: The reason why there is no goal, and a button; shown instead of
+            everything else.
         mode: Who moves: ``walk`` or ``selfie``.
-        stale: Goal and match are out of date; dimmed under "Computing…".
-        demo_deg: Where the demo's camera is, whole degrees of turn; None for a real one.
+        stale: Whether goal and match are out of date, and so dimmed under "Computing…".
+        demo_deg: Direction of the demo's camera in whole degrees of turn, or None for a real one.
     """
 
     empty: str = ""
@@ -54,10 +55,10 @@ class TurnState:
 
 
 class TurnView(Protocol):
-    """Shows a `TurnState`, and opens dialogs."""
+    """A view that shows a `TurnState` and opens dialogs."""
 
     def show_state(self, state: TurnState) -> None:
-        """Show it."""
+        """Show the state."""
 
     def ask_photos(self) -> None:
         """Let the user choose photos to check."""

@@ -1,4 +1,4 @@
-"""The background strip: where goal, camera and light are on it."""
+"""The positions of the goal, the camera and the light on the background strip."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from app.words.guidance import arc_words
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """The strip and the scale under it, in degrees of turn; the scale counts from the goal.
+    """The strip and the scale below it in degrees of turn, counted from the goal.
 
     Attributes:
-        now_deg: Turn now; None while unknown.
-        camera_deg: The camera's axis as a turn, which differs from `now_deg` where the sitter is
-            not in the middle of the picture; None where it does not.
-        fov_deg: Width of the frames, degrees of the panorama.
-        arc_deg: In the light (from, to), clockwise; None without an arc.
+        now_deg: Current turn, or None while unknown.
+        camera_deg: Turn at which the camera's axis points, if it differs from `now_deg` because the
+            sitter is off centre; otherwise None.
+        fov_deg: Width of the frames in degrees of the panorama.
+        arc_deg: Start and end of the light, clockwise, or None without an arc.
         goal_words, now_words, arc_words: "goal", "now", "green: in the light".
-        mirrored: Clockwise runs to the left, as in the pictures of selfie mode.
+        mirrored: Whether clockwise runs to the left, as in the pictures of selfie mode.
     """
 
     goal_deg: float = 0.0
@@ -45,11 +45,11 @@ class Scale:
 def scale_of(
     guidance: Guide, goal: Goal, fov_deg: float, camera_deg: float | None, mode: Mode
 ) -> Scale:
-    """Place goal, camera and arc on the strip.
+    """Place the goal, the camera and the arc on the strip.
 
     Args:
-        fov_deg: Part of the panorama that fills the camera's picture, deg.
-        camera_deg: The camera's axis as a turn; None where the sitter is in the middle.
+        fov_deg: Angle of the panorama that fills the camera's picture, in degrees.
+        camera_deg: Turn at which the camera's axis points, or None if the sitter is centred.
     """
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:
@@ -58,7 +58,7 @@ def scale_of(
     now, goal_text, now_text = guidance.now, tr("goal"), tr("now")
     where = tr("heading unknown")
     if now == guidance.goal:
-        # Two labels in one place would push each other away.
+        # Two labels at the same place would push each other away.
         goal_text = where = tr("now at the goal")
         now_text = ""
     elif now is not None:

@@ -1,4 +1,4 @@
-"""The background strip, painted by hand since frames, arrow and tags avoid each other."""
+"""The background strip, painted by hand so that frames, arrow and tags avoid each other."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ _TICKS_DEG: Final = 15
 _ROOM_DEG: Final = 14.0
 _GOAL: Final = tr("Goal")
 _NOW: Final = tr("Camera now")
-_NEAREST_DEG: Final = 5.0  # below this no arrow fits between the two
+_NEAREST_DEG: Final = 5.0  # minimum distance that leaves room for an arrow
 
 
 class BackgroundStrip(Plot):
-    """150° of background around the goal, above a scale of the turn to go."""
+    """A strip with 150° of background around the goal, above a scale of the turn left to go."""
 
     policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     stepped = Signal(float)
-    """An arrow key was pressed: degrees, positive clockwise; 10 with Shift."""
+    """Emitted for an arrow key with the step in degrees, positive clockwise; 10 with Shift."""
 
     def __init__(self) -> None:
         super().__init__(tr("Background of this place"))
@@ -54,18 +54,20 @@ class BackgroundStrip(Plot):
         self._version = 0
 
     def sizeHint(self) -> QSize:
-        """Return the designed size at the scale of the theme."""
+        """Return the designed size at the theme's scale."""
         return QSize(824, _HEIGHT + px(_SCALE))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest size at which the labels are legible."""
+        """Return the smallest size at which the labels are readable."""
         return QSize(320, px(120 + _SCALE))
 
     def set_state(self, state: Scale | None, picture: Bytes | None = None) -> None:
         """Show a state, or an empty strip.
 
-        `picture`: (h, w, 3) uint8 sRGB, 150° of background with its middle straight behind the
-        sitter at the goal; None until drawn.
+        Args:
+            picture: (h, w, 3) uint8 sRGB, 150° of background centred behind the sitter at the goal,
+                or
+                None until rendered.
         """
         if picture is not self._picture:
             self._picture = picture
@@ -76,31 +78,31 @@ class BackgroundStrip(Plot):
 
     @property
     def picture_rect(self) -> QRectF:
-        """Area of the picture, logical pixels."""
+        """Area of the picture in logical pixels."""
         height = max(self.height() - px(_SCALE), 1)
         return QRectF(0.0, 0.0, float(self.width()), float(height))
 
     @property
     def scale(self) -> StripScale:
-        """Mapping from turns to the strip at its width."""
+        """Mapping from turns to positions on the strip at its current width."""
         state = self._state or Scale()
         return StripScale(float(self.width()), state.goal_deg, mirrored=state.mirrored)
 
     def focus_shape(self) -> tuple[QRect, int]:
-        """Return rectangle and corner radius of the focus ring."""
+        """Return the rectangle and the corner radius of the focus ring."""
         return self.picture_rect.toRect(), px(6)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Emit `stepped` for an arrow key."""
         if step := arrow_step(event):
-            # The camera's frame moves the way of the arrow.
+            # The camera's frame moves in the direction of the arrow.
             across = -step[0] if self.scale.mirrored else step[0]
             self.stepped.emit(across + step[1])
         else:
             super().keyPressEvent(event)
 
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint picture, frames and scale."""
+        """Paint the picture, the frames and the scale."""
         t, state = theme(), self._state
         area = self.picture_rect
         size = QSize(self.width(), round(area.height()))
@@ -146,7 +148,7 @@ class BackgroundStrip(Plot):
         return [frame for frame in frames if frame.width() > 0.0]
 
     def _draw_dark(self, painter: QPainter, state: Scale) -> None:
-        """Darken the picture outside both frames."""
+        """Darken the picture outside the two frames."""
         dark = QPainterPath()
         dark.addRoundedRect(self.picture_rect, px(6), px(6))
         for frame in self._frames(state):
@@ -171,7 +173,7 @@ class BackgroundStrip(Plot):
             _draw_frame(painter, frame.adjusted(0, 0.5, 0, -0.5), black, white)
 
     def _draw_arrow(self, painter: QPainter, t: Theme, state: Scale) -> None:
-        """Draw the arrow from now to the goal."""
+        """Draw the arrow from the current turn to the goal."""
         if state.now_deg is None:
             return
         scale, area = self.scale, self.picture_rect
@@ -179,7 +181,7 @@ class BackgroundStrip(Plot):
         way = 1.0 if stop > start else -1.0
         if abs(stop - start) < _NEAREST_DEG * scale.scale:
             return
-        # From outside the strip the arrow starts past the tag at the edge.
+        # If the camera is beyond the strip, start the arrow past the tag at the edge.
         start = min(max(start, 24.0), area.width() - 24.0)
         y, wing = round(area.height() / 2.0), 15.0
         wing = min(wing, abs(stop - start) / 2.0)
@@ -193,7 +195,7 @@ class BackgroundStrip(Plot):
             painter.drawPolyline(head)
 
     def _draw_tags(self, painter: QPainter, t: Theme, state: Scale) -> None:
-        """Draw the tags inside their frames, apart from each other."""
+        """Draw the tags inside their frames, clear of each other."""
         white, black = t.c.ontag, t.c.tag
         goal = self._frame(state.goal_deg, state.fov_deg)
         now_deg = state.now_deg
@@ -214,7 +216,7 @@ class BackgroundStrip(Plot):
         draw_label(painter, place, _GOAL, fill=t.c.amberfill, ink=ink, weight=600)
 
     def _tag_area(self, frame: QRectF, words: str, align: float) -> QRectF:
-        """Place a tag in an upper corner of the visible part of a frame."""
+        """Return the area of a tag in an upper corner of a frame's visible part."""
         gap = px(9)
         left = max(frame.left(), 0.0) + gap
         right = min(frame.right(), self.picture_rect.width()) - gap
@@ -224,7 +226,7 @@ class BackgroundStrip(Plot):
         return area
 
     def _draw_edge(self, painter: QPainter, t: Theme, state: Scale) -> QRectF:
-        """Draw an arrow at the edge that the camera is beyond; return its area."""
+        """Draw an arrow at the edge when the camera is off the strip; return its area."""
         side = self.scale.beyond(state.now_deg or 0.0)
         area = self.picture_rect
         room, height = px(14), px(28)
@@ -262,7 +264,7 @@ class BackgroundStrip(Plot):
             markers.append((state.now_deg, state.now_words, t.c.text))
         words = self._marker_words(t, markers)
         self._draw_ticks(painter, ratio, t, tuple(turn for turn, _, _ in markers), words)
-        # "now" is drawn last, over the marker of the goal.
+        # Draw "now" last, over the goal's marker.
         for turn, _, colour in markers:
             fill = t.c.amberfill if t.contrast and colour is t.c.amber else colour
             self._draw_marker(painter, ratio, scale.x_of(turn), colour, fill)
@@ -278,7 +280,7 @@ class BackgroundStrip(Plot):
         markers: tuple[float, ...],
         spans: Sequence[tuple[float, float]],
     ) -> None:
-        """Draw the scale; a number is left out where it would touch words or the number before."""
+        """Draw the scale, leaving out numbers that would touch a label or another number."""
         apart = float(px(8))
         wide = [(left - apart, right + apart) for left, right in spans]
         bottom = self.picture_rect.bottom()
@@ -313,7 +315,7 @@ class BackgroundStrip(Plot):
     def _marker_words(
         self, t: Theme, markers: list[tuple[float, str, QColor]]
     ) -> list[tuple[float, float]]:
-        """Return left and right edge of the words of every marker."""
+        """Return the left and right edges of every marker's label."""
         metrics = QFontMetricsF(t.font(14, 700))
         widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
         places = [self.scale.x_of(turn) for turn, _, _ in markers]
@@ -333,7 +335,7 @@ def _draw_frame(painter: QPainter, frame: QRectF, *pens: QPen) -> None:
 
 
 def _filled(picture: Bytes, width: int, height: int) -> Bytes:
-    """Scale a picture to a width, and crop its height or repeat its edge rows."""
+    """Scale a picture to a width, then crop its height or repeat its edge rows."""
     rows = max(round(picture.shape[0] * width / picture.shape[1]), 1)
     shrink = picture.shape[1] > width
     method = cv2.INTER_AREA if shrink else cv2.INTER_CUBIC

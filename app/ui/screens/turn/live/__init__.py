@@ -1,1 +1,1 @@
-"""The live camera: its picture beside the goal, where it points, and how it is chosen."""
+"""The live camera: its picture beside the goal, its heading, and the choice of source."""

@@ -1,8 +1,8 @@
-"""Comparing the live picture with the goal: one over the other, side by side, or in turns.
+"""Comparison of the live picture with the goal: overlaid, side by side or alternating.
 
-A job at a time finds how the newest picture lies on the goal; pictures that arrive meanwhile are
-skipped. All that it needs from one picture to the next goes into the job and comes back with the
-answer, so threads share nothing.
+One job at a time aligns the newest picture with the goal, and pictures that arrive meanwhile are
+skipped. The state carried from one picture to the next travels with the job and its result, so
+threads share nothing.
 """
 
 from __future__ import annotations
@@ -36,10 +36,12 @@ class AlignmentState:
     """The row of tools under the pictures.
 
     Attributes:
-        available: There is a live picture to compare.
+        available: Whether there is a live picture to compare.
         mode: ``overlay``, ``split`` or ``blink``.
-        swaps: Live and goal change places by a button, since nothing may blink.
-        opacity: Of live over the goal, or how much of the width it has, per cent.
+        swaps: Whether a button swaps Live and Goal, because blinking is switched off.
+        opacity: Opacity of Live over Goal in per cent, or the percentage of the width that Live
+            takes
+            in a split.
     """
 
     on: bool = False
@@ -50,7 +52,7 @@ class AlignmentState:
 
 
 class AlignmentPanel:
-    """Compares the live picture with the goal while it is switched on."""
+    """Compares the live picture with the goal while the comparison is switched on."""
 
     def __init__(
         self,
@@ -75,11 +77,11 @@ class AlignmentPanel:
 
     @property
     def on(self) -> bool:
-        """Whether the two are compared."""
+        """Whether the comparison is switched on."""
         return self._aligner.on
 
     def toggle(self) -> None:
-        """Start the comparison, or stop it."""
+        """Start or stop the comparison."""
         if self.on or self.available:
             self._aligner.switch(on=not self.on)
             self._changed()
@@ -89,29 +91,29 @@ class AlignmentPanel:
         self._aligner.switch(on=False)
 
     def set_mode(self, mode: str) -> None:
-        """Compare another way: ``overlay``, ``split`` or ``blink``."""
+        """Set the kind of comparison: ``overlay``, ``split`` or ``blink``."""
         self._mode = mode
         self._changed()
 
     def swap(self) -> None:
-        """Show the other one of live and goal, where they do not blink."""
+        """Swap Live and Goal when blinking is switched off."""
         self._swapped = not self._swapped
         self._changed()
 
     def set_opacity(self, per_cent: float) -> None:
-        """Set the opacity of live over the goal, 0 to 100."""
+        """Set the opacity of Live over Goal, from 0 to 100 per cent."""
         self._opacity = min(max(per_cent / 100.0, 0.0), 1.0)
         self._changed()
 
     def look(self, views: GoalViews | None) -> None:
-        """Align the newest picture with the goal, unless another is being aligned."""
+        """Align the newest picture with the goal, unless an alignment is already running."""
         frame = self._camera.frame
         if views is not None and frame is not None and self.on:
             fovs = (views.scene.panorama_fov_deg, self._camera.fov_guess_deg)
             self._aligner.look(frame.picture, views.target, fovs)
 
     def overlay(self, views: GoalViews | None) -> LiveOverlay | None:
-        """Return how live lies on the goal; None where live is shown alone."""
+        """Return the overlay of Live on Goal, or None if Live is shown alone."""
         if not self.on or views is None or not self.available or self._unaligned:
             return None
         alignment, opacity = self._aligner.alignment, self._opacity
@@ -121,7 +123,7 @@ class AlignmentPanel:
         return LiveOverlay(views.goal, homography, opacity, self._mode == "split")
 
     def tag(self) -> str:
-        """Return what is compared and whether it is aligned; empty while it is off."""
+        """Return a description of the comparison, or an empty string while it is off."""
         if not self.on or not self.available:
             return ""
         if self._unaligned:
@@ -130,7 +132,7 @@ class AlignmentPanel:
         return f"{self._compared}. {aligned}"
 
     def resolve(self) -> AlignmentState:
-        """Return the row of tools."""
+        """Return the state of the tools."""
         return AlignmentState(
             on=self.on and self.available,
             available=self.available,
@@ -146,14 +148,14 @@ class AlignmentPanel:
 
     @property
     def _unaligned(self) -> bool:
-        """Whether live cannot be laid on the goal: the heading is lost, too."""
+        """Whether Live cannot be placed over Goal because the heading is lost as well."""
         guide = self._guidance.guide
         lost = guide is not None and guide.phase in (Phase.LOST, Phase.LEFT)
         return lost and not self._is_aligned
 
     @property
     def _shows_live(self) -> bool:
-        """Whether it is live's turn while the two blink, or are swapped by hand."""
+        """Whether Live is the picture on display, either while blinking or after a manual swap."""
         if self._services.model.calm:
             return not self._swapped
         return int(self._services.clock.now() / _BLINK_S) % 2 == 0
@@ -168,9 +170,10 @@ class AlignmentPanel:
 
 @dataclass(slots=True, eq=False)
 class Aligner:
-    """Finds how the newest picture lies on the goal, one picture at a time.
+    """Aligns the newest picture with the goal, one picture at a time.
 
-    `alignment`: the smoothed one; None before the first picture.
+    Attributes:
+        alignment: The smoothed alignment, or None before the first picture.
     """
 
     services: Services
@@ -181,19 +184,19 @@ class Aligner:
     _state: tuple[SteadyOverlay, Sitter | None] = field(default=(BARE, None), repr=False)
 
     def switch(self, on: bool) -> None:
-        """Start or stop."""
+        """Switch the alignment on or off."""
         self.on, self.alignment, self._pictures = on, None, None
         self._state = (BARE, None)
         if not on:
             self.services.runner.cancel(_ALIGN)
 
     def look(self, picture: Bytes, target: Bytes, fovs_deg: tuple[float, float]) -> None:
-        """Align a picture with the goal, unless another is being aligned.
+        """Align a picture with the goal, unless an alignment is already running.
 
         Args:
-            picture, target: (H, W, 3) uint8 sRGB, not mirrored: what the camera sees, and what it
-                should see.
-            fovs_deg: Horizontal fields of view of target and camera, deg.
+            picture: The camera's picture, (H, W, 3) uint8 sRGB, not mirrored.
+            target: The view at the goal, (H, W, 3) uint8 sRGB, not mirrored.
+            fovs_deg: Horizontal fields of view of target and camera, in degrees.
         """
         before, pictures = self._state, self._pictures
         same = pictures is not None and pictures[0] is picture and pictures[1] is target
@@ -201,7 +204,7 @@ class Aligner:
         if not self.on or same or self.services.runner.running(_ALIGN):
             return
         if pictures is not None and pictures[1] is not target:
-            before = (BARE, before[1])  # a new goal
+            before = (BARE, before[1])  # The goal has changed.
         self._pictures, now_s = (picture, target), self.services.clock.now()
         self.services.runner.submit(
             _ALIGN,
@@ -223,7 +226,7 @@ def _aligned(
     before: tuple[SteadyOverlay, Sitter | None],
     now_s: float,
 ) -> tuple[SteadyOverlay, Sitter | None]:
-    """Align a picture with the goal by the background behind the sitter."""
+    """Align a picture with the goal, using the background behind the sitter."""
     overlay, near = before
     try:
         sitter = find_sitter(picture, fovs_deg[1], near)

@@ -1,4 +1,4 @@
-"""The tools under the pictures: the comparison of live and goal, and how certain the heading is."""
+"""The tools under the pictures: the comparison with the goal, and the quality of the heading."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.live.alignment import AlignmentPanel
     from app.ui.screens.turn.live.live import LiveWords
 
-_QUALITY: Final = 180  # least width for the words about the heading
+_QUALITY: Final = 180  # minimum width of the text about the heading
 _MODES: Final = (("overlay", tr("Overlay")), ("split", tr("Split")), ("blink", tr("Blink")))
 
 
 class AlignmentTools:
-    """Lays out the tools on as many lines as they need.
+    """The tools, laid out on as many lines as they need.
 
-    `layout`: to be put into the column.
+    Attributes:
+        layout: The layout to add to the column.
     """
 
     def __init__(self, panel: AlignmentPanel, compact: bool) -> None:
@@ -47,7 +48,7 @@ class AlignmentTools:
         self.layout: QBoxLayout = row((self._first, 1), second, gap=16)
 
     def fit(self, width: int) -> int:
-        """Fold the tools into a width; return their height."""
+        """Wrap the tools to a width and return their height."""
         parts = [self.align, self.modes, self.swap, self.opacity]
         wide = [0 if one.isHidden() else one.minimumSizeHint().width() + px(16) for one in parts]
         fold(self.layout, width >= sum(wide) + px(_QUALITY), 16)
@@ -56,7 +57,7 @@ class AlignmentTools:
         return self.layout.sizeHint().height()
 
     def show_state(self, state: AlignmentState) -> bool:
-        """Show the state; return whether tools appeared or disappeared."""
+        """Show the state, and return whether tools appeared or disappeared."""
         self.align.set_text(tr("Stop alignment") if state.on else tr("Start alignment"))
         self.align.set_available(
             state.available, tr("There is no live picture to lay over the goal.")
@@ -74,6 +75,6 @@ class AlignmentTools:
         return changed
 
     def show_quality(self, words: LiveWords) -> None:
-        """Show how certain the heading is."""
+        """Show how reliable the heading is."""
         self.quality.set_text(words.quality)
         self._icon.set(words.quality_icon)

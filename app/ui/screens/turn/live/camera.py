@@ -1,4 +1,4 @@
-"""The live camera: listed, opened, closed, and its state."""
+"""The live camera: the list of webcams, the open source and its state."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _LIST: Final = "turn-webcams"
 _KEEP: Final = "turn-camera-password"
 _LOOK_AGAIN_S: Final = 5.0
 _LARGEST_INDEX: Final = 15
-_LEARN_DEG: Final = 1.0  # a smaller change is the same estimate
+_LEARN_DEG: Final = 1.0  # a smaller change is noise in the estimate
 
 
 class LiveCamera:
-    """Runs one live source while the screen is in front.
+    """Runs one live source while the screen is visible.
 
     Attributes:
-        listed: Index and name of the webcams of this computer.
-        looked: The webcams were listed since `start`.
-        frame: The newest picture; None before the first.
+        listed: Index and name of each webcam on this computer.
+        looked: Whether the webcams have been listed since `start`.
+        frame: The newest picture, or None before the first one.
         chosen: The source in use.
     """
 
@@ -55,7 +55,7 @@ class LiveCamera:
         self.listed: tuple[tuple[int, str], ...] = ()
         self.frame: WebcamFrame | None = None
         settings = services.model.settings
-        # The demo has its own camera and saves no choice.
+        # The demo has its own camera, so its choice is not saved.
         self._demo = getattr(services.devices, "simulated", None) is not None
         remembered = _source_of(settings.live_source, settings.webcam)
         self.chosen = LiveSource.webcam(0) if self._demo else remembered
@@ -64,7 +64,7 @@ class LiveCamera:
     # -- start and stop ------------------------------------------------------------------------
 
     def start(self) -> None:
-        """List the webcams and open the source; no-op while it runs."""
+        """List the webcams and open the source; no-op while the camera runs."""
         if self._is_on:
             return
         self._is_on, self.looked = True, False
@@ -74,7 +74,7 @@ class LiveCamera:
         self._list()
 
     def _take_demo(self, on: bool) -> None:
-        """Use the demo place's own webcam while that place is open."""
+        """Use the demo's own webcam while the demo place is open."""
         if on:
             self.chosen = LiveSource("demo", str(self._services.folders.demo))
         elif self.chosen.kind == "demo":
@@ -82,19 +82,19 @@ class LiveCamera:
             self.chosen = _source_of(settings.live_source, settings.webcam)
 
     def stop(self) -> None:
-        """Close the source, without waiting for it."""
+        """Close the source without waiting for its thread."""
         self._is_on = False
         self._services.runner.cancel(_LIST)
         self._release()
         self._keep_views()
 
     def choose(self, index: int) -> None:
-        """Use another webcam."""
+        """Switch to another webcam."""
         if 0 <= index <= _LARGEST_INDEX:
             self.use(LiveSource.webcam(index))
 
     def use(self, source: LiveSource) -> None:
-        """Use another source, also after a restart."""
+        """Switch to another source and remember it for the next start."""
         same = source == self.chosen and self._webcam is not None
         self._keep_source(source)
         self.chosen = source
@@ -103,18 +103,18 @@ class LiveCamera:
         self._changed()
 
     def again(self) -> None:
-        """Reopen the source; no-op while the screen is not in front."""
+        """Reopen the source; no-op while the screen is hidden."""
         if self._is_on:
             self._open(self.chosen)
             self._changed()
 
     def list_again(self) -> None:
-        """List the webcams now."""
+        """Refresh the list of webcams."""
         if self._is_on and not self._services.runner.running(_LIST):
             self._list()
 
     def tick(self) -> bool:
-        """Read the newest picture, or look for a webcam; return whether there is a picture."""
+        """Read the newest picture, or look for a webcam; return whether a picture has arrived."""
         if not self._is_on:
             return False
         if self._webcam is None:
@@ -135,7 +135,7 @@ class LiveCamera:
             _LIST,
             lambda token, report: tuple(devices.webcams()),
             done=self._listed,
-            # No message: the screen shows that there is no webcam.
+            # The screen already shows that there is no webcam, so skip the message.
             failed=lambda error: self._listed(()),
         )
 
@@ -172,37 +172,37 @@ class LiveCamera:
         webcam, self._webcam = self._webcam, None
         self.frame = None
         if webcam is not None:
-            # Its thread ends by itself; waiting would block the window.
+            # Its thread ends by itself, and waiting would block the window.
             webcam.close(0.0)
 
-    # -- what is saved -------------------------------------------------------------------------
+    # -- saved settings ------------------------------------------------------------------------
 
     @property
     def index(self) -> int:
-        """Index of the webcam in use; -1 for another source."""
+        """Index of the webcam in use, or -1 for any other source."""
         return self.chosen.index if self.chosen.kind == "webcam" else -1
 
     @property
     def view(self) -> SourceView:
-        """Field of view and resolution set for the source in use."""
+        """Field of view and resolution saved for the source in use."""
         return self._views.of(self.chosen)
 
     def set_fov(self, fov_deg: float | None) -> None:
-        """Set the horizontal field of view of the source in use, deg; None estimates it."""
+        """Set the source's horizontal field of view in degrees, or None to estimate it."""
         if fov_deg is None or FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]:
             self._views = self._views.with_(self.chosen, fov_deg=fov_deg)
             self._keep_views()
             self._changed()
 
     def set_width(self, width: int) -> None:
-        """Set the columns of the pictures of the source in use; 0 for its default."""
+        """Set the width in pixels of the source's pictures, or 0 for the default."""
         if width != self.view.width and width in (0, *WIDTHS):
             self._views = self._views.with_(self.chosen, width=width)
             self._keep_views()
             self.again()
 
     def learn_fov(self, fov_deg: float) -> None:
-        """Remember an estimated horizontal field of view, deg; it is only used for drawing."""
+        """Remember an estimated horizontal field of view in degrees, used only for drawing."""
         before = self.view.learnt_deg
         inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]
         if inside and (before is None or abs(fov_deg - before) >= _LEARN_DEG):
@@ -217,7 +217,7 @@ class LiveCamera:
             self.again()
 
     def _keys(self, host: str) -> Credentials | None:
-        """Look up user name and password; runs in the source's own thread."""
+        """Return the user name and password for a host; runs on the source's own thread."""
         credentials = self._signed.get(host)
         if credentials is not None:
             return credentials
@@ -255,11 +255,11 @@ class LiveCamera:
         if text != model.settings.live_views:
             model.set("live_views", text)
 
-    # -- its state -----------------------------------------------------------------------------
+    # -- state of the camera -------------------------------------------------------------------
 
     @property
     def simulated(self) -> Any:
-        """The demo's camera, which the screen can move; None for a real one."""
+        """The demo's camera, which the screen can move, or None for a real one."""
         if getattr(self._webcam, "set_turn", None) is not None:
             return self._webcam
         if self.chosen.kind != "webcam":
@@ -268,7 +268,7 @@ class LiveCamera:
 
     @property
     def source(self) -> HeadingSource:
-        """State of the source, for the guidance."""
+        """State of the source, as the guidance needs it."""
         if not self._is_on or self._webcam is None:
             return HeadingSource.NONE if self.looked or not self._is_on else HeadingSource.STARTING
         state = self._webcam.state
@@ -280,17 +280,17 @@ class LiveCamera:
 
     @property
     def error(self) -> WebcamError | None:
-        """What is wrong with the camera or its pictures."""
+        """The problem with the camera or its pictures, or None."""
         return None if self._webcam is None else self._webcam.error
 
     @property
     def fps(self) -> float:
-        """Current frame rate, pictures per second."""
+        """Current frame rate in pictures per second."""
         return 0.0 if self._webcam is None else self._webcam.fps
 
     @property
     def name(self) -> str:
-        """Name of the camera; may be empty."""
+        """Name of the camera, which may be empty."""
         if self._webcam is None:
             return ""
         listed = dict(self.listed) if self.chosen.kind == "webcam" else {}
@@ -298,32 +298,32 @@ class LiveCamera:
 
     @property
     def fov_deg(self) -> float | None:
-        """Horizontal field of view, deg, as set or as the source reports it.
+        """Horizontal field of view in degrees, from the settings or the source.
 
-        None: to be estimated from the pictures.
+        None means that it must be estimated from the pictures.
         """
         set_deg = self.view.fov_deg
         return self.own_fov_deg if set_deg is None else set_deg
 
     @property
     def own_fov_deg(self) -> float | None:
-        """Horizontal field of view that the source reports, deg; None for most."""
+        """Horizontal field of view that the source reports, in degrees; None for most sources."""
         return None if self._webcam is None else self._webcam.fov_deg
 
     @property
     def fov_guess_deg(self) -> float:
-        """Field of view for drawing: the known one, else the last estimate, else the default."""
+        """Field of view for drawing: the actual value, the last estimate or the default."""
         return self.fov_deg or self.view.learnt_deg or GUESS_FOV_DEG
 
     @property
     def distance_m(self) -> float:
-        """Distance from the sitter, metres: the camera's own, else the one in the settings."""
+        """Distance from the sitter in metres, from the camera or else from the settings."""
         own = getattr(self._webcam, "distance_m", None)
         return float(own) if own else self._services.model.settings.camera_distance_m
 
     @property
     def looks(self) -> str:
-        """Which way the camera looks: ``sitter``, ``me``, or ``ask`` while unknown."""
+        """The direction the camera looks in: ``sitter``, ``me``, or ``ask`` while unknown."""
         hint = getattr(self._webcam, "looks_at", "")
         if hint in ("sitter", "me"):
             return str(hint)
@@ -333,7 +333,7 @@ class LiveCamera:
 
 
 def _source_of(text: str, index: int) -> LiveSource:
-    """Parse a saved source; a webcam where it is damaged."""
+    """Parse a saved source, falling back to a webcam if the text is invalid."""
     try:
         return LiveSource.parse(text) if text else LiveSource.webcam(index)
     except WebcamError:

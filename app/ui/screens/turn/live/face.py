@@ -1,4 +1,4 @@
-"""The light on the sitter's face in the live picture, compared with the style."""
+"""Check of the light on the sitter's face in the live picture against the style."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.core.solver.place_light import PlaceLight
 from app.ui.presenters.services import Services
 
 _FACE: Final = "turn-face"
-_LEAST_FACE: Final = 90.0  # pixels: shadows on a smaller one are lost
+_LEAST_FACE: Final = 90.0  # pixels; a smaller face does not resolve its shadows
 _EVERY_S: Final = 0.25
 
 
@@ -22,7 +22,8 @@ _EVERY_S: Final = 0.25
 class FaceReader:
     """Checks the light on the sitter's face, one picture at a time.
 
-    `check`: of the newest picture; None where no face can be read.
+    Attributes:
+        check: The check of the newest picture, or None if no face could be evaluated.
     """
 
     services: Services
@@ -33,11 +34,11 @@ class FaceReader:
     _next_s: float = 0.0
 
     def look(self, picture: Bytes, face: Face | None, wish: FaceWish, turn_deg: float) -> None:
-        """Check a face, unless one is being checked or was a moment ago.
+        """Check a face, unless a check is running or has just finished.
 
         Args:
-            face: The face in the picture before; None where there was none.
-            turn_deg: Panorama azimuth of the lens from the sitter, deg.
+            face: The face in the previous picture, or None if there was none.
+            turn_deg: Panorama azimuth of the lens as seen from the sitter, in degrees.
         """
         now_s, runner = self.services.clock.now(), self.services.runner
         if now_s < self._next_s or runner.running(_FACE):
@@ -52,12 +53,12 @@ class FaceReader:
             _FACE,
             lambda token, report: _read_face(picture, face, wish, turn_deg, before),
             done=lambda reading: self._read(*reading),
-            # The next picture comes in a moment.
+            # The next picture arrives in a moment, so no message is needed.
             failed=lambda error: self._read(None, None),
         )
 
     def forget(self) -> None:
-        """Drop the last check."""
+        """Discard the last check."""
         self.services.runner.cancel(_FACE)
         self.check = None
 
@@ -69,9 +70,10 @@ class FaceReader:
 
 @dataclass(frozen=True, slots=True)
 class FaceWish:
-    """What a face is checked against: a style on a head in a place, and where to look.
+    """The style, head and place that a face is checked against.
 
-    `goal_deg`, `arc_deg`: azimuths in the panorama, deg.
+    Attributes:
+        goal_deg, arc_deg: Azimuths in the panorama, in degrees.
     """
 
     light: PlaceLight

@@ -1,7 +1,7 @@
-"""Where the live camera points.
+"""Tracking of the live camera's heading.
 
-A job at a time locates the newest picture; pictures that arrive meanwhile are skipped. The `Track`
-goes into the job and comes back with the answer, so threads share nothing.
+One job at a time locates the newest picture, and pictures that arrive meanwhile are skipped. The
+`Track` travels with the job and its result, so threads share nothing.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _INDEX: Final = "turn-index"
 _KEEP: Final = "turn-index-keep"
 _HEADING: Final = "turn-heading"
 _LEARNING: Final = tr("Learning the background")
-_PLACES: Final = 3  # whose indexes stay in memory, about 5 MB each
+_PLACES: Final = 3  # number of indexes kept in memory, about 5 MB each
 _COARSE: Final = 4
 
 
@@ -41,9 +41,9 @@ class HeadingTracker:
     """Locates the newest picture in the panorama.
 
     Attributes:
-        track: Result of the last picture; None before the first.
-        index: The panorama's feature points; None until they are learnt.
-        error: Why there is no index.
+        track: Result for the last picture, or None before the first one.
+        index: Feature points of the panorama, or None until the index is built.
+        error: The reason why there is no index.
     """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
@@ -65,9 +65,10 @@ class HeadingTracker:
         return self._light is not None and self.index is None and self.error is None
 
     def learn(self, light: PlaceLight, folder: Path | None = None) -> None:
-        """Build the index of a panorama, or read it from the folder of its place.
+        """Load the index of a panorama, or build it if the place has no saved one.
 
-        `folder`: None while the place is not saved.
+        Args:
+            folder: Folder of the place, or None while it is not saved.
         """
         before, self._folder = self._folder, folder
         if light is self._light:
@@ -97,19 +98,19 @@ class HeadingTracker:
         )
 
     def start(self) -> None:
-        """Locate pictures from now on."""
+        """Start locating pictures."""
         self._on = True
 
     def stop(self) -> None:
-        """Locate no more pictures; the index stays."""
+        """Stop locating pictures but keep the index."""
         self._on = False
         self._services.runner.cancel(_HEADING)
         self.forget()
 
     def forget(self) -> None:
-        """Drop the track."""
+        """Discard the track."""
         self.track, self._frame = None, None
-        self._round += 1  # a job still running is obsolete
+        self._round += 1  # marks a running job as obsolete
 
     def look(
         self,
@@ -119,11 +120,12 @@ class HeadingTracker:
         sees_sitter: bool = True,
         asked_deg: float | None = None,
     ) -> None:
-        """Locate a picture, unless one is being located.
+        """Locate a picture, unless one is already being located.
 
         Args:
-            fov_deg: Horizontal field of view, deg; None to estimate it.
-            asked_deg: Turn still to go to the light, deg; None where none is needed.
+            fov_deg: Horizontal field of view in degrees, or None to estimate it.
+            sees_sitter: Whether the person in the picture is the sitter.
+            asked_deg: Turn left until the light in degrees, or None if no turn is needed.
         """
         index, picture = self.index, frame.picture
         if not self._on or index is None or not self._new(picture):
@@ -145,12 +147,12 @@ class HeadingTracker:
                 seeing=Seeing(find_heading, find_sitter),
             ),
             done=lambda result: self._located(this, result),
-            # A picture that fails is one without a heading.
+            # A picture that causes an error counts as one without a heading.
             failed=lambda error: self._located(this, replace(missed(state, now_s), raw=UNSURE)),
         )
 
     def _new(self, picture: Bytes) -> bool:
-        """Whether to locate a picture: the same one again only if its heading is pending."""
+        """Return whether to locate a picture; a repeat only counts while its heading is pending."""
         return picture is not self._frame or (self.track is not None and self.track.pending)
 
     def _located(self, this: int, track: Track) -> None:
@@ -187,7 +189,7 @@ class HeadingTracker:
         self._changed()
 
     def _cancelled(self, light: PlaceLight) -> None:
-        """Report that the user cancelled; entering the screen tries again."""
+        """Report that the user cancelled; reopening the screen tries again."""
         if light is self._light:
             self.error = CoreError(
                 tr("The background was not learnt."),
@@ -198,6 +200,6 @@ class HeadingTracker:
 
 
 def _key(light: PlaceLight) -> bytes:
-    """Return a hash of a panorama, the same when its place is opened again."""
+    """Return a hash of the panorama that stays the same when its place is reopened."""
     coarse = np.ascontiguousarray(light.display[::_COARSE, ::_COARSE])
     return hashlib.blake2b(coarse.tobytes(), digest_size=16).digest()

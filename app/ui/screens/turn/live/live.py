@@ -1,4 +1,4 @@
-"""The Live and Goal pictures: what is written on them, and how certain the heading is."""
+"""The text on the Live and Goal pictures, and the quality of the heading."""
 
 from __future__ import annotations
 
@@ -19,22 +19,24 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.live.heading_tracker import HeadingTracker
 
 ASPECT: Final = 1.5
-"""Columns over rows of the live picture, at least; a taller one is cropped at top and bottom."""
+"""Minimum aspect ratio (width / height) of the live picture; taller ones are cropped at top and
+bottom.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class LiveWords:
-    """The words on and above the Live and Goal pictures.
+    """The text on and above the Live and Goal pictures.
 
     Attributes:
-        live, goal: Beside the two headings: "webcam".
+        live, goal: Text beside the two headings, such as "webcam".
         name: The camera's name.
-        message, brief: What is wrong and what to do; only what is wrong.
-        tag: How the live picture lies on the goal.
-        dim: The picture is an old one.
-        asking: Ask which way the camera looks.
-        aspect: Columns over rows of both pictures.
-        quality, quality_icon: "Heading certain".
+        message, brief: What is wrong and what to do; `brief` only says what is wrong.
+        tag: State of the comparison of Live with Goal.
+        dim: Whether the picture is out of date.
+        asking: Whether to ask which way the camera looks.
+        aspect: Aspect ratio (width / height) of both pictures.
+        quality, quality_icon: Text such as "Heading certain", and its icon.
     """
 
     live: str = ""
@@ -55,10 +57,10 @@ class CameraMenu:
     """The menu of the live picture.
 
     Attributes:
-        webcams: Index and name of each.
-        webcam: Index of the one in use; -1 for another source.
+        webcams: Index and name of each webcam.
+        webcam: Index of the one in use, or -1 for another source.
         looks: ``sitter``, ``me`` or ``ask``.
-        sounds: The guidance can be heard.
+        sounds: Whether the sounds of the guidance are on.
     """
 
     webcams: tuple[tuple[int, str], ...] = ()
@@ -68,9 +70,10 @@ class CameraMenu:
 
 
 class LivePanel:
-    """Writes on the Live and Goal pictures.
+    """Builds the text on the Live and Goal pictures.
 
-    `aspect`: columns over rows of both.
+    Attributes:
+        aspect: Aspect ratio (width / height) of both pictures.
     """
 
     def __init__(
@@ -87,7 +90,7 @@ class LivePanel:
         self.aspect = ASPECT
 
     def resolve(self, guide: Guide, tag: str) -> LiveWords:
-        """Return the words; `tag`: how the live picture lies on the goal."""
+        """Return the text on the pictures; `tag` describes the comparison of Live with Goal."""
         quality, icon = self._quality(guide)
         return replace(
             self._words(),
@@ -106,7 +109,7 @@ class LivePanel:
         return CameraMenu(camera.listed, camera.index, camera.looks, sounds)
 
     def _words(self) -> LiveWords:
-        """Describe both pictures; in selfie mode they are mirrored."""
+        """Return the text that describes both pictures, which are mirrored in selfie mode."""
         source, error = self._camera.source, self._camera.error
         words, selfie = source_words(self._camera.chosen.kind), self._guidance.mode is Mode.SELFIE
         goal = tr("what the camera should see")
@@ -129,7 +132,7 @@ class LivePanel:
         return LiveWords(live, goal, message=message, brief=brief)
 
     def _quality(self, guide: Guide) -> tuple[str, str]:
-        """Return how certain the heading is, and an icon."""
+        """Return a phrase for the quality of the heading, and its icon."""
         source, tracker, track = self._camera.source, self._tracker, self._guidance.track
         words = source_words(self._camera.chosen.kind)
         if source is HeadingSource.AWAY:

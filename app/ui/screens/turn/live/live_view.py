@@ -1,4 +1,4 @@
-"""Live and Goal side by side: what the camera sees, and what it should see."""
+"""Live and Goal side by side: the camera's picture, and the view it should have."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from app.ui.screens.turn.pictures import Pictures
     from app.ui.screens.turn.screen import TurnPresenter
 
-_ROOM_FOR_WORDS: Final = 160  # in less there is only the heading
+_ROOM_FOR_WORDS: Final = 160  # below this width only the heading is shown
 _RADIUS: Final = 8
 _INSET: Final = 12
 _DIM: Final = 0.42
 
 
 class Well(PaintedWidget):
-    """A framed picture that already has the size of the well in device pixels."""
+    """A framed picture, already rendered at the well's size in device pixels."""
 
     least = (96, 54)
 
@@ -48,21 +48,22 @@ class Well(PaintedWidget):
     def set_picture(self, picture: Bytes | None) -> None:
         """Show a picture.
 
-        `picture`: (h, w, 3) uint8 sRGB, not to be changed afterwards; None for none.
+        Args:
+            picture: (h, w, 3) uint8 sRGB, not to be modified afterwards, or None to clear the well.
         """
         if picture is not self.picture:
             self.picture = None if picture is None else np.ascontiguousarray(picture)
             self.update()
 
     def set_words(self, tag: str, message: str, brief: str, dim: bool) -> None:
-        """Write on the picture; `brief` replaces `message` where there is little room."""
+        """Set the text on the picture; `brief` replaces `message` when space is short."""
         if (tag, message, dim) != (self._tag, self.message, self.dim):
             self._tag, self.message, self._brief, self.dim = tag, message, brief, dim
             self.setAccessibleDescription(f"{tag} {message}".strip())
             self.update()
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Paint picture, words and edge."""
+        """Paint the picture, its text and its edge."""
         painter.fillRect(self.rect(), t.c.well)
         self._paint_picture(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -71,7 +72,7 @@ class Well(PaintedWidget):
             draw_tag(painter, inset, inset, self._tag, "tl", t.c.tag, t.c.ontag)
         if self.message:
             self._paint_message(painter)
-        # Clipping to a round shape would leave jagged corners.
+        # Clipping to a rounded shape would leave jagged corners.
         corners, inner = QPainterPath(), QPainterPath()
         corners.addRect(QRectF(self.rect()))
         inner.addRoundedRect(QRectF(self.rect()), px(_RADIUS), px(_RADIUS))
@@ -98,7 +99,7 @@ class Well(PaintedWidget):
         t = theme()
         flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft)
         message = self.message
-        # In a small picture smaller letters, then fewer words.
+        # A small picture gets smaller text first, then shorter text.
         for size, edge, text in (
             (14, _INSET, message),
             (12, 4, message),
@@ -122,11 +123,11 @@ class Well(PaintedWidget):
 
 
 class LiveAndGoal:
-    """Lays out both pictures under their headings, with the menu of the camera.
+    """Both pictures under their headings, with the camera menu.
 
     Attributes:
-        layout: To be put into the column.
-        heading: Of the goal.
+        layout: The layout to add to the column.
+        heading: The heading of Goal.
     """
 
     def __init__(self, presenter: TurnPresenter) -> None:
@@ -151,14 +152,14 @@ class LiveAndGoal:
         return heading, column(heading, well, ..., gap=6)
 
     def set_size(self, size: QSize) -> None:
-        """Set the size of both pictures, logical pixels."""
+        """Set the size of both pictures in logical pixels."""
         for words in (self._live_words, self._goal_words):
             words.setVisible(size.width() >= px(_ROOM_FOR_WORDS))
         self.live.setFixedSize(size)
         self.goal.setFixedSize(size)
 
     def show_words(self, words: LiveWords) -> None:
-        """Show the words on and above the pictures."""
+        """Show the text on and above the pictures."""
         self._live_words.set_text(words.live)
         self._goal_words.set_text(words.goal)
         self.live.set_words(words.tag, words.message, words.brief, words.dim)
@@ -171,7 +172,7 @@ class LiveAndGoal:
         self.goal.set_picture(pictures.goal)
 
     def set_menu(self, menu: CameraMenu) -> None:
-        """Set what the menu offers."""
+        """Set the entries of the menu."""
         self._menu = menu
 
     def _open_menu(self) -> None:

@@ -14,14 +14,14 @@ from app.ui.screens.turn.goal import TARGET_WIDTH, mirrored
 
 
 class LiveOverlay(NamedTuple):
-    """The goal under the live picture.
+    """The goal underneath the live picture.
 
     Attributes:
-        goal: (h, w, 3) uint8 in the size of the well, not mirrored.
-        homography: (3, 3) float64, from pixels of the live picture to those of a target with
-            `TARGET_WIDTH` columns; None while they are not aligned.
-        opacity: Of the live picture, 0 to 1; its share of the width where they are split.
-        split: Live on the left, the goal on the right.
+        goal: (h, w, 3) uint8 sRGB at the size of the well, not mirrored.
+        homography: (3, 3) float64, from pixels of the live picture to those of a target
+            `TARGET_WIDTH` pixels wide; None while the two are not aligned.
+        opacity: Opacity of the live picture from 0 to 1, or its fraction of the width in a split.
+        split: Whether Live is on the left and Goal on the right.
     """
 
     goal: Bytes
@@ -33,14 +33,14 @@ class LiveOverlay(NamedTuple):
 def live_picture(
     picture: Bytes, size: tuple[int, int], mode: Mode, overlay: LiveOverlay | None = None
 ) -> Bytes:
-    """Fit the live picture into its well: the whole width, cropped at top and bottom.
+    """Fit the live picture to the width of its well, cropped at top and bottom.
 
     Args:
         picture: (H, W, 3) uint8 sRGB, as the camera sees it.
         size: Rows and columns of the well.
 
     Returns:
-        (rows, columns, 3) uint8.
+        (rows, columns, 3) uint8 sRGB.
     """
     rows, columns = size
     high = max(round(picture.shape[0] * columns / picture.shape[1]), 1)
@@ -68,7 +68,7 @@ def _over(small: Bytes, overlay: LiveOverlay, scale: float) -> Bytes:
 
 
 def _fitted(picture: Bytes, rows: int) -> Bytes:
-    """Crop a picture to a height around its middle; pad a lower one with its edge rows."""
+    """Crop a picture to the middle rows, or pad a lower one with its edge rows."""
     high = picture.shape[0]
     if high >= rows:
         top = (high - rows) // 2

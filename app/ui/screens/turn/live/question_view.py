@@ -1,4 +1,4 @@
-"""The question which way the camera looks, with an answer as a picture each."""
+"""The question which way the camera looks, with a picture for each answer."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from app.ui.widgets.paint import (
 )
 
 LEAST_HEIGHT: Final = 136
-"""Least height in which the pictures can be read, logical pixels."""
+"""Minimum height, in logical pixels, at which the pictures are readable."""
 
-_FLAT: Final = 1.9  # wider than this, the words are beside the picture
-_ROOMY: Final = 184  # the least height with room for the note
+_FLAT: Final = 1.9  # in a wider widget the text goes beside the picture
+_ROOMY: Final = 184  # minimum height with room for the note
 _NAMES: Final = {
     "sitter": (tr("At the sitter"), tr("The camera looks at the sitter")),
     "me": (tr("At me"), tr("The camera looks at me, the photographer")),
@@ -36,7 +36,7 @@ _NAMES: Final = {
 
 
 class _Answer(Pressable):
-    """An answer: photographer, camera and sitter seen from above."""
+    """One answer, with the photographer, the camera and the sitter seen from above."""
 
     def __init__(self, looks: Literal["sitter", "me"]) -> None:
         super().__init__(_NAMES[looks][1])
@@ -60,7 +60,7 @@ class _Answer(Pressable):
         self._paint_scene(painter, inside)
 
     def _paint_scene(self, painter: QPainter, area: QRectF) -> None:
-        """Paint from left to right: photographer, camera, sitter."""
+        """Paint the photographer, the camera and the sitter from left to right."""
         t = theme()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         unit = min(area.width() / 150.0, area.height() / 84.0)
@@ -89,7 +89,7 @@ class _Answer(Pressable):
 
 
 def _paint_head(painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor) -> None:
-    """Paint a head from above, its nose pointing the way it faces."""
+    """Paint a head from above, with the nose in the direction it faces."""
     pen = QPen(ink, 1.75 * max(unit, 0.8))
     pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     painter.setPen(pen)
@@ -104,7 +104,7 @@ def _paint_head(painter: QPainter, at: QPointF, way: float, unit: float, ink: QC
 def _paint_camera(
     painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor, ground: QColor
 ) -> None:
-    """Paint a camera from above, its lens on the side it looks to."""
+    """Paint a camera from above, with the lens on the side it looks to."""
     painter.setPen(QPen(ink, 1.75 * max(unit, 0.8)))
     painter.setBrush(ground)
     lens = QRectF(0, 0, 6.0 * unit, 9.0 * unit)
@@ -117,7 +117,7 @@ def _paint_camera(
 
 
 class CameraQuestion(PaintedWidget):
-    """Asks which way the camera looks, over the live picture."""
+    """The question which way the camera looks, placed over the live picture."""
 
     def __init__(self, parent: QWidget, answer: Callable[[str], None]) -> None:
         super().__init__(parent)
@@ -135,11 +135,11 @@ class CameraQuestion(PaintedWidget):
         self.setAccessibleName(tr("Which way does this camera look?"))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the note where there is little room."""
+        """Hide the note when space is short."""
         super().resizeEvent(event)
         self._note.setVisible(self.height() >= px(_ROOMY))
 
     def paint_on(self, painter: QPainter, t: Theme) -> None:
-        """Cover the picture underneath."""
+        """Paint a background that covers the picture underneath."""
         painter.fillRect(self.rect(), t.c.bg)
         box(painter, self.rect(), px(8), t.c.bg, t.c.ctl, t.line_width)

@@ -1,4 +1,4 @@
-"""Choosing the live camera: which source, its address, its field of view and resolution."""
+"""The choice of the live camera: source, address, field of view and resolution."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from app.ui.presenters.services import Services
 from app.ui.screens.turn.live.camera import LiveCamera
 
 Item: TypeAlias = tuple[str, str, str, str]
-"""A line of the list: key, words, second line, icon."""
+"""An entry of the list: key, text, second line and icon."""
 
 VIDEO_FILES: Final = tr("Videos") + f" ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
 """File filter of the dialog."""
@@ -29,7 +29,7 @@ _ITEMS: Final[tuple[Item, ...]] = (
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
 NO_WEBCAMS: Final = (tr("No webcam found"), tr("Plug one in."))
-"""Shown in a list without webcams, with what to do."""
+"""Text of a list without webcams, with what to do about it."""
 _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
@@ -40,11 +40,11 @@ _OVERHEARD: Final = tr("Others in this Wi-Fi could read them: the camera does no
 
 @dataclass(frozen=True, slots=True)
 class SourcesState:
-    """What the sheet shows.
+    """The contents of the sheet.
 
     Attributes:
-        key: The line chosen in the list.
-        fov_deg: Field of view, set or estimated, deg.
+        key: Key of the selected entry.
+        fov_deg: Field of view in degrees, set or estimated.
         status, status_icon: State of the source; the icon is "check", "error" or empty.
     """
 
@@ -70,10 +70,10 @@ class SourcesState:
 
 
 class SourcesView(Protocol):
-    """Shows a `SourcesState`."""
+    """A view that shows a `SourcesState`."""
 
     def show_state(self, state: SourcesState) -> None:
-        """Show it."""
+        """Show the state."""
 
 
 class SourcesPresenter:
@@ -86,7 +86,7 @@ class SourcesPresenter:
         self._camera = camera
         self._on_take = on_take
         self._view: SourcesView | None = None
-        self._key = ""  # another kind, shown before it is used
+        self._key = ""  # another kind, on display before it is used
         self._address_text = ""
         self._address_error = ""
         self._file_error = ""
@@ -103,7 +103,7 @@ class SourcesPresenter:
         self._show()
 
     def detach(self, view: SourcesView) -> None:
-        """Stop showing in `view`; no-op if another view was attached since."""
+        """Stop showing the state in `view`; no-op if another view has replaced it."""
         if view is self._view:
             self._view = None
 
@@ -116,7 +116,7 @@ class SourcesPresenter:
     # -- actions -------------------------------------------------------------------------------
 
     def show_kind(self, key: str) -> None:
-        """Choose a line of the list; a webcam is used at once."""
+        """Select an entry of the list; a webcam is used at once."""
         self._forget()
         kind, _, index = key.partition(":")
         if kind == "webcam":
@@ -126,11 +126,11 @@ class SourcesPresenter:
         self._show()
 
     def type_address(self, text: str) -> None:
-        """Store the address being typed; it is checked by `connect`."""
+        """Store the address being typed, which `connect` will check."""
         self._address_text, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
 
     def connect(self, text: str) -> None:
-        """Use a network camera."""
+        """Switch to a network camera."""
         self._address_text = text[: 2 * LONGEST_ADDRESS]
         try:
             source = LiveSource.network(text)
@@ -157,16 +157,16 @@ class SourcesPresenter:
         self._show()
 
     def choose_video(self, path: Path | str) -> None:
-        """Use a video file, once it is checked."""
+        """Switch to a video file after checking it."""
         whole = Path(path).absolute()
         self._check(whole)
 
     def estimate(self, on: bool) -> None:
-        """Estimate the field of view, or set it to the last estimate."""
+        """Estimate the field of view, or fix it at the last estimate."""
         self.set_fov(None if on else self._camera.fov_guess_deg)
 
     def set_fov(self, fov_deg: float | None) -> None:
-        """Set the horizontal field of view of the source in use, deg; None estimates it."""
+        """Set the source's horizontal field of view in degrees, or None to estimate it."""
         if fov_deg is not None:
             fov_deg = min(max(fov_deg, FOV_RANGE_DEG[0]), FOV_RANGE_DEG[1])
         if fov_deg != self._camera.view.fov_deg:
@@ -175,7 +175,7 @@ class SourcesPresenter:
         self._show()
 
     def set_width(self, key: str) -> None:
-        """Set the columns of the pictures of the source in use; "0" for its default."""
+        """Set the width in pixels of the source's pictures; "0" is the default."""
         if key.isdecimal() and int(key) in (0, *WIDTHS):
             self._camera.set_width(int(key))
             self._on_take()
@@ -184,7 +184,7 @@ class SourcesPresenter:
     # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> SourcesState:
-        """Return what the sheet shows now."""
+        """Return the current contents of the sheet."""
         camera = self._camera
         source = camera.chosen
         current = source.text if source.kind == "webcam" else source.kind
@@ -195,7 +195,7 @@ class SourcesPresenter:
         asks = in_use and self._asks_password()
         status, icon = self._status() if in_use else ("", "")
         if asks and self._password_trouble():
-            status = ""  # shown at the password
+            status = ""  # reported beside the password instead
         return SourcesState(
             items=self._items(current),
             key=key,
@@ -228,7 +228,7 @@ class SourcesPresenter:
         return (*webcams, *_ITEMS)
 
     def _missing(self) -> tuple[str, str]:
-        """Return the line of the source in use while it is not available."""
+        """Return an entry for the source in use while it is not available."""
         camera = self._camera
         if camera.chosen.kind != "webcam":
             return camera.chosen.title, ""
@@ -273,7 +273,7 @@ class SourcesPresenter:
     # -- video ---------------------------------------------------------------------------------
 
     def _check(self, path: Path) -> None:
-        """Check a video, which may be on a slow disk, and use it."""
+        """Check a video, which may be on a slow disk, then switch to it."""
         self._forget()
         self._key = "video"
         self._services.runner.submit(
@@ -327,7 +327,7 @@ def _learnt(learnt_deg: float | None) -> str:
 
 
 def _widths(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return the resolutions: a webcam can change its own, other pictures are scaled down."""
+    """Return the resolutions; webcams can change theirs, other pictures are scaled down."""
     exact = kind == "webcam"
     sizes = (
         (str(w), _SIZES[w] if exact else tr("At most {pixels} wide", pixels=w)) for w in WIDTHS

@@ -1,4 +1,4 @@
-"""The sheet to choose the live camera, its field of view and its resolution."""
+"""The sheet for choosing the live camera, its field of view and its resolution."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from app.ui.widgets.layouts import Item, add, column, row
 from app.ui.widgets.surfaces import Scroll
 
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
-_FIELD_OF_VIEW_DEG: Final = (30.0, 120.0, 65.0, 1.0)  # least, most, usual, step
+_FIELD_OF_VIEW_DEG: Final = (30.0, 120.0, 65.0, 1.0)  # minimum, maximum, default, step
 _RING: Final = 4
 
 
 class SourceSheet(Sheet):
-    """Shows a `SourcesState`."""
+    """The sheet that shows a `SourcesState`."""
 
     def __init__(self, host: QWidget, presenter: SourcesPresenter) -> None:
         super().__init__(host, tr("Live camera"), 520)
@@ -42,7 +42,7 @@ class SourceSheet(Sheet):
         inside = _SheetColumn(
             *(self.source, self.network, self.files, self.lens, self._status), gap=16
         )
-        # Room for the focus ring, still aligned with the title.
+        # leaves room for the focus ring and stays aligned with the title
         ring = px(_RING)
         inside.column.setContentsMargins(ring, ring, ring, ring)
         margins = self._column.contentsMargins()
@@ -57,7 +57,7 @@ class SourceSheet(Sheet):
         presenter.attach(self)
 
     def show_state(self, state: SourcesState) -> None:
-        """Show what changed, except in a field being typed in."""
+        """Show the changes, except in a field that is being edited."""
         before, self._state = self._state, state
         if state == before:
             return
@@ -72,7 +72,7 @@ class SourceSheet(Sheet):
         self._status.say(state.status, state.status_icon)
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """Scroll to the control that Tab reaches."""
+        """Scroll to the control that Tab moves to."""
         handled = super().focusNextPrevChild(forward)
         there: QWidget | None = self.window().focusWidget()
         if there is not None and self._scroll.isAncestorOf(there):
@@ -81,7 +81,7 @@ class SourceSheet(Sheet):
 
     @property
     def status(self) -> str:
-        """The state of the camera, as shown."""
+        """The camera's state, as displayed."""
         return self._status.text()
 
     def ask_file(self) -> None:
@@ -105,7 +105,7 @@ class _SheetColumn(QWidget):
 
 
 class _Tall(Scroll):
-    """As tall as its content, where there is room."""
+    """A widget that is as tall as its content if there is room."""
 
     def __init__(self, content: QWidget) -> None:
         super().__init__(content)
@@ -117,7 +117,7 @@ class _Tall(Scroll):
     def heightForWidth(self, width: int) -> int:
         layout = self._content.layout()
         if layout is None or not layout.hasHeightForWidth():
-            # Qt returns -1 where no text wraps.
+            # Qt returns -1 when no text wraps.
             return self._content.sizeHint().height()
         return layout.totalHeightForWidth(width)
 
@@ -125,14 +125,14 @@ class _Tall(Scroll):
         return self._content.sizeHint()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Update the sheet when the content changes its height."""
+        """Update the sheet when the height of the content changes."""
         if event.type() == QEvent.Type.LayoutRequest:
             self.updateGeometry()
         return super().eventFilter(watched, event)
 
 
 class _NetworkPart(_SheetColumn):
-    """The address of a network camera, and its password where needed."""
+    """The address of a network camera, and its password if it needs one."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()
@@ -144,7 +144,7 @@ class _NetworkPart(_SheetColumn):
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
         self.give = Button(tr("Sign in"), do=self._sign_in)
-        # Aligned with the field, below its label.
+        # aligned with the field, below its label
         beside = column(20, self.connect_to, ...)
         give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
         self._secret = _SheetColumn(self.user, self.password, self.hint, give)
@@ -169,7 +169,7 @@ class _NetworkPart(_SheetColumn):
 
 
 class _FilePart(_SheetColumn):
-    """The video in use, and the button that chooses another."""
+    """The video in use, and the button that picks another."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -185,7 +185,7 @@ class _FilePart(_SheetColumn):
 
 
 class _LensPart(_SheetColumn):
-    """Field of view and resolution."""
+    """The field of view and the resolution."""
 
     def __init__(self, presenter: SourcesPresenter) -> None:
         super().__init__()

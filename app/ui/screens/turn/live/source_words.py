@@ -1,4 +1,4 @@
-"""The words for each kind of live source: webcam, network camera, video."""
+"""The text for each kind of live source: webcam, network camera and video."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from app.core.text import tr
 
 
 class SourceWords(NamedTuple):
-    """The words for one kind of live source.
+    """The text for one kind of live source.
 
     Attributes:
         noun: "webcam".
-        starting, lost, missing: Its states: "Starting the webcam", "Webcam disconnected",
-            "No webcam".
-        remedy: What to do when it is lost.
+        starting, lost, missing: Sentences for its states, such as "Starting the webcam", "Webcam
+            disconnected" and "No webcam".
+        remedy: What to do when the source is lost.
     """
 
     noun: str
@@ -25,7 +25,7 @@ class SourceWords(NamedTuple):
 
     @property
     def lost_sentence(self) -> str:
-        """That the source is lost, and what to do."""
+        """A sentence that reports the loss of the source and what to do."""
         return f"{self.lost}. {self.remedy}"
 
 
@@ -55,5 +55,5 @@ _SOURCES: Final = {
 
 
 def source_words(kind: str) -> SourceWords:
-    """Return the words for a `LiveSource.kind`; those for a webcam by default."""
+    """Return the text for a `LiveSource.kind`, by default for a webcam."""
     return _SOURCES.get(kind, _WEBCAM)

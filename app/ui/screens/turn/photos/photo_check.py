@@ -1,4 +1,7 @@
-"""Checking a photo, or a film of the turn, against the goal and the place; runs in a job."""
+"""The check of a photo, or of a video of the turn, against the goal and the place.
+
+Everything here runs in a job.
+"""
 
 from __future__ import annotations
 
@@ -35,19 +38,19 @@ from app.core.text import tr
 from app.ui.presenters.model import Model
 from app.words.measure.ways import beside_words, mirror_words
 
-_READ: Final = 0.6  # share of the progress; the rest is copying
+_READ: Final = 0.6  # fraction of the progress; copying takes the rest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShotContext:
-    """What a photo is checked against, as it was when the photo was opened.
+    """The data that a photo is checked against, captured when the photo was opened.
 
     Attributes:
-        index: Of the place's background; None while it is not built.
-        front_deg: Panorama azimuth at which the photographer stands at turn 0, deg.
-        title: Of the style, with its lamp.
-        lamp: A second light is added to the place's.
-        mirrored: A photo counts as a mirror image where its background does not tell.
+        index: Index of the place's background, or None while it is not built.
+        front_deg: Panorama azimuth, in degrees, at which the photographer stands at turn 0.
+        title: Title of the style, including its lamp.
+        lamp: Whether a lamp is added to the light of the place.
+        mirrored: Whether a photo counts as mirrored if its background is inconclusive.
         pack_style: Name of the style in the pack.
     """
 
@@ -66,7 +69,7 @@ class ShotContext:
 
 
 def shot_context(model: Model, index: HeadingIndex | None, now: datetime) -> ShotContext | None:
-    """Return what to check photos against; None while there is no place or no goal."""
+    """Return the context for checking photos, or None without a place or a goal."""
     goal, result, plan = model.goal, model.goal_result, model.lamp_plan
     if model.place_folder is None or model.light is None or model.head is None:
         return None
@@ -91,7 +94,7 @@ def shot_context(model: Model, index: HeadingIndex | None, now: datetime) -> Sho
 
 
 def check_photo(path: Path, context: ShotContext, token: Token, report: PhraseReport) -> Shot:
-    """Read, locate and check a photo, and save it with the place."""
+    """Load, locate and check a photo, and save it with the place."""
     report(0.0, tr("Reading the photo"))
     photo = read_photo(path, token)
     location = _located(photo, context, token, lambda done, words: report(_READ * done, words))
@@ -112,9 +115,10 @@ def check_photo(path: Path, context: ShotContext, token: Token, report: PhraseRe
 def check_film(
     video: Path, context: ShotContext, token: Token, report: PhraseReport
 ) -> tuple[tuple[str, ...], tuple[Shot, ...]]:
-    """Compare a film of the turn with the place, and save the best frames as photos.
+    """Compare a video of the turn with the place, and save the best frames as photos.
 
-    Returns messages, and all photos of the place.
+    Returns:
+        The messages, and all photos of the place.
     """
     index = context.index or build_index(context.light.display, token)
     fits = looks_mirrored(film_frames(video, GLANCES, WIDTH), index)
@@ -141,7 +145,7 @@ def _located(
         try:
             index = read_index(context.folder, display) or build_index(display, token)
         except CoreError:
-            # A blank room offers nothing to find.
+            # A bare room has no features to locate.
             return PhotoLocation("unsure")
     return locate_photo(photo, index, token, report)
 
@@ -170,7 +174,7 @@ def _shot_of(
 def _face_check(
     photo: Photo, location: PhotoLocation, context: ShotContext
 ) -> tuple[Check, Promise] | None:
-    """Check the largest face against the style as this place promises it."""
+    """Compare the largest face with the style, as this place should light it."""
     faces = find_faces(photo.picture)
     if not faces or context.lamp:
         return None
@@ -184,7 +188,7 @@ def _face_check(
 def _judged(
     shot: Shot, check_and_promise: tuple[Check, Promise] | None, context: ShotContext
 ) -> Shot:
-    """Add what the face shows and how far the turn was from the light."""
+    """Add the results for the face, and the distance of the turn from the light."""
     inside = False
     if check_and_promise is not None:
         check, promise = check_and_promise
@@ -193,7 +197,7 @@ def _judged(
         shot = replace(
             shot,
             found=shot.found or by_face,
-            # The nose plus the yaw of the goal is where the sitter faces.
+            # The sitter faces the direction of the nose plus the yaw of the goal.
             facing_deg=shot.facing_deg
             if check.facing_deg is None
             else wrap(check.facing_deg + context.goal.yaw_deg),

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController
 
 DROP_WORDS: Final = tr("Drop the photo you took, a film of the turn, or a panorama")
-"""What may be dropped while the screen is in front."""
+"""The kinds of files that can be dropped while the screen is visible."""
 
 _MOST_AT_ONCE: Final = 20
 _WATCH: Final = "turn-watch"
@@ -57,14 +57,14 @@ _SAME_GOAL_DEG: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ShotRow:
-    """One line of the list.
+    """One row of the list.
 
     Attributes:
         sentence: "In the light, 3° short of the best".
-        face: What the face shows, and what the style promises; may be empty.
-        new: Checked last.
-        again: It missed the light: the sitter may turn again.
-        pictured: There is a thumbnail, (h, w, 3) uint8 sRGB.
+        face: Results for the face, and the style's prediction; may be empty.
+        new: Whether this is the photo checked last.
+        again: Whether the photo missed the light, so that another turn may help.
+        pictured: Whether there is a thumbnail, (h, w, 3) uint8 sRGB.
     """
 
     key: str
@@ -82,12 +82,12 @@ class ShotRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotsState:
-    """The photos of the open place, the last one first.
+    """The photos of the open place, with the newest first.
 
     Attributes:
-        busy: What is being done; empty for nothing.
-        before, after: The last two of one style.
-        mirrored: A new photo counts as a mirror image where its background does not tell.
+        busy: The task in progress, or empty.
+        before, after: The last two photos of one style.
+        mirrored: Whether a new photo counts as mirrored if its background is inconclusive.
     """
 
     rows: tuple[ShotRow, ...] = ()
@@ -121,7 +121,7 @@ class Shots:
     # -- the open place ------------------------------------------------------------------------
 
     def follow(self) -> None:
-        """Show the photos of the place that is open now."""
+        """Load the photos of the current place."""
         folder = self._services.model.place_folder
         if folder == self._folder:
             return
@@ -171,9 +171,10 @@ class Shots:
     # -- opening -------------------------------------------------------------------------------
 
     def take(self, paths: Sequence[Path]) -> bool:
-        """Check photos that were dropped or chosen; a panorama among them is opened as a place.
+        """Check photos that were dropped or chosen; a panorama among them opens as a place.
 
-        Returns whether the files are photos or a film, and there is a goal to check them against.
+        Returns:
+            Whether the files are photos or a video, and there is a goal to check them against.
         """
         if len(paths) == 1 and paths[0].suffix.lower() in VIDEO_ENDINGS:
             return self._check_film(paths[0])
@@ -185,7 +186,7 @@ class Shots:
         return True
 
     def _check_film(self, video: Path) -> bool:
-        """Check a film of the turn, and list its frames as photos."""
+        """Check a video of the turn, and list its frames as photos."""
         context = self._context()
         if context is None:
             return False
@@ -220,7 +221,7 @@ class Shots:
     def _run(
         self, work: Callable[[Token, PhraseReport], T], done: Callable[[T], None], title: str = ""
     ) -> None:
-        """Queue a job, and show that it runs."""
+        """Queue a job and show its progress."""
         self._busy += 1
         self._changed()
         failed, on_cancel = self._failed, self._ended
@@ -243,28 +244,28 @@ class Shots:
         self._ended()
 
     def prove(self, style: str | None, goal_facing_deg: float) -> bool:
-        """Return whether a photo was taken in the light of a style, at a goal."""
+        """Return whether a photo in the light of a style was taken at this goal."""
         shots = (one for one in self._shots if one.style == style and one.facing_deg is not None)
         goals = (one.goal_facing_deg for one in shots if one.outside_deg == 0)
         return any(abs(difference(goal, goal_facing_deg)) < _SAME_GOAL_DEG for goal in goals)
 
     def filmed(self, style: str | None) -> ShotRow | None:
-        """Return the frame of a film in which a style is best; None without a film."""
+        """Return the row of the best video frame for a style, or None without a video."""
         frames = (shot for shot in self._shots if shot.style == style and is_frame(shot))
         return next((self._row(shot) for shot in frames), None)
 
     def last(self) -> Shot | None:
-        """Return the photo checked last; None once the guidance starts again."""
+        """Return the photo checked last, or None once the guidance has resumed."""
         return next((one for one in self._shots if one.key == self._latest), None)
 
     def settle(self) -> None:
-        """Stop showing the last photo: its degrees would contradict those of the guidance."""
+        """Stop showing the last photo, whose degrees would contradict the guidance."""
         self._latest = ""
 
     # -- a watched folder ----------------------------------------------------------------------
 
     def watch(self, folder: Path) -> None:
-        """Check photos that arrive in a folder from now on, as from a tethering program."""
+        """Check photos as they arrive in a folder, for example from a tethering program."""
         clock = self._services.clock
         folders: list[WatchedFolder] = []
 
@@ -291,7 +292,7 @@ class Shots:
     # -- removing ------------------------------------------------------------------------------
 
     def remove(self, key: str) -> None:
-        """Remove a photo from the list; can be undone."""
+        """Remove a photo from the list; the user can undo it."""
         shot = next((one for one in self._shots if one.key == key), None)
         folder = self._folder
         if shot is None or folder is None:
@@ -322,10 +323,10 @@ class Shots:
             actions=[(tr("Undo"), lambda: self._services.undo.take_back(step))],
         )
 
-    # -- what is shown -------------------------------------------------------------------------
+    # -- state ---------------------------------------------------------------------------------
 
     def resolve(self) -> ShotsState:
-        """Return the list."""
+        """Return the state of the list."""
         shots = self._shots[::-1]
         rows = tuple(self._row(shot) for shot in shots)
         busy = tr("Locating the photo…") if self._busy else ""
@@ -361,7 +362,7 @@ class Shots:
 
     def _detail(self, shot: Shot) -> str:
         when = shot.taken_at or shot.added_at
-        # A camera that states no time zone shows local time.
+        # A camera without a time zone records local time.
         moment = datetime.fromisoformat(when)
         today = self._services.today()
         local = moment if moment.tzinfo is not None else moment.replace(tzinfo=today.tzinfo)
@@ -380,7 +381,7 @@ class Shots:
 
 
 def _face_words(shot: Shot) -> str:
-    """Write what the face shows, and what the style promises; empty without a face."""
+    """Describe the light on the face and the style's prediction; empty without a face."""
     parts = []
     if shot.grade is not None:
         grade = grade_words(shot.grade, attainable=True)
@@ -393,6 +394,6 @@ def _face_words(shot: Shot) -> str:
 
 
 def _panorama_among(paths: tuple[Path, ...]) -> bool:
-    """Return whether one of them is a panorama; raises before any work if one is unreadable."""
+    """Return whether the files include a panorama, reading all headers before any work starts."""
     shapes = [is_panorama(path) for path in paths]
     return any(shapes)

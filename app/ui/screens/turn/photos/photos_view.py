@@ -1,4 +1,4 @@
-"""Photos taken here: the line with the last one, and the list of all."""
+"""Photos taken here: the line with the last one, and the full list."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SMALL: Final = (56, 40)
 _PICTURE: Final = (112, 84)
 _COMPARED: Final = 208
 _WIDTH: Final = 560
-_ROOM: Final = 640  # in less the button has a shorter text
+_ROOM: Final = 640  # in a narrower line the button has a shorter label
 _TOP: Final = Qt.AlignmentFlag.AlignTop
 
 
@@ -65,11 +65,11 @@ class ShotsLine(QWidget):
 
     @property
     def words(self) -> str:
-        """The sentence shown."""
+        """The sentence on display."""
         return self._words.text()
 
     def set_main(self, main: bool) -> None:
-        """Make *Check my shot* the main button, as in the light."""
+        """Make *Check my shot* the main button, which it is once the sitter is in the light."""
         self.opener.kind = "primary" if main else "outlined"
         self.again.kind = "outlined" if main else "primary"
         for button in (self.opener, self.again):
@@ -116,17 +116,17 @@ class ShotsLine(QWidget):
         return _HINT if self.width() >= px(_ROOM) else _HINT_SHORT
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten the text where there is less room."""
+        """Shorten the button's label when space is short."""
         super().resizeEvent(event)
         self._fill()
 
     def minimumSizeHint(self) -> QSize:
-        """Cut the sentence rather than exceed the room."""
+        """Return a minimum that allows the sentence to be cut short."""
         return QSize(0, self.height())
 
 
 def _together(words: str) -> str:
-    """Let no line break between a number and its unit."""
+    """Keep a number and its unit on the same line."""
     return words.replace(": ", ":\u00a0").replace(" %", "\u00a0%")
 
 
@@ -135,7 +135,7 @@ def _picture(state: ShotsState) -> object:
 
 
 class ShotsSheet(Sheet):
-    """All photos taken here, the last one first."""
+    """All photos taken here, with the newest first."""
 
     def __init__(
         self, host: QWidget, remove: Callable[[str], None], mirror: Callable[[bool], None]
