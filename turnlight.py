@@ -273,7 +273,7 @@ class Place:
             CoreError: If the folder holds no place, or the place has no readable light.
         """
         _import_package()
-        from app.core.places.load import load_place
+        from app.core.places.load_saved import load_place
 
         return cls(load_place(Path(folder)))
 
@@ -297,7 +297,7 @@ class Place:
         from datetime import datetime
 
         from app.core.base.progress import Token, silent
-        from app.core.places.open import OpenOptions, open_paths
+        from app.core.places.open_files import OpenOptions, open_paths
         from app.core.storage.settings import Settings
 
         now = datetime.now().astimezone()

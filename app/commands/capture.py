@@ -26,11 +26,11 @@ from app.core.places.journal import JOURNAL
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
-from app.devices.capture.debts import FILE as OWED
-from app.devices.capture.debts import Debts
-from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
+from app.devices.capture.capture_steps import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.capture.status import Status
+from app.devices.capture.unrestored_settings import FILE as OWED
+from app.devices.capture.unrestored_settings import Debts
 from app.devices.clock import Clock, SystemClock
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.mjpeg import decode

@@ -23,17 +23,17 @@ from app.core.measure.film.frames import film_frames
 from app.core.measure.film.movie_header import read_movie_header
 from app.core.measure.options import MeasureOptions
 from app.core.measure.ways import measure
+from app.core.places.place_folder import light_at
 from app.core.places.saved.saved_remarks import facts_of
-from app.core.places.store import light_at
 from app.core.solver.style_result import StyleResult
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
 from app.words.measure.ways import beside_words, mirror_words
+from app.words.out_of_reach import grade_words, reason_sentence
 from app.words.phrases.directions import SHORT_SIDES
 from app.words.phrases.turns import turn_words
 from app.words.remarks import sentences
-from app.words.shortfall import grade_words, reason_sentence
 
 _EVERY_S: Final = 5.0  # of the film
 

@@ -14,8 +14,7 @@ from app.core.measure.finish.masks import parse_mask
 from app.core.measure.options import MeasureOptions
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, centroid
 from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
-from app.core.second_light.captured_lamps.lamp_mask import edit_mask
-from app.core.second_light.captured_lamps.library import (
+from app.core.second_light.captured_lamps.lamp_library import (
     add_lamp,
     check_distance,
     delete_lamp,
@@ -26,6 +25,7 @@ from app.core.second_light.captured_lamps.library import (
     restate_lamp,
     update_lamp,
 )
+from app.core.second_light.captured_lamps.lamp_mask import edit_mask
 from app.core.second_light.place_brightness import compare, with_lux
 from app.core.text import tr
 from app.words.lamps import GUIDE, comparison_words, damage_words, mask_notes, mask_warnings

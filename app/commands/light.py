@@ -42,8 +42,9 @@ from app.core.portrait.head_views import load_views_of
 from app.core.second_light.added_light import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, grey_lamp, place_lamp
 from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
-from app.core.second_light.captured_lamps.library import lamps_folder, list_lamps, read_lamp
+from app.core.second_light.captured_lamps.lamp_library import lamps_folder, list_lamps, read_lamp
 from app.core.second_light.contrast import prepare_face
+from app.core.second_light.lamp_on_turned_head import seen_aside
 from app.core.second_light.lamp_presets import (
     FULL,
     KINDS,
@@ -62,7 +63,6 @@ from app.core.second_light.place_brightness import (
 )
 from app.core.second_light.placements import above_floor, direction, within_arm
 from app.core.second_light.search import LampPlacement, place_all
-from app.core.second_light.turned_head import seen_aside
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.solver.search import luminance_of
@@ -72,10 +72,10 @@ from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.lamps import comparison_words, lamp_title, mask_warnings, power_words
+from app.words.out_of_reach import reason_sentence
 from app.words.phrases.directions import aside_words, placement_words
 from app.words.phrases.quantities import metres
 from app.words.remarks import sentences
-from app.words.shortfall import reason_sentence
 
 _Lamp: TypeAlias = NumbersLamp | CapturedLamp
 

@@ -27,17 +27,17 @@ from app.core.localization.photo_location import (
     locate_photo,
     read_photo,
 )
-from app.core.places.store import light_at
+from app.core.places.place_folder import light_at
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.style import Style
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.styles.styles import select
 from app.core.text import tr
+from app.words.out_of_reach import grade_words
 from app.words.phrases.directions import SHORT_SIDES, face_direction_words, key_words, ratio_words
 from app.words.phrases.quantities import stops_words
 from app.words.phrases.turns import turn_words
 from app.words.portrait.face_reading import UNREAD
-from app.words.shortfall import grade_words
 
 FRONT_CAMERA: Final = tr(
     "This photo was taken with a front camera. If text in it is backwards, add --mirrored."

@@ -38,12 +38,12 @@ from app.core.base.imaging.images import write_png
 from app.core.base.paths import user_data
 from app.core.environment.environment import Environment, read_environment, reduce
 from app.core.environment.environment_file import is_linear
-from app.core.measure.finish.doubt import Doubt, doubt_of
+from app.core.measure.finish.doubtful_answers import Doubt, doubt_of
 from app.core.measure.fisheye.circles import check_stitched
 from app.core.measure.read.metadata import FRAME_ENDINGS
 from app.core.measure.ways import measure
-from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle
+from app.core.painting.user_styles import list_user_styles
 from app.core.places.solve import solve_styles
 from app.core.portrait.gallery_portraits import LightSource
 from app.core.portrait.head import Head
@@ -59,10 +59,10 @@ from app.core.styles.style_pack_file import load_transport_of
 from app.core.styles.styles import select
 from app.core.text import tr
 from app.words.measure.doubts import doubt_words
+from app.words.out_of_reach import grade_words, reason_sentence
 from app.words.phrases.directions import LIGHTINGS, SHORT_SIDES, aside_words
 from app.words.phrases.turns import direction_words, size_words
 from app.words.remarks import sentences
-from app.words.shortfall import grade_words, reason_sentence
 from app.words.styles import caution_words
 
 

@@ -14,9 +14,9 @@ from app.core.base.paths import user_data
 from app.core.faces.finder import find_faces
 from app.core.faces.light_reading import read_light
 from app.core.localization.photo_location import read_photo
-from app.core.painting.library import add
 from app.core.painting.photo_style import photo_lamps, photo_style
-from app.core.storage.library import one_line
+from app.core.painting.user_styles import add
+from app.core.storage.item_library import one_line
 from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
 from app.core.styles.styles import load_styles

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import direction_of
 from app.core.base.arrays import Bytes
 from app.core.environment.environment import Environment
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.portrait import display_pictures as pictures
 from app.core.solver.style_result import StyleResult
 from app.core.styles.styles import RARE, load_styles

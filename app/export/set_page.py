@@ -19,7 +19,7 @@ from app.core.base.angles import direction_of, ends_of, whole, wrap
 from app.core.base.atomic_files import atomic_write_bytes
 from app.core.base.colour import FloatImage
 from app.core.base.imaging import images
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
 from app.core.text import tr
 from app.export.canvas import (

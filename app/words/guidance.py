@@ -7,7 +7,7 @@ from typing import Final
 
 from app.core.base.angles import Direction, whole
 from app.core.guidance.guide import NOSE_DEG, Guide, Phase
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.text import tr
 from app.words.phrases import turns
 from app.words.phrases.directions import lens_words, nose_words, sitter_words

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.core.base.angles import wrap
-from app.core.guidance.mode import Mode
-from app.core.guidance.plan import PlanDrawing, PlanMark
+from app.core.guidance.walk_plan import PlanDrawing, PlanMark
+from app.core.guidance.who_moves import Mode
 from app.core.text import tr
 from app.words.phrases.directions import direction_words, lens_words
 

@@ -13,10 +13,10 @@ from app.core.styles.lamps import Studio
 from app.core.styles.style import Style
 from app.core.text import tr, tr_plural
 from app.words.lamps import studio_words
+from app.words.out_of_reach import grade_words, nearly_sentence, out_of_reach_spoken
 from app.words.phrases.directions import LENS_CHOICES, aside_words
 from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import turn_words
-from app.words.shortfall import grade_words, nearly_sentence, out_of_reach_spoken
 from app.words.styles import side_words
 
 _UNLIKE: Final = 10  # of 100: a match under it is no likeness at all

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 from app.core.base.errors import CoreError  # noqa: E402
 from app.core.base.progress import Token  # noqa: E402
-from app.devices.capture.machine import Capture, CaptureResult  # noqa: E402
+from app.devices.capture.capture_steps import Capture, CaptureResult  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
 from app.devices.errors import DeviceError  # noqa: E402

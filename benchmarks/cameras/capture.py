@@ -27,8 +27,8 @@ from app.core.measure.bracket import measure, merging  # noqa: E402
 from app.core.measure.bracket.incoming_frames import ArrivingFrames  # noqa: E402
 from app.core.styles.style_pack_file import load_named_pack  # noqa: E402
 from app.devices.capture import fetching, file_integrity, machine  # noqa: E402
+from app.devices.capture.capture_steps import Capture  # noqa: E402
 from app.devices.capture.exposures import bracket  # noqa: E402
-from app.devices.capture.machine import Capture  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
 from app.devices.theta.client import OscClient  # noqa: E402

@@ -233,9 +233,9 @@ def paced(path: Path, model: str, seconds: float) -> dict[str, float]:
     from app.core.portrait.head import load_head
     from app.devices.clock import SystemClock
     from app.devices.device_sets import RealDevices
-    from app.ui.presenters.model import CameraSeen, Model
     from app.ui.presenters.services import Folders, Services
     from app.ui.presenters.undo_stack import UndoStack
+    from app.ui.presenters.window_model import CameraSeen, Model
     from app.ui.screens.probe.capture.camera import CameraFinder
     from app.ui.screens.probe.live import LivePreview
     from app.ui.screens.probe.screen import BEAT_MS

@@ -40,7 +40,7 @@ from app.core.environment.environment import (
     solid_angles,
 )
 from app.core.measure.finish.clip_audit import choices
-from app.core.measure.finish.doubt import doubt_of
+from app.core.measure.finish.doubtful_answers import doubt_of
 from app.core.solver.turn_choice import grade_at
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack

@@ -22,7 +22,7 @@ import numpy as np
 from app.core.base.paths import resources
 from app.core.localization import features
 from app.devices.webcam import SimulatedWebcam
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.turn.live import heading_tracker
 from app.ui.screens.turn.screen_view import TurnScreen
 from tests.helpers.watchdog import WatchedApplication

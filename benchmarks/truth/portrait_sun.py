@@ -75,8 +75,8 @@ def product_form(
     camera: Any, lamps: Sequence[StyleLamp], pixels: NDArray[np.int32], paths: int
 ) -> Reference:
     """Return the light of pixels by the bake's own parts, without its compression."""
-    from app.core.baking.columns import LampColumns
     from app.core.baking.exposure import expose, place_points, shine
+    from app.core.baking.light_sources import LampColumns
     from app.core.baking.random_walk import lean_scale, scene_tables
     from app.core.baking.scene import build_scene
     from app.core.baking.skin import find_skin

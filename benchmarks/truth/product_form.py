@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.columns import texel_noise
 from app.core.baking.exposure import vertex_points
 from app.core.baking.kernel_lanes import select_variant
+from app.core.baking.light_sources import texel_noise
 from app.core.baking.random_walk import scene_tables
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin

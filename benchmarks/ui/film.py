@@ -80,7 +80,7 @@ class Reel:
 def act(app: Any) -> Reel:
     """Use the program like a first-time user."""
     from app.core.text import tr
-    from app.ui.presenters.model import Step
+    from app.ui.presenters.window_model import Step
     from benchmarks.ui.screenshots.command import Robot
 
     robot, model, reel = Robot(app.window), app.model, Reel()

@@ -15,7 +15,7 @@ from app.core.base.progress import Token, silent
 from app.core.environment.environment import read_environment
 from app.core.measure.ball.mirror_ball import panorama_rows
 from app.core.places.intake import sort_out
-from app.core.places.open import OpenOptions, make_place
+from app.core.places.open_files import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from app.words.remarks import sentences
 from tests.helpers.mirror_ball import place, traced, write_bracket

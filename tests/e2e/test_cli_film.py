@@ -18,8 +18,8 @@ from app.core.environment.environment import read_environment
 from app.core.localization.features import build_index
 from app.core.localization.views import look
 from app.core.places.intake import sort_out
-from app.core.places.load import load_place
-from app.core.places.open import OpenOptions, make_place
+from app.core.places.load_saved import load_place
+from app.core.places.open_files import OpenOptions, make_place
 from app.core.solver.solve import solve_all
 from app.core.storage.settings import Settings
 from app.core.styles.style_pack_file import load_named_pack

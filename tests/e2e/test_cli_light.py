@@ -16,7 +16,7 @@ from app.core.base.colour import luminance
 from app.core.base.imaging.images import write_exr
 from app.core.second_light.captured_lamps.captured_lamp import make_lamp
 from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
-from app.core.second_light.captured_lamps.library import add_lamp, lamps_folder
+from app.core.second_light.captured_lamps.lamp_library import add_lamp, lamps_folder
 from app.core.solver.head_shape import save_shape, shape_path
 from app.core.solver.transport import save_transport
 from app.core.styles.style_pack_file import pack_path, save_pack

@@ -11,7 +11,7 @@ import pytest
 
 from app.cli import main
 from app.core.base.paths import resources
-from app.core.painting.library import list_user_styles
+from app.core.painting.user_styles import list_user_styles
 from tests.unit.test_faces import portrait
 
 

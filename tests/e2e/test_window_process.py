@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.core.base.paths import resources
-from app.core.places.library import list_places
+from app.core.places.place_list import list_places
 from app.core.storage.settings import Settings
 from app.core.storage.settings_file import FILE, write_settings
 from app.ui.shell.log import LAST_CRASH, LOGS

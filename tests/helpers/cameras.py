@@ -13,7 +13,7 @@ from app.core.base.progress import Token
 from app.core.measure.options import MeasureOptions
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
-from app.devices.capture.machine import Capture, CaptureResult
+from app.devices.capture.capture_steps import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
 from app.devices.passwords import Credentials

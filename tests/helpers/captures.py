@@ -13,7 +13,7 @@ import pytest
 
 from app.core.base.remarks import PlainRemark
 from app.core.measure.bracket.incoming_frames import ArrivingFrames
-from app.devices.capture.machine import Capture
+from app.devices.capture.capture_steps import Capture
 from app.devices.capture.session import Session
 from app.devices.simulated.cameras import Personality
 from app.devices.simulated.exchange import Reply, Request

@@ -17,8 +17,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 from app.core.painting.canvas import from_style
-from app.core.painting.library import export_style, save_user_style
 from app.core.painting.user_style import layers_path, text_path
+from app.core.painting.user_styles import export_style, save_user_style
 from tests.helpers.exif_bytes import (
     LONG,
     RATIONAL,

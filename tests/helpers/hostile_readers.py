@@ -20,8 +20,8 @@ from app.core.measure.film.frames import film_frames
 from app.core.measure.finish.masks import check_picture_mask, picture_mask
 from app.core.measure.read.makernote import read_ricoh_note
 from app.core.measure.read.metadata import read_header
-from app.core.painting.library import import_style, list_user_styles
 from app.core.painting.user_style import read_layers
+from app.core.painting.user_styles import import_style, list_user_styles
 from app.core.solver.transport import load_transport
 from app.core.styles.painted_style_file import is_painted, read_painted
 from app.core.styles.style_file import read_style

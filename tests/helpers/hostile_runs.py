@@ -405,7 +405,7 @@ def serve() -> None:
         command_module(name)
     for name in (
         "cv2",
-        "app.core.painting.library",
+        "app.core.painting.user_styles",
         "app.devices.webcam.files",
         "app.export.result_sheet",
         "app.core.measure.bracket.measure",

@@ -184,7 +184,7 @@ def _most_memory() -> int:
 
 def _visit(app: Any, robot: Any, path: Path, door: str) -> bool:
     """Take a file through a door; whether all work that it began has ended."""
-    from app.ui.presenters.model import Step
+    from app.ui.presenters.window_model import Step
 
     steps = {"Styles": Step.STYLES, "Turn": Step.TURN, "Light": Step.LIGHT, "photo": Step.STYLES}
     app.model.update(step=steps.get(door.split()[-1], Step.PROBE))
@@ -219,7 +219,7 @@ def _drop(app: Any, _presenter: Any, path: Path) -> None:
     from PySide6.QtCore import QMimeData, QUrl
 
     from app.core.base.native import url_of
-    from app.ui.shell.frame import dropped_paths
+    from app.ui.shell.window_frame import dropped_paths
 
     data = QMimeData()
     data.setUrls([QUrl.fromEncoded(url_of(path))])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from app.core.base.progress import Token
 from app.core.styles.style_pack_file import load_named_pack
-from app.devices.capture.machine import Capture
+from app.devices.capture.capture_steps import Capture
 from app.devices.capture.session import Session
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint

@@ -19,7 +19,7 @@ from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
 from app.ui.screens.light.own_lamp.mask import MaskEdit
 from app.ui.screens.light.own_lamp.sheets import CaptureAsk, WordsAsk
-from app.ui.screens.light.placement import work
+from app.ui.screens.light.placement import jobs as work
 from app.ui.screens.light.placement.answers import Answers, InHand, LampPosition, LampQuestion
 from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.screen import LightPresenter, LightState

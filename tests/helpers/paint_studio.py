@@ -15,10 +15,10 @@ from app.core.environment.environment import Environment
 from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight, prepare
 from app.devices.clock import VirtualClock
-from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
+from app.ui.presenters.window_model import Model, Step
 from app.ui.screens.paint.screen import PaintPresenter
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack

@@ -21,10 +21,10 @@ from app.devices.theta.discovery import Discovery
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Link
 from app.devices.theta.messages import Info
-from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services, Sounds
 from app.ui.presenters.undo_stack import UndoStack
+from app.ui.presenters.window_model import Model
 from app.ui.screens.probe.screen import ProbePresenter
 from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.cameras import Rig

@@ -18,13 +18,13 @@ import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.painting.canvas import make_canvas
-from app.core.painting.library import list_user_styles, save_user_style, update_user_style
 from app.core.painting.session import Draft, load_draft, save_draft
+from app.core.painting.user_styles import list_user_styles, save_user_style, update_user_style
 from app.core.places.files.light import read_light, store_environment
-from app.core.places.library import list_places
-from app.core.places.store import create_place, read_place, write_place
+from app.core.places.place_folder import create_place, read_place, write_place
+from app.core.places.place_list import list_places
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, make_lamp
-from app.core.second_light.captured_lamps.library import (
+from app.core.second_light.captured_lamps.lamp_library import (
     add_lamp,
     list_lamps,
     read_lamp,

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from app.core.painting.canvas import Canvas, make_canvas
-from app.core.painting.library import list_user_styles, save_user_style, update_user_style
 from app.core.painting.session import Draft, save_draft
-from app.core.places.store import change_place
+from app.core.painting.user_styles import list_user_styles, save_user_style, update_user_style
+from app.core.places.place_folder import change_place
 from app.core.storage.settings_file import read_settings, write_settings
 
 

@@ -96,7 +96,7 @@ class Makers:
                 if self._raises(module, node):
                     return True
                 parameter = self._parameter(module, node, child)
-                if parameter is not None and self._uses(module, *parameter):
+                if parameter is not None and self._uses(*parameter):
                     return True
             if isinstance(node, (ast.Assign, ast.AnnAssign, ast.NamedExpr)):
                 return self._assigned(module, node)
@@ -134,25 +134,29 @@ class Makers:
 
     def _parameter(
         self, module: Module, call: ast.Call, argument: ast.AST
-    ) -> tuple[str, ast.AST] | None:
-        """The parameter of a function in this module that takes an argument."""
+    ) -> tuple[Module, str, ast.AST] | None:
+        """The parameter that takes an argument, of a function here or imported, and its module."""
+        home, name = module, _name(call.func)
+        if name in module.imports:
+            source, name = module.imports[name]
+            home = self._modules.get(source, module)
         function = next(
             (
                 each
-                for each in ast.walk(module.tree)
-                if isinstance(each, ast.FunctionDef) and each.name == _name(call.func)
+                for each in ast.walk(home.tree)
+                if isinstance(each, ast.FunctionDef) and each.name == name
             ),
             None,
         )
         if function is None:
             return None
         if isinstance(argument, ast.keyword):
-            return (argument.arg, function) if argument.arg else None
+            return (home, argument.arg, function) if argument.arg else None
         if argument not in call.args:
             return None
         names = [each.arg for each in function.args.args]
         number = call.args.index(argument)
-        return (names[number], function) if number < len(names) else None
+        return (home, names[number], function) if number < len(names) else None
 
     def _uses(self, module: Module, name: str, scope: ast.AST) -> bool:
         uses = list(module.loads(name, scope))

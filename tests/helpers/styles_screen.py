@@ -21,10 +21,10 @@ from app.core.solver.place_light import PlaceLight, prepare
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
 from app.core.styles.style_pack_file import load_named_pack, load_transport_of
-from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
+from app.ui.presenters.window_model import Model
 from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.screen import StylesPresenter
 from tests.helpers.told import Told

@@ -26,10 +26,10 @@ from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.latest_frame import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
-from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
+from app.ui.presenters.window_model import Model, Step
 from app.ui.screens.turn.live import alignment, heading_tracker
 from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnState, TurnView

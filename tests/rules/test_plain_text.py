@@ -64,8 +64,8 @@ def test_every_label_with_words_is_the_plain_one() -> None:
                     empty.append(file)
     assert derived == ["app/ui/widgets/labels.py:Text"]
     # It only ever shows a sign.
-    assert empty == ["app/ui/shell/frame.py"]
-    source = (ROOT / "app/ui/shell/frame.py").read_text(encoding="utf-8")
+    assert empty == ["app/ui/shell/window_frame.py"]
+    source = (ROOT / "app/ui/shell/window_frame.py").read_text(encoding="utf-8")
     assert "_mark.setText" not in source
 
 

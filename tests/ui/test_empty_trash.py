@@ -7,8 +7,8 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
 
-from app.core.places.library import delete_place, list_trash
-from app.core.places.store import create_place
+from app.core.places.place_folder import create_place
+from app.core.places.place_list import delete_place, list_trash
 from app.ui.shell.start import App
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet

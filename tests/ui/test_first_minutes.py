@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import whole
 from app.core.styles.styles import RARE
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.turn.screen_view import TurnScreen
 from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot

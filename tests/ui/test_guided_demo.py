@@ -9,7 +9,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from app.core.places.place import CaptureFacts
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.shell.guided_demo import SECONDS, GuidedDemo
 from app.ui.shell.start import App
 from benchmarks.ui.screenshots.command import Robot

@@ -16,8 +16,8 @@ from pytestqt.qtbot import QtBot
 from app.core.base.imaging.images import write_image
 from app.ui.overlays.find import FindBody
 from app.ui.overlays.layers import LayersBody
-from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import _thumbnail
+from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.screen_view import PaintScreen
 from app.ui.widgets.dialogs import LineSheet
 from tests.helpers.paint_studio import studio

@@ -15,10 +15,10 @@ from PySide6.QtWidgets import QApplication, QLabel, QMenu, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.painting.canvas import from_style
-from app.core.painting.library import save_user_style
+from app.core.painting.user_styles import save_user_style
 from app.core.second_light.captured_lamps.captured_lamp import make_lamp
-from app.core.second_light.captured_lamps.library import add_lamp
-from app.ui.presenters.model import Step
+from app.core.second_light.captured_lamps.lamp_library import add_lamp
+from app.ui.presenters.window_model import Step
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.surfaces import Menu
 from tests.helpers.dark_room import phone, room

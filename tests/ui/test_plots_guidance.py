@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import difference
-from app.core.guidance.plan import PlanDrawing, PlanMark
+from app.core.guidance.walk_plan import PlanDrawing, PlanMark
 from app.ui.plots.guidance import BigDegrees, TurnArrow
 from app.ui.plots.mask_canvas import draw_brush_ring
-from app.ui.plots.plan import PlanView
+from app.ui.plots.walk_plan import PlanView
 from app.ui.plots.weights import WeightLegend, WeightScale
 from app.ui.screens.turn.strip import Scale
 from app.ui.screens.turn.strip_view import BackgroundStrip

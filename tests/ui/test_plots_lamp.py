@@ -17,8 +17,8 @@ from app.core.solver.head_shape import HeadShape
 from app.ui.plots.head_views import AboveView, SideView
 from app.ui.plots.lamps import LampPlot
 from app.ui.plots.sky_map import SkyMap
-from app.ui.screens.light.hold import HeadsState
 from app.ui.screens.light.placement.sky import sky_of
+from app.ui.screens.light.two_steps import HeadsState
 from app.ui.theme import set_theme
 
 KEY, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier

@@ -22,9 +22,9 @@ from app.core.places.place import CaptureFacts, Place
 from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.gallery_portraits import framing
 from app.core.portrait.light import portrait_light
-from app.core.storage.library import DamagedItem
+from app.core.storage.item_library import DamagedItem
 from app.core.styles.lamps import Studio
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.styles.cards import CardState
 from app.ui.screens.styles.cards_view import CompareSheet, DamagedCard, StyleCard, card_size
 from app.ui.screens.styles.detail_view import picture_sizes

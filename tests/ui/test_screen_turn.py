@@ -19,9 +19,9 @@ from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.localization.photo_location import PhotoLocation
 from app.devices.webcam import SimulatedWebcam
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.turn.live.question_view import CameraQuestion
-from app.ui.screens.turn.photos import photo_check
+from app.ui.screens.turn.photos import check_job as photo_check
 from app.ui.screens.turn.photos.photos import ShotRow, ShotsState
 from app.ui.screens.turn.photos.photos_view import ShotsSheet
 from app.ui.screens.turn.screen_view import TurnScreen

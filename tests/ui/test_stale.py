@@ -11,7 +11,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.ui.presenters.model import COMPUTING
+from app.ui.presenters.window_model import COMPUTING
 from app.ui.screens.styles.screen_view import StylesScreen
 from app.ui.theme import set_theme
 from app.ui.widgets.messages import StaleVeil

@@ -18,9 +18,9 @@ from pytestqt.qtbot import QtBot
 from app.core.base.visible_text import STEERING, visible
 from app.core.places.place import clean_name, clean_notes, clean_tags
 from app.core.second_light.captured_lamps.captured_lamp import make_lamp
-from app.core.second_light.captured_lamps.library import add_lamp
+from app.core.second_light.captured_lamps.lamp_library import add_lamp
 from app.export.canvas import text_width
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Text

@@ -13,17 +13,17 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QWidget
 
 from app.core.base.paths import resources
-from app.core.places.library import delete_place, list_trash
-from app.core.places.store import create_place
+from app.core.places.place_folder import create_place
+from app.core.places.place_list import delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
 from app.ui.overlays.help import ManualBody
-from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.services import NO_LOUDSPEAKER
-from app.ui.shell.frame import DropVeil
+from app.ui.presenters.window_model import Step
 from app.ui.shell.launch_options import LaunchOptions
 from app.ui.shell.start import App
+from app.ui.shell.window_frame import DropVeil
 from app.ui.theme import theme
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, Toggle

@@ -21,15 +21,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QFileDialog
 
 from app.core.base.paths import resources
-from app.core.painting.library import list_user_styles
-from app.core.places.library import list_places
-from app.core.places.store import read_place
+from app.core.painting.user_styles import list_user_styles
+from app.core.places.place_folder import read_place
+from app.core.places.place_list import list_places
 from app.core.storage.settings_file import FILE, read_settings
 from app.core.styles.styles import NAMES
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
 from app.ui.plots.guidance import BigDegrees
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.canvas_view import PaintCanvas
 from app.ui.screens.styles.cards_view import DamagedCard, StyleCard
 from app.ui.screens.turn.live.live_view import Well
@@ -494,7 +494,7 @@ from datetime import datetime
 from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from benchmarks.ui.screenshots.command import Robot
 from app.ui.shell.start import App
 from app.ui.shell.launch_options import LaunchOptions

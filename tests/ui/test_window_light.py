@@ -16,7 +16,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication
 
 from app.core.base.imaging.images import write_exr
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.screen_view import LightScreen
 from app.ui.shell.start import App

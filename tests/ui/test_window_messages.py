@@ -11,8 +11,8 @@ from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
 
 from app.core.base import atomic_files as files
-from app.core.places.library import list_places
-from app.ui.presenters.model import Step
+from app.core.places.place_list import list_places
+from app.ui.presenters.window_model import Step
 from app.ui.shell.jobs import JobLine
 from app.ui.shell.notify import Notify
 from benchmarks.ui.screenshots.command import Robot

@@ -19,7 +19,7 @@ import sys
 from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from benchmarks.ui.screenshots.command import Robot
 from app.ui.shell.start import App
 from app.ui.shell.launch_options import LaunchOptions

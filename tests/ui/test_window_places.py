@@ -11,8 +11,8 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit, QPlainTextEdit
 from pytestqt.qtbot import QtBot
 
-from app.core.places.library import list_places
-from app.core.places.store import create_place
+from app.core.places.place_folder import create_place
+from app.core.places.place_list import list_places
 from app.ui.overlays.places import PlacesBody
 from app.ui.overlays.spots import SpotsSheet
 from app.ui.widgets.buttons import Button

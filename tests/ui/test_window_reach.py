@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.turn.live.question_view import CameraQuestion
 from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme

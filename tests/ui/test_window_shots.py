@@ -16,10 +16,10 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import whole, wrap
 from app.core.base.paths import resources
 from app.core.places.files.shots import is_frame, read_shots
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.turn.photos.photos_view import ShotsLine, ShotsSheet
-from app.ui.shell.frame import DropVeil
 from app.ui.shell.start import App
+from app.ui.shell.window_frame import DropVeil
 from app.ui.widgets.labels import Text
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.films import write_film

@@ -24,7 +24,7 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import difference, wrap
 from app.core.base.imaging.images import write_exr
 from app.ui.plots.guidance import BigDegrees, TurnArrow
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.styles.cards_view import StyleCard, TurnWords
 from app.ui.screens.turn.guidance_view import GuideColumn, LargeWords
 from app.ui.shell.start import App

@@ -13,15 +13,15 @@ from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 from app.core.base.paths import resources
 from app.ui.screens.paint.screen_view import PaintScreen
 from app.ui.screens.probe.capture.capture import Running
-from app.ui.screens.probe.capture.sign import DistantSign
+from app.ui.screens.probe.capture.distant_sign import DistantSign
 from app.ui.screens.probe.live import Live, RoughCard
 from app.ui.screens.probe.screen import ProbeState
 from app.ui.screens.probe.screen_view import ProbeScreen
 from app.ui.screens.styles.screen_view import StylesScreen
 from app.ui.screens.turn.screen_view import TurnScreen
-from app.ui.shell.frame import fitted
 from app.ui.shell.start import App
 from app.ui.shell.window import SMALLEST
+from app.ui.shell.window_frame import fitted
 from app.ui.widgets.labels import Text
 from benchmarks.ui.screenshots.command import Robot
 from tests.helpers.cases import sample_first

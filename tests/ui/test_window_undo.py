@@ -9,10 +9,10 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 
-from app.core.painting.library import list_user_styles
+from app.core.painting.user_styles import list_user_styles
 from app.ui.overlays.find import FindBody
 from app.ui.overlays.settings import SettingsBody
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.screen import StylesPresenter

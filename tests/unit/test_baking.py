@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.baking.columns import compress, mirror_pixels, symmetrise, texel_noise
 from app.core.baking.kernel_lanes import select_variant
+from app.core.baking.light_sources import compress, mirror_pixels, symmetrise, texel_noise
 from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.base.errors import BakeError, Cancelled, HeadError
 from app.core.base.paths import resources
@@ -48,7 +48,7 @@ def test_mirrored_pixels() -> None:
 
 
 def test_symmetrise_is_exact_and_tells_the_noise() -> None:
-    from app.core.baking.columns import TexelColumns
+    from app.core.baking.light_sources import TexelColumns
 
     rng = np.random.default_rng(1)
     texels = TexelColumns(4, 8)
@@ -65,7 +65,7 @@ def test_symmetrise_is_exact_and_tells_the_noise() -> None:
 
 
 def test_compress_keeps_a_low_rank_matrix_and_its_mirror_symmetry() -> None:
-    from app.core.baking.columns import TexelColumns
+    from app.core.baking.light_sources import TexelColumns
 
     rng = np.random.default_rng(2)
     texels = TexelColumns(4, 8)

@@ -139,7 +139,7 @@ print("{}")
 
 
 TRACE = """
-from app.core.baking.columns import TexelColumns
+from app.core.baking.light_sources import TexelColumns
 from app.core.baking.exposure import shine
 from app.core.baking.exposure import vertex_points
 from app.core.baking.scene import build_scene, frame_head, load_head

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app.devices.capture.debts import FILE, Debts
 from app.devices.capture.session import Session
+from app.devices.capture.unrestored_settings import FILE, Debts
 from app.devices.errors import DeviceError
 from app.devices.simulated.exchange import Reply, Request
 from tests.faulty_camera.silence import NO_ANSWER

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.devices.capture import fetching
-from app.devices.capture.connection_loss import Contact
+from app.devices.capture.reconnection import Contact
 from app.devices.capture.session import Session
 from app.devices.errors import DeviceError, DownloadFailed
 from app.words.remarks import sentences

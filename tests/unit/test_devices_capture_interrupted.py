@@ -12,7 +12,7 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.environment.environment import read_environment
-from app.devices.capture.machine import ENVIRONMENT
+from app.devices.capture.capture_steps import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, DeviceError, Unreachable

@@ -18,8 +18,8 @@ from app.core.environment.environment import read_environment, reduce_radiance
 from app.core.measure.fisheye.remarks import CirclesStitched
 from app.core.measure.fisheye.stitch import Stitching
 from app.devices.capture import camera_settings
+from app.devices.capture.capture_steps import ENVIRONMENT
 from app.devices.capture.exposures import bracket, metering
-from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CaptureFailed

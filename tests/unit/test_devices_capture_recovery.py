@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.devices.capture.connection_loss import (
+from app.devices.capture.reconnection import (
     NOT_NOW,
     PATIENCE_S,
     REJOIN_S,

@@ -11,7 +11,7 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.devices.capture.connection_loss import Contact
+from app.devices.capture.reconnection import Contact
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.errors import BadReply, DeviceError, NotACamera, Unreachable
 from app.devices.simulated.exchange import Reply, Request

@@ -22,7 +22,7 @@ from app.core.guidance.guide import (
     Reading,
     guide,
 )
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.words.guidance import arc_words, guide_words
 
 REMBRANDT = Goal(95.6, (79.2, 110.6))

@@ -6,8 +6,8 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide, HeadingSource, Reading, guide
-from app.core.guidance.mode import Mode
-from app.core.guidance.plan import PlanDrawing, PlanMark, plan_of
+from app.core.guidance.walk_plan import PlanDrawing, PlanMark, plan_of
+from app.core.guidance.who_moves import Mode
 from app.words.plan import plan_words
 
 GOAL = Goal(96.0, (79.0, 111.0))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from app.core.base import sphere
 from app.core.base.angles import difference
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.heading_conversion import (
     Looks,
     background_azimuth,

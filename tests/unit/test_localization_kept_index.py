@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from app.core.localization import features
 from app.core.localization.features import HeadingIndex, keep_index, read_index
 from app.core.places.files.originals import sweep
-from app.core.places.library import delete_place, restore_place
-from app.core.places.store import create_place, summarise
+from app.core.places.place_folder import create_place, summarise
+from app.core.places.place_list import delete_place, restore_place
 
 NAME = "background.points"
 PANORAMA: NDArray[np.uint8] = np.random.default_rng(1).integers(0, 255, (64, 128, 3), np.uint8)

@@ -16,7 +16,7 @@ from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.guidance.guide import FRESH, Goal, Phase, Reading, guide
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.features import HeadingIndex, build_index
 from app.core.localization.heading import Heading
 from app.core.localization.heading_conversion import Looks, offset_angle

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.base import sphere
 from app.core.base.paths import resources
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.heading_conversion import (
     BACKGROUND_M,
     Looks,

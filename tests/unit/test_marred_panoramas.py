@@ -22,7 +22,7 @@ from app.core.environment.holes import canvas
 from app.core.environment.layers import LayerError
 from app.core.environment.remarks import LayerChosen, PartUnseen
 from app.core.measure.bracket.measure import measure
-from app.core.measure.finish.doubt import doubt_of
+from app.core.measure.finish.doubtful_answers import doubt_of
 from app.core.measure.options import MeasureOptions
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack_file import load_named_pack

@@ -17,7 +17,7 @@ from app.core.measure.bracket.incoming_frames import ArrivingFrames, rehearse
 from app.core.measure.bracket.measure import measure
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
-from app.core.measure.read import opening as frame_preprocessing
+from app.core.measure.read import opened_frame as frame_preprocessing
 from app.core.measure.read.decoding import MemoryRows
 from app.core.measure.read.frame import Exposure, Frame
 from app.core.measure.read.metadata import read_header

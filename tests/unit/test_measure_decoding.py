@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.measure.read.opening import shrunk
+from app.core.measure.read.opened_frame import shrunk
 
 
 @pytest.mark.parametrize("levels", [(0, 256), (254, 256), (0, 2)])

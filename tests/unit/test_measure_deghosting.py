@@ -21,7 +21,7 @@ from app.core.measure.bracket.deghosting import FrameTrust, trust
 from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.merge import merge
 from app.core.measure.read.frame import Exposure
-from app.core.measure.read.opening import proxy_shape
+from app.core.measure.read.opened_frame import proxy_shape
 from app.core.measure.read.pixels import open_frames
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack_file import load_named_pack

@@ -22,7 +22,7 @@ from app.core.measure.bracket.measure import measure
 from app.core.measure.bracket.merge import merge
 from app.core.measure.read.decoding import MemoryRows, decode, decode_half
 from app.core.measure.read.frame import Bracket, Exposure, Frame, MergedLight
-from app.core.measure.read.opening import proxy_shape, shrunk
+from app.core.measure.read.opened_frame import proxy_shape, shrunk
 from app.core.measure.read.pixels import FrameStack, open_frames
 from app.devices.simulated.cameras import THETA_V
 from app.devices.simulated.optics import meter

@@ -7,7 +7,7 @@ import numpy as np
 from app.core.base.colour import srgb_decode, srgb_encode
 from app.core.base.progress import Token
 from app.core.measure.bracket.merge import quiet_colours
-from app.core.measure.bracket.weighted_merge import lift_black
+from app.core.measure.bracket.merge_band import lift_black
 from tests.helpers.odd_brackets import decoded, jpeg_bytes, speckle
 
 CODES = srgb_decode(np.arange(256) / 255.0).astype(np.float32)

@@ -21,7 +21,7 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.photos.measure import measure
 from app.core.measure.photos.remarks import OneExposure
 from app.core.places.intake import sort_out
-from app.core.places.open import OpenOptions, make_place
+from app.core.places.open_files import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from benchmarks.light.stitch_photos import AXES, Taken, photographs_of, placed_off, save, take
 

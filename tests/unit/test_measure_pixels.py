@@ -17,7 +17,7 @@ from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.progress import Token
 from app.core.measure.read.decoding import RawRows, needs_whole_decode
 from app.core.measure.read.frame import Bracket, Exposure, Frame
-from app.core.measure.read.opening import proxy_shape
+from app.core.measure.read.opened_frame import proxy_shape
 from app.core.measure.read.pixels import open_frames, relaid
 from app.core.measure.read.remarks import FrameUnread
 from app.words.remarks import sentences

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import srgb_decode, srgb_encode
-from app.core.measure.bracket.weighted_merge import merge_band
+from app.core.measure.bracket.merge_band import merge_band
 from app.core.measure.bracket.weighting import (
     FrameLight,
     Scheme,

@@ -18,7 +18,7 @@ from app.core.measure.film.film import Film
 from app.core.measure.film.frames import film_frames
 from app.core.measure.film.movie_header import MovieHeader, read_movie_header
 from app.core.places.intake import sort_out
-from app.core.places.open import OpenOptions, make_place
+from app.core.places.open_files import OpenOptions, make_place
 from app.core.storage.settings import Settings
 from app.words.remarks import sentences
 from tests.helpers.films import write_film

@@ -11,7 +11,7 @@ import pytest
 from app.core.base.angles import TURNS, wrap
 from app.core.environment.environment import read_environment, reduce
 from app.core.painting.canvas import Canvas, from_style, head_values, make_canvas
-from app.core.painting.turned_head import PaintedHead, solve_painted
+from app.core.painting.paint_on_turned_head import PaintedHead, solve_painted
 from app.core.painting.user_style import UserStyle, solve_user_styles
 from app.core.solver.lens.lens_search import solve_lens
 from app.core.solver.lens.lens_wish import LensWish

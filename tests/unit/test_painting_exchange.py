@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import CoreError, StyleError
 from app.core.painting.canvas import make_canvas
-from app.core.painting.library import (
+from app.core.painting.user_style import UserStyle, write_layers
+from app.core.painting.user_styles import (
     EXPORT_ENDING,
     export_style,
     import_style,
     list_user_styles,
     save_user_style,
 )
-from app.core.painting.user_style import UserStyle, write_layers
 
 
 @pytest.fixture

@@ -13,7 +13,14 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import StyleError
 from app.core.painting.canvas import Canvas, make_canvas
-from app.core.painting.library import (
+from app.core.painting.user_style import (
+    UserStyle,
+    from_user_style,
+    read_user_style,
+    style_text,
+    text_path,
+)
+from app.core.painting.user_styles import (
     delete,
     duplicate,
     list_user_styles,
@@ -21,13 +28,6 @@ from app.core.painting.library import (
     restore,
     save_user_style,
     update_user_style,
-)
-from app.core.painting.user_style import (
-    UserStyle,
-    from_user_style,
-    read_user_style,
-    style_text,
-    text_path,
 )
 from app.core.styles.styles import NAMES, load_styles
 from app.words.styles import full_title
@@ -282,7 +282,7 @@ def test_no_folder_is_no_styles(tmp_path: Path) -> None:
 
 
 def test_more_styles_than_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.core.painting.library._MAX_STYLES", 2)
+    monkeypatch.setattr("app.core.painting.user_styles._MAX_STYLES", 2)
     for title in "abc":
         save_user_style(tmp_path, canvas(size=16), title)
     styles, damaged = list_user_styles(tmp_path)

@@ -14,10 +14,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.places.library import list_places
+from app.core.places.place_folder import create_place, read_place, write_place
+from app.core.places.place_list import list_places
 from app.core.places.remarks import PartLost
 from app.core.places.saved.place_json import to_json
-from app.core.places.store import create_place, read_place, write_place
 from app.words.remarks import sentences
 from tests.helpers.cases import sample_first
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place

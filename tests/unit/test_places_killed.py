@@ -21,8 +21,8 @@ import pytest
 
 from app.core.places.files.light import read_light
 from app.core.places.files.originals import sweep
-from app.core.places.library import list_places, list_trash
-from app.core.places.store import create_place, read_place, write_place
+from app.core.places.place_folder import create_place, read_place, write_place
+from app.core.places.place_list import list_places, list_trash
 from tests.helpers.waiting import until
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,8 +38,8 @@ from pathlib import Path
 import numpy as np
 from app.core.places.files.light import store_environment
 from app.core.places.files.originals import adopt_files
-from app.core.places.library import delete_place, restore_place
-from app.core.places.store import create_place, read_place, write_place
+from app.core.places.place_list import delete_place, restore_place
+from app.core.places.place_folder import create_place, read_place, write_place
 base = Path(sys.argv[1])
 now = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 light = np.random.default_rng(1).gamma(0.2, size=(32, 64, 3)).astype(np.float32)

@@ -26,11 +26,11 @@ from app.core.environment.environment import Environment, from_radiance, reduce
 from app.core.environment.environment_file import read_panorama
 from app.core.places.files import light as light_module
 from app.core.places.files.light import fingerprint_of, read_light, storable, store_environment
-from app.core.places.library import list_places
 from app.core.places.place import Place, PlaceError
+from app.core.places.place_folder import create_place, drop_merged, read_place, write_place
+from app.core.places.place_list import list_places
 from app.core.places.remarks import LightChanged
 from app.core.places.saved.result_json import results_to_json
-from app.core.places.store import create_place, drop_merged, read_place, write_place
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.solve import solve_all
 from app.core.styles.style_pack_file import load_named_pack

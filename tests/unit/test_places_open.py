@@ -19,16 +19,16 @@ from app.core.base.imaging.images import write_exr, write_png
 from app.core.base.paths import resources
 from app.core.base.progress import Progress, Token, silent
 from app.core.painting.canvas import from_style, make_canvas
-from app.core.painting.library import save_user_style
 from app.core.painting.user_style import UserStyle
+from app.core.painting.user_styles import save_user_style
 from app.core.places.files.originals import adopt_files
-from app.core.places.load import NotFinished, last_opened, load_place
-from app.core.places.open import OpenOptions, open_paths
+from app.core.places.load_saved import NotFinished, last_opened, load_place
+from app.core.places.open_files import OpenOptions, open_paths
 from app.core.places.place import OpenPlace
+from app.core.places.place_folder import create_place, read_place, write_place
 from app.core.places.resume import drop_empty_place, list_unfinished
 from app.core.places.save import FolderState, folder_state, save_anywhere
 from app.core.places.solve import solve_place
-from app.core.places.store import create_place, read_place, write_place
 from app.core.portrait.head import Head
 from app.core.portrait.portrait_file import PLAIN
 from app.core.solver.lens.lens_wish import LensWish

@@ -19,11 +19,8 @@ from hypothesis import strategies as st
 
 from app.core.base.remarks import PlainRemark
 from app.core.measure.bracket.remarks import MuchMotion
-from app.core.places.library import list_places
 from app.core.places.place import AnswerBasis, CaptureFacts, FrameFacts, Location, Place, PlaceError
-from app.core.places.remarks import FolderUnreadable, JudgedAnew, LightMissing, Unfinished
-from app.core.places.saved.place_json import answers_of, to_json
-from app.core.places.store import (
+from app.core.places.place_folder import (
     capture_folders,
     change_place,
     create_place,
@@ -31,6 +28,9 @@ from app.core.places.store import (
     read_place,
     write_place,
 )
+from app.core.places.place_list import list_places
+from app.core.places.remarks import FolderUnreadable, JudgedAnew, LightMissing, Unfinished
+from app.core.places.saved.place_json import answers_of, to_json
 from app.core.solver.lens.lens_wish import LensWish
 from app.core.solver.solve import proposal, solve_all
 from app.core.styles.lamps import Studio

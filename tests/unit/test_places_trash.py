@@ -11,7 +11,9 @@ import pytest
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Progress, Token
-from app.core.places.library import (
+from app.core.places.place import PlaceError
+from app.core.places.place_folder import create_place, read_place
+from app.core.places.place_list import (
     delete_place,
     empty_trash,
     list_places,
@@ -19,8 +21,6 @@ from app.core.places.library import (
     restore_place,
     trash_size,
 )
-from app.core.places.place import PlaceError
-from app.core.places.store import create_place, read_place
 
 NOW = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and links as on POSIX")

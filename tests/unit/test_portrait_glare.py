@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment
-from app.core.portrait.face_light import NOTICEABLE, STRONG, eye_light, glare, light_flow
+from app.core.portrait.ratio_and_glare import NOTICEABLE, STRONG, eye_light, glare, light_flow
 from app.words.portrait.face_light import flow_words, glare_sentence
 from tests.helpers.synthetic import lamp_environment
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce
-from app.core.portrait.face_light import (
+from app.core.portrait.ratio_and_glare import (
     DEEPEST_STOPS,
     EVEN_STOPS,
     cheeks,

@@ -14,7 +14,7 @@ import pytest
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token, silent
 from app.core.places.place import Place, PlaceError
-from app.core.places.store import create_place, read_place, write_place
+from app.core.places.place_folder import create_place, read_place, write_place
 from app.devices.clock import VirtualClock
 from app.ui.presenters.autosave import Autosave
 from app.ui.presenters.services import Services

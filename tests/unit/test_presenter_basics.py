@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.places.intake import sort_out
-from app.ui.presenters.model import Event, Model, Step
 from app.ui.presenters.undo_stack import Undoable, UndoStack
+from app.ui.presenters.window_model import Event, Model, Step
 from tests.helpers.immediate_runner import ImmediateRunner
 
 

@@ -12,10 +12,10 @@ import pytest
 
 from app.devices.theta.camera_identity import FoundCamera
 from app.devices.theta.endpoint import Endpoint
-from app.ui.presenters.model import CameraSeen, Model, Step
 from app.ui.presenters.services import Services, View
 from app.ui.presenters.undo_stack import Undoable, UndoStack
 from app.ui.presenters.window_frame import FramePresenter, camera_words
+from app.ui.presenters.window_model import CameraSeen, Model, Step
 from app.ui.screens.registry import SCREENS
 
 CEST = timezone(timedelta(hours=2))

@@ -15,13 +15,13 @@ from app.core.guidance.guide import Phase
 from app.core.second_light.added_light import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
-from app.ui.presenters.model import LampPlan, Step
-from app.ui.screens.light.placement import work
+from app.ui.presenters.window_model import LampPlan, Step
+from app.ui.screens.light.placement import jobs as work
 from app.ui.screens.light.placement.answers import Answers, InHand, LampPosition, take_in_hand
 from app.ui.screens.light.placement.pictures import portrait_with
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.registry import screen
-from app.ui.screens.turn.photos.photo_check import shot_context
+from app.ui.screens.turn.photos.check_job import shot_context
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig

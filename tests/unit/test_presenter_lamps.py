@@ -11,7 +11,7 @@ import pytest
 
 from app.core.base.paths import resources
 from app.core.painting.canvas import from_style
-from app.core.painting.library import save_user_style
+from app.core.painting.user_styles import save_user_style
 from app.core.places.place import Place
 from app.core.portrait.head import Head
 from app.core.storage.settings import Settings

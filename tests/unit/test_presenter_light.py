@@ -14,14 +14,14 @@ from app.core.places.place import CaptureFacts, Place
 from app.core.second_light.place_brightness import illuminance
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens.lens_wish import LensWish
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.light.brightness import BRIGHTNESS
 from app.ui.screens.light.lamp import DISTANCES_M
 from app.ui.screens.light.placement import answers as placed
-from app.ui.screens.light.placement import work
+from app.ui.screens.light.placement import jobs as work
 from app.ui.screens.light.placement.answers import Answers
 from app.ui.screens.light.screen import LightPresenter
-from app.words.shortfall import too_soft_words
+from app.words.out_of_reach import too_soft_words
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
 

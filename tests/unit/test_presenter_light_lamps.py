@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from app.core.places.place import CaptureFacts
-from app.core.places.store import create_place, read_place
-from app.core.second_light.captured_lamps.library import list_lamps, read_lamp
+from app.core.places.place_folder import create_place, read_place
+from app.core.second_light.captured_lamps.lamp_library import list_lamps, read_lamp
 from app.ui.screens.light.own_lamp.mask import MaskEdit, MaskState
 from tests.helpers.light_rig import LightRig
 from tests.unit.test_presenter_light import own_lamp

@@ -9,7 +9,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.places.place import CaptureFacts, Place
-from app.core.places.store import create_place, read_place, write_place
+from app.core.places.place_folder import create_place, read_place, write_place
 from app.core.second_light.place_brightness import illuminance, read_lux
 from tests.helpers.light_rig import LightRig
 from tests.helpers.styles_screen import scene_light

@@ -12,9 +12,9 @@ from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.solver.place_light import PlaceLight, main_light, prepare
 from app.core.styles.lamps import far_lamp
 from app.core.styles.style import StyleLamp
-from app.ui.screens.light.hold import move_words, place_words
 from app.ui.screens.light.placement.answers import LampPosition
 from app.ui.screens.light.placement.sky import sky_of
+from app.ui.screens.light.two_steps import move_words, place_words
 
 LEFT, RIGHT = "sitter’s left (camera right)", "sitter’s right (camera left)"
 

@@ -15,7 +15,7 @@ from app.core.painting.stroke import Tool
 from app.core.portrait.head import Head
 from app.core.solver.transport import load_named
 from app.core.styles.style_pack_file import load_named_pack
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.canvas import CanvasMode
 from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.screen import PaintState, PaintView

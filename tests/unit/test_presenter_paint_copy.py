@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.painting.library import list_user_styles
 from app.core.painting.user_style import UserStyle, read_user_style, text_path
+from app.core.painting.user_styles import list_user_styles
 from app.core.places.place import Place
 from app.core.solver.lens.lens_wish import LensWish
 from app.core.solver.style_result import StyleResult
 from app.core.styles.lamps import Studio
 from app.ui.presenters import heads
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.styles.gallery import Sizes
-from app.words.shortfall import out_of_reach_sentence
+from app.words.out_of_reach import out_of_reach_sentence
 from tests.helpers.cases import sample_first
 from tests.helpers.styles_screen import Table, head, scene_light
 

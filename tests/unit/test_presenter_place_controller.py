@@ -20,9 +20,9 @@ from app.core.environment.environment import read_environment
 from app.core.environment.remarks import LayerChosen
 from app.core.measure.finish.findings import Findings, LampFinding, find
 from app.core.measure.finish.remarks import SunRestored
-from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Place
-from app.core.places.store import PlaceSummary, create_place, read_place
+from app.core.places.place_folder import PlaceSummary, create_place, read_place
+from app.core.places.place_list import list_places
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.head_shape import shape_path
 from app.core.solver.transport import save_transport

@@ -13,7 +13,7 @@ from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.measure.read.frame import Exposure
 from app.core.places.journal import SessionFrame
 from app.core.places.place import LONGEST_NAME, LONGEST_NOTES, LONGEST_TAG, MOST_TAGS
-from app.core.places.store import create_place, read_place
+from app.core.places.place_folder import create_place, read_place
 from app.devices.capture.session import Session
 from app.ui.presenters.places_list import MOST_SPOTS, PlacesListPresenter, PlacesListRow
 from tests.helpers.immediate_runner import ImmediateRunner

@@ -9,7 +9,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.places.place import PlaceError
-from app.core.places.store import read_place
+from app.core.places.place_folder import read_place
 from app.devices.capture.status import Stage
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.probe.screen import ProbeState

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from app.devices.capture.status import Stage, Status
-from app.ui.presenters.model import Step
-from app.ui.screens.probe.capture.sign import DistantSign, sign_of
+from app.ui.presenters.window_model import Step
+from app.ui.screens.probe.capture.distant_sign import DistantSign, sign_of
 from app.ui.screens.probe.live import KEY, Live
 from tests.helpers.probe_screen import Bench
 

@@ -19,15 +19,15 @@ from app.core.base.imaging.images import write_png
 from app.core.base.paths import resources
 from app.core.places import resume
 from app.core.places.files.light import read_light
-from app.core.places.library import list_places
+from app.core.places.place_folder import read_place
+from app.core.places.place_list import list_places
 from app.core.places.resume import list_unfinished
-from app.core.places.store import read_place
 from app.core.storage.settings import Settings
 from app.core.styles.styles import NAMES
-from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.saving import disk_words
 from app.ui.presenters.window_frame import FramePresenter
+from app.ui.presenters.window_model import Step
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 
@@ -155,7 +155,7 @@ def test_a_message_names_what_is_wrong_and_no_temporary_file() -> None:
 def half_a_place(table: Table, tmp_path: Path) -> Path:
     """A place whose photographs were copied when the program was killed."""
     from app.core.places.files.originals import adopt_files
-    from app.core.places.store import create_place
+    from app.core.places.place_folder import create_place
 
     rng = np.random.default_rng(3)
     frames = []
@@ -211,7 +211,7 @@ def test_finishing_it_merges_what_is_there(
 
 
 def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: Path) -> None:
-    from app.core.places.store import create_place
+    from app.core.places.place_folder import create_place
 
     create_place(tmp_path / "places", "Nothing yet", table.services.today())
     shelf = PlacesListPresenter(table.services, table.desk)

@@ -9,11 +9,11 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.base.paths import resources
-from app.core.places.library import list_places
-from app.core.places.store import read_place
+from app.core.places.place_folder import read_place
+from app.core.places.place_list import list_places
 from app.core.styles.styles import NAMES
-from app.ui.presenters.model import Step
 from app.ui.presenters.spots import SpotsPresenter, SpotsState
+from app.ui.presenters.window_model import Step
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 

@@ -13,8 +13,8 @@ from app.core.places.place import Place
 from app.core.solver.lens.lens_wish import LensWish
 from app.core.styles.lamps import Studio
 from app.ui.presenters import heads, solving
-from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.window_frame import FramePresenter
+from app.ui.presenters.window_model import COMPUTING, Step
 from app.ui.screens.registry import screen
 from app.ui.screens.styles.screen import StylesState
 from app.ui.screens.turn.screen import TurnPresenter

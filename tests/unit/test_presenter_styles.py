@@ -14,21 +14,21 @@ from app.core.base.angles import difference, whole, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
 from app.core.places.place import Location, Place
-from app.core.portrait.face_light import glare, lighting_ratio
 from app.core.portrait.full_size_portrait import portrait_picture
 from app.core.portrait.gallery_portraits import exposure_in_mean_light
 from app.core.portrait.light import portrait_light
+from app.core.portrait.ratio_and_glare import glare, lighting_ratio
 from app.core.solver.place_light import Facing, picture_at
 from app.core.solver.shortfall import AreaShortfall, Aspect
 from app.core.solver.turn_choice import LIMITS
-from app.core.storage.library import DamagedItem
+from app.core.storage.item_library import DamagedItem
 from app.core.styles.styles import NAMES, RARE, load_styles
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.styles.cards import Filter, Sort
 from app.ui.screens.styles.gallery import Sizes, look, question_of
 from app.ui.screens.styles.screen import StylesState, StylesView
+from app.words.out_of_reach import reason_card, reason_sentence
 from app.words.portrait.face_light import ratio_line, ratio_sentence
-from app.words.shortfall import reason_card, reason_sentence
 from app.words.verdict import close_to
 from tests.helpers.pace import units
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light

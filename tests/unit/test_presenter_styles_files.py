@@ -10,8 +10,8 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.painting.canvas import from_style
-from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
+from app.core.painting.user_styles import import_style, list_user_styles, save_user_style
 from app.core.places.place import CaptureFacts, Place
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.screen import StylesView

@@ -22,7 +22,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.turn_choice import Limits
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.registry import screen
 from app.ui.screens.turn import pictures
 from app.ui.screens.turn.live import heading_tracker

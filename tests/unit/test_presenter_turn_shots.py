@@ -21,10 +21,11 @@ from app.core.faces.shot_check import Check
 from app.core.localization.photo_location import PhotoLocation
 from app.core.places.files.shots import read_shots
 from app.core.portrait.head import Head
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
+from app.ui.presenters.window_model import Step
 from app.ui.screens.registry import screen
-from app.ui.screens.turn.photos import photo_check, photos
+from app.ui.screens.turn.photos import check_job as photo_check
+from app.ui.screens.turn.photos import photos
 from app.ui.screens.turn.photos.photos import DROP_WORDS
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig

@@ -14,9 +14,9 @@ from app.core.guidance.guide import HeadingSource
 from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamState
-from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
+from app.ui.presenters.window_model import Model
 from app.ui.screens.turn.live.camera import LiveCamera
 from app.ui.screens.turn.live.source import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from tests.helpers.immediate_runner import ImmediateRunner

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from app.core.base.errors import CoreError
-from app.core.painting.library import list_user_styles
 from app.core.painting.session import load_draft
 from app.core.painting.user_style import checksum
-from app.core.places.library import list_places
-from app.core.places.store import create_place, read_place
-from app.core.second_light.captured_lamps.library import add_lamp, list_lamps, read_lamp
+from app.core.painting.user_styles import list_user_styles
+from app.core.places.place_folder import create_place, read_place
+from app.core.places.place_list import list_places
+from app.core.second_light.captured_lamps.lamp_library import add_lamp, list_lamps, read_lamp
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.window_frame import FramePresenter
 from app.ui.screens.light import lamp_list

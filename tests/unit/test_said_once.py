@@ -22,7 +22,7 @@ from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import SEARCH_SCOPE, Action, nothing_words
 from app.ui.presenters.services import Sounds
 from app.ui.presenters.window_frame import FramePresenter
-from app.ui.screens.light.hold import go_words, turn_title, way_icon
+from app.ui.screens.light.two_steps import go_words, turn_title, way_icon
 from app.ui.screens.paint.screen import PaintPresenter
 from app.ui.screens.paint.tools import BrushBox
 from app.ui.screens.probe.capture.plans import plan_parts

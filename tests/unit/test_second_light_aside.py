@@ -10,8 +10,8 @@ import pytest
 from app.core.base.angles import wrap
 from app.core.second_light.added_light import AddedLight, from_captured
 from app.core.second_light.contrast import prepare_face
+from app.core.second_light.lamp_on_turned_head import seen_aside
 from app.core.second_light.search import LampPlacement, place_all
-from app.core.second_light.turned_head import seen_aside
 from app.core.solver.lens.lens_wish import LensWish, YawWord
 from app.core.solver.lens.view_tables import match_curves, views_of
 from app.core.solver.relighting_cache import normalised

@@ -14,7 +14,7 @@ import pytest
 from app.core.base.errors import CoreError
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, make_lamp
 from app.core.second_light.captured_lamps.lamp_capture import read_lamp_file
-from app.core.second_light.captured_lamps.library import (
+from app.core.second_light.captured_lamps.lamp_library import (
     add_lamp,
     delete_lamp,
     lamps_folder,

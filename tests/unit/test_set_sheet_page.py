@@ -17,7 +17,7 @@ from app.core.base.colour import FloatImage, luminance
 from app.core.base.paths import resources
 from app.core.environment.environment import read_environment, reduce, reduce_light, reduce_radiance
 from app.core.measure.finish.findings import find
-from app.core.portrait.face_light import Glare, LightingRatio
+from app.core.portrait.ratio_and_glare import Glare, LightingRatio
 from app.core.solver.solve import solve_all
 from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from app.core.base import sphere
 from app.core.base.angles import Direction, direction_of, whole, wrap
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.solver.solve import solve_all
 from app.words.phrases import turns
 from app.words.phrases.directions import light_words

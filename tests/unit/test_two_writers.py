@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.painting.library import list_user_styles, save_user_style, update_user_style
 from app.core.painting.session import Draft, load_draft, save_draft
 from app.core.painting.user_style import UserStyle
-from app.core.places.store import PLACE, change_place, create_place, read_place, write_place
+from app.core.painting.user_styles import list_user_styles, save_user_style, update_user_style
+from app.core.places.place_folder import PLACE, change_place, create_place, read_place, write_place
 from app.core.storage import data_lock
 from app.core.storage.json_file import read_json
 from app.core.storage.settings import Settings
 from app.core.storage.settings_file import FILE, read_settings, write_settings
-from app.ui.presenters.model import Model
+from app.ui.presenters.window_model import Model
 from app.ui.screens.paint.drafts import DraftKeeper
 from tests.helpers.second_writer import painted
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.core.guidance.guide import Goal, HeadingSource, Phase, Reading, guide
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.words.guidance import guide_words, trouble_line
 
 GOAL = Goal(96.0, (79.0, 111.0))

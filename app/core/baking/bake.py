@@ -20,13 +20,6 @@ import numpy as np
 
 from app.core.baking.bake_cache import BakeCache, Keep
 from app.core.baking.baked_view import BakedView
-from app.core.baking.columns import (
-    LampColumns,
-    TexelColumns,
-    compress,
-    mirror_pixels,
-    symmetrise,
-)
 from app.core.baking.exposure import (
     head_coverage,
     look_at_shape,
@@ -35,6 +28,13 @@ from app.core.baking.exposure import (
     shine,
 )
 from app.core.baking.kernel_lanes import Watch, at_once, part_of
+from app.core.baking.light_sources import (
+    LampColumns,
+    TexelColumns,
+    compress,
+    mirror_pixels,
+    symmetrise,
+)
 from app.core.baking.quality import Quality
 from app.core.baking.random_walk import (
     scene_tables,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.columns import (
+from app.core.baking.light_sources import (
     TexelColumns,
     texel_functions,
 )

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.bake_cache import Keep, no_keep
-from app.core.baking.columns import Columns, TexelColumns
 from app.core.baking.kernel_lanes import (
     Table,
     Tally,
@@ -31,6 +30,7 @@ from app.core.baking.kernel_lanes import (
     run_lanes,
     unwatched,
 )
+from app.core.baking.light_sources import Columns, TexelColumns
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh, head_middle
 from app.core.base.arrays import Bools, Float32, Float64, Int64
 from app.core.solver.head_shape import HeadShape

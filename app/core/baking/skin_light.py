@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.bake_cache import BakeCache, Keep, no_keep
-from app.core.baking.columns import (
-    Columns,
-    LampColumns,
-    TexelColumns,
-)
 from app.core.baking.exposure import (
     Points,
     expose,
 )
 from app.core.baking.kernel_lanes import Watch, is_wavefront, part_of, unwatched
+from app.core.baking.light_sources import (
+    Columns,
+    LampColumns,
+    TexelColumns,
+)
 from app.core.baking.quality import Quality
 from app.core.baking.random_walk import (
     PROFILE_BINS,

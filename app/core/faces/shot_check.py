@@ -15,7 +15,7 @@ from app.core.faces.finder import Face
 from app.core.faces.light_reading import FRONTAL_DEG, FaceLight, light_on_head, usual_pose
 from app.core.faces.on_head import head_map, on_head
 from app.core.faces.pose import head_pose
-from app.core.portrait.face_light import lighting_ratio
+from app.core.portrait.ratio_and_glare import lighting_ratio
 from app.core.solver.place_light import PlaceLight, turned
 from app.core.solver.search import luminance_of
 from app.core.solver.style_signature import Grade

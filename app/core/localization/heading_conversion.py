@@ -27,7 +27,7 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.arrays import Float64
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 
 ASSUMED_DEG: Final = 60.0
 """Assumed field of view along the longer side of a picture, deg."""

@@ -23,7 +23,7 @@ import numpy as np
 from app.core.base.angles import difference, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.errors import CoreError
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.features import HeadingIndex
 from app.core.localization.heading import Heading, find_heading
 from app.core.localization.heading_conversion import (

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float32, Float64
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.heading_conversion import (
     BACKGROUND_M,
     CAMERA_M,

@@ -16,7 +16,7 @@ from app.core.painting.canvas import Canvas, from_weights, make_canvas, weights_
 from app.core.painting.user_style import MAX_TITLE, UserStyle, clean_text, light_side
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.weights import region_weights
-from app.core.storage.library import one_line
+from app.core.storage.item_library import one_line
 from app.core.styles.lamps import SIZES_DEG, Studio, studio_lamps, studio_light
 from app.core.styles.style import Style, StyleLamp
 from app.core.styles.style_pack import StylePack

@@ -45,7 +45,7 @@ from app.core.solver.style_result import StyleResult
 from app.core.solver.transport import Transport, render, to_image
 from app.core.solver.turn_choice import LIMITS, Limits, Objective
 from app.core.solver.weights import PaintedWeights
-from app.core.storage.library import one_line
+from app.core.storage.item_library import one_line
 from app.core.styles.painted_style_file import PAINTED_FORMAT, read_painted
 from app.core.styles.style import Side, Style
 from app.core.styles.styles import NAMES

@@ -12,7 +12,7 @@ from app.core.environment.environment_file import is_linear
 from app.core.measure.ball.mirror_ball import BallOptions
 from app.core.measure.options import WayOptions
 from app.core.measure.ways import MeasuringWay, way_of
-from app.core.places.store import PLACE
+from app.core.places.place_folder import PLACE
 from app.core.text import tr
 
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})

@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from app.core.base.progress import Progress, Report, Task, Token
 from app.core.environment.environment import Environment, read_environment
 from app.core.measure.film.film import Film
-from app.core.measure.finish.doubt import doubt_of
+from app.core.measure.finish.doubtful_answers import doubt_of
 from app.core.measure.finish.findings import find
 from app.core.measure.finish.lights import Light, light_grid
 from app.core.measure.finish.sun import find_sun, sun_core
@@ -22,9 +22,9 @@ from app.core.measure.read.frame import Exposure
 from app.core.measure.ways import measure
 from app.core.places.files.light import storable
 from app.core.places.intake import Intake
-from app.core.places.library import list_places
 from app.core.places.place import CaptureFacts, FrameFacts, Kind, Location, Place
-from app.core.places.store import read_place
+from app.core.places.place_folder import read_place
+from app.core.places.place_list import list_places
 from app.core.second_light.place_brightness import stated_white
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.settings import Settings

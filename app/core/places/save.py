@@ -14,7 +14,7 @@ from app.core.base.progress import Token
 from app.core.places.files.light import store_environment
 from app.core.places.files.originals import ORIGINALS, adopt_files
 from app.core.places.place import OpenPlace, Place, PlaceError
-from app.core.places.store import PLACE, create_place, drop_merged, read_place, write_place
+from app.core.places.place_folder import PLACE, create_place, drop_merged, read_place, write_place
 from app.core.solver.place_light import PlaceLight
 from app.core.text import tr
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from app.core.base.arrays import Floats
-from app.core.painting.turned_head import solve_painted
+from app.core.painting.paint_on_turned_head import solve_painted
 from app.core.painting.user_style import UserStyle, results_of_copies, solve_user_styles
 from app.core.portrait.head import Head
 from app.core.solver.lens.lens_search import solve_lens

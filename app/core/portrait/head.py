@@ -17,7 +17,7 @@ from app.core.base.colour import FloatImage
 from app.core.base.errors import TransportError
 from app.core.environment.environment import SHAPE
 from app.core.measure.finish.findings import Findings
-from app.core.painting.turned_head import PaintedHead
+from app.core.painting.paint_on_turned_head import PaintedHead
 from app.core.painting.user_style import UserStyle, prepare_user_style
 from app.core.portrait.background import background
 from app.core.portrait.catchlights import Catchlight, catchlights

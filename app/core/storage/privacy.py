@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Final
 
 from app.core.base.progress import Token
-from app.core.places.library import TRASH
-from app.core.places.store import PLACE
+from app.core.places.place_folder import PLACE
+from app.core.places.place_list import TRASH
 
 _FOLDERS: Final = frozenset({"places", "styles", "drafts", "lamps", "heads", "locks", "logs"})
 _FILES: Final = re.compile(r"\.?(settings|window|last-camera|owed-cameras)[.-].*")

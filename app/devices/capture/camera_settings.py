@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from app.core.places.journal import keepable
 from app.core.text import tr
-from app.devices.capture.connection_loss import NOT_NOW, Contact
+from app.devices.capture.reconnection import NOT_NOW, Contact
 from app.devices.capture.session import Session
 from app.devices.client_profiles import KELVIN, WIDEST, ModelProfile
 from app.devices.errors import CameraNotReady, CameraRefused, DeviceError

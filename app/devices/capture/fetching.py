@@ -15,9 +15,9 @@ from app.core.measure.bracket.grouping import EQUAL_STOPS
 from app.core.measure.read.metadata import read_header
 from app.core.places.journal import SessionFrame
 from app.core.text import tr
+from app.devices.capture.capture_job import CaptureJob
 from app.devices.capture.download import FileSource, fetch_file
 from app.devices.capture.file_integrity import jpeg_end, whole_file, whole_picture
-from app.devices.capture.job import CaptureJob
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.errors import (
     CameraRefused,

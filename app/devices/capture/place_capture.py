@@ -26,17 +26,17 @@ from app.core.places.files.frames import small_picture
 from app.core.places.journal import SessionJournal
 from app.core.places.measurement import NamePlace, place_of_capture
 from app.core.places.place import Place
+from app.core.places.place_folder import create_place, new_capture_folder, read_place
 from app.core.places.resume import drop_empty_place
-from app.core.places.store import create_place, new_capture_folder, read_place
 from app.core.solver.place_light import PlaceLight
 from app.core.styles.style_pack import StylePack
 from app.core.styles.style_pack_file import load_named_pack
 from app.core.text import tr
-from app.devices.capture.debts import FILE as OWED
-from app.devices.capture.debts import Debts
-from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
+from app.devices.capture.capture_steps import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.capture.status import Status
+from app.devices.capture.unrestored_settings import FILE as OWED
+from app.devices.capture.unrestored_settings import Debts
 from app.devices.client_profiles import profile_for
 from app.devices.clock import Clock
 from app.devices.latest_frame import Mailbox

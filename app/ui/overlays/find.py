@@ -11,14 +11,14 @@ from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer
 from PySide6.QtGui import QKeyEvent, QPainter
 from PySide6.QtWidgets import QListWidgetItem, QWidget
 
-from app.core.places.library import list_places
-from app.core.places.store import PlaceSummary
-from app.core.second_light.captured_lamps.library import LampEntry, list_lamps
+from app.core.places.place_folder import PlaceSummary
+from app.core.places.place_list import list_places
+from app.core.second_light.captured_lamps.lamp_library import LampEntry, list_lamps
 from app.core.second_light.lamp_presets import KINDS
 from app.core.storage.settings import TABLE
 from app.core.text import tr
 from app.ui.presenters.actions import Findable, best, nothing_words
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.light.lamp_list import lamps_of, own_key
 from app.ui.shell.commands import Commands
 from app.ui.shell.shortcuts import key_text

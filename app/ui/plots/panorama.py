@@ -22,7 +22,7 @@ from app.core.base.arrays import Bytes
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot, arrow_step
 from app.ui.plots.parts.mapping import Viewport
-from app.ui.plots.parts.marks import (
+from app.ui.plots.parts.panorama_scale import (
     MarkerGrip,
     Marks,
     SceneLamp,

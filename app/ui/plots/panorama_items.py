@@ -16,7 +16,7 @@ from app.ui.plots.parts.geometry import Point
 from app.ui.plots.parts.items import Group, Mark, PlotLine, around
 from app.ui.plots.parts.layers import Hatching, PanoramaLayer
 from app.ui.plots.parts.mapping import Viewport
-from app.ui.plots.parts.marks import Marks, SceneLamp
+from app.ui.plots.parts.panorama_scale import Marks, SceneLamp
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import pen
 

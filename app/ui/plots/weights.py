@@ -26,7 +26,7 @@ from app.ui.plots.parts.geometry import Point
 from app.ui.plots.parts.items import around
 from app.ui.plots.parts.layers import PanoramaLayer
 from app.ui.plots.parts.mapping import Viewport
-from app.ui.plots.parts.marks import draw_corners
+from app.ui.plots.parts.panorama_scale import draw_corners
 from app.ui.theme import px, theme
 from app.ui.widgets.paint import box, faint, pen
 from app.words.phrases.turns import turn_words

@@ -10,8 +10,8 @@ from typing import Final, TypeAlias
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Report, Token
 from app.core.places.place import Place, PlaceError, PlaceSource
+from app.core.places.place_folder import PLACE, write_place
 from app.core.places.saved.place_json import to_json
-from app.core.places.store import PLACE, write_place
 from app.core.storage.json_file import Facts
 from app.devices.clock import wait
 from app.ui.presenters.services import Services

@@ -13,7 +13,9 @@ from typing import Any, Generic, TypeVar, Unpack
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Handlers, PhraseReport, Token
-from app.core.painting.library import (
+from app.core.painting.session import bring_draft_back, put_draft_away
+from app.core.painting.user_style import UserStyle, read_user_style, text_path
+from app.core.painting.user_styles import (
     EXPORT_ENDING,
     delete,
     duplicate,
@@ -22,13 +24,11 @@ from app.core.painting.library import (
     rename,
     restore,
 )
-from app.core.painting.session import bring_draft_back, put_draft_away
-from app.core.painting.user_style import UserStyle, read_user_style, text_path
-from app.core.storage.library import TrashedItem
+from app.core.storage.item_library import TrashedItem
 from app.core.text import tr
-from app.ui.presenters.model import Event
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo_stack import Undoable
+from app.ui.presenters.window_model import Event
 
 T = TypeVar("T")
 K = TypeVar("K")

@@ -15,10 +15,10 @@ from app.core.base.progress import Report, Token
 from app.core.environment.layers import LayerError
 from app.core.measure.film.film import Film
 from app.core.measure.film.measure import FilmOptions
-from app.core.painting.library import list_user_styles
+from app.core.painting.user_styles import list_user_styles
 from app.core.places.intake import Intake
-from app.core.places.load import NotFinished, last_opened, load_place
-from app.core.places.open import OpenOptions, make_place, open_paths
+from app.core.places.load_saved import NotFinished, last_opened, load_place
+from app.core.places.open_files import OpenOptions, make_place, open_paths
 from app.core.places.place import OpenPlace
 from app.core.places.resume import UnfinishedPlace, finish_files
 from app.core.portrait.head import with_lamps
@@ -27,11 +27,11 @@ from app.core.styles.lamps import Studio
 from app.core.text import tr
 from app.ui.presenters.file_changes import OwnStyles, SerialQueue
 from app.ui.presenters.heads import HeadChoice
-from app.ui.presenters.model import DEMO_SPOT, Event, Step
 from app.ui.presenters.saving import Saving
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.solving import SELECTION_FIELDS, Solving
 from app.ui.presenters.undo_stack import Undoable
+from app.ui.presenters.window_model import DEMO_SPOT, Event, Step
 from app.words.remarks import remark_words
 
 if TYPE_CHECKING:

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.imaging.image_input import read_picture
-from app.core.places.library import (
+from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
+from app.core.places.place_folder import PlaceSummary, change_place
+from app.core.places.place_list import (
     TrashedPlace,
     delete_place,
     empty_trash,
@@ -21,9 +23,7 @@ from app.core.places.library import (
     restore_place,
     trash_size,
 )
-from app.core.places.place import LONGEST_NOTES, Place, clean_name, clean_notes, clean_tags
 from app.core.places.resume import UnfinishedPlace, find_unfinished
-from app.core.places.store import PlaceSummary, change_place
 from app.core.text import tr, tr_plural
 from app.ui.presenters.file_changes import FileChange, delete_with_undo
 from app.ui.presenters.place_controller import PlaceController

@@ -10,6 +10,7 @@ from typing import Final
 from app.core.base.atomic_files import DiskTrouble, disk_trouble, is_full
 from app.core.base.errors import CoreError
 from app.core.places.place import AnswerBasis, OpenPlace, Place, PlaceError
+from app.core.places.place_folder import read_place, write_place
 from app.core.places.save import (
     FolderState,
     folder_state,
@@ -20,7 +21,6 @@ from app.core.places.save import (
     save_place,
     with_light_of,
 )
-from app.core.places.store import read_place, write_place
 from app.core.text import tr
 from app.ui.presenters.autosave import Autosave, Conflicts
 from app.ui.presenters.file_changes import SerialQueue

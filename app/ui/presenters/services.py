@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from app.devices.theta.discovery import Discovery
     from app.devices.theta.link import Link
     from app.devices.webcam import Webcam
-    from app.ui.presenters.model import Model
     from app.ui.presenters.undo_stack import UndoStack
+    from app.ui.presenters.window_model import Model
 
 
 NO_LOUDSPEAKER: Final = tr("No sound output")

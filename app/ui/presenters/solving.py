@@ -12,8 +12,8 @@ from app.core.places.solve import solve_place
 from app.core.portrait.head import Head
 from app.core.solver.solve import proposal
 from app.core.solver.style_result import StyleResult
-from app.ui.presenters.model import Model, Selection
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_model import Model, Selection
 
 SELECTION_FIELDS: Final = frozenset(
     {"light", "head", "front_deg", "user_styles", "settings", "place"}

@@ -15,7 +15,7 @@ from app.core.base.errors import CoreError
 from app.core.base.phrases import listed
 from app.core.painting.user_style import UserStyle
 from app.core.places.best_spot import rank_spots
-from app.core.places.load import load_place
+from app.core.places.load_saved import load_place
 from app.core.places.place import Place
 from app.core.places.solve import solve_place
 from app.core.portrait.gallery_portraits import greyed
@@ -27,9 +27,9 @@ from app.core.storage.settings import Settings
 from app.core.text import tr
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, View
+from app.words.out_of_reach import reason_sentence
 from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import leeway_words, turn_words
-from app.words.shortfall import reason_sentence
 from app.words.styles import full_title
 
 _JOB: Final = "spots"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from app.core.text import tr
-from app.ui.presenters.model import Event
+from app.ui.presenters.window_model import Event
 
 _MOST_BYTES: Final = 64 << 20
 

@@ -7,8 +7,8 @@ from typing import Final
 
 from app.core.base.phrases import percent
 from app.core.text import tr, tr_plural
-from app.ui.presenters.model import COMPUTING, CameraSeen, Step, out_of_reach
 from app.ui.presenters.services import Presenter, Services, View, sound_words
+from app.ui.presenters.window_model import COMPUTING, CameraSeen, Step, out_of_reach
 from app.words.phrases.quantities import time_words
 
 WHAT_TO_DROP: Final = tr("Drop a panorama, photos, a film or a folder")

@@ -9,9 +9,9 @@ from typing import Any, Final, Protocol
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_model import Model, Step
 from app.words.phrases.turns import size_words, turn_words
 
 

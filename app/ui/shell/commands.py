@@ -15,9 +15,9 @@ from app.core.storage.settings import Settings
 from app.core.storage.settings_file import FILE, write_settings
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_model import Step
 from app.ui.screens.registry import steps
 from app.ui.shell.guided_demo import GuidedDemo
 from app.ui.shell.notify import Message, Notify

@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QWidget
 from app.core.base.angles import wrap
 from app.core.solver.solve import proposal
 from app.core.text import tr
-from app.ui.presenters.model import Model, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_model import Model, Step
 from app.ui.shell.window import Window
 from app.ui.theme import px
 from app.ui.widgets.buttons import Button

@@ -25,8 +25,8 @@ from app.core.base.memory import MemoryShort, is_memory_short
 from app.core.guidance.beeps import RATE
 from app.core.text import tr
 from app.devices.errors import DeviceError
-from app.ui.presenters.model import Event
 from app.ui.presenters.services import Action, Kind, Sounds
+from app.ui.presenters.window_model import Event
 from app.ui.widgets.messages import Toasts
 
 _MOST_KEPT: Final = 200

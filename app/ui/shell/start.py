@@ -36,11 +36,11 @@ from app.core.storage.settings_file import FILE, read_settings
 from app.core.text import tr
 from app.devices.clock import Clock
 from app.ui.overlays import open_overlay
-from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Devices, Folders, Services
 from app.ui.presenters.undo_stack import UndoStack
 from app.ui.presenters.window_frame import FramePresenter
+from app.ui.presenters.window_model import Model
 from app.ui.shell.commands import Commands
 from app.ui.shell.jobs import QtRunner, keep_little
 from app.ui.shell.log import LAST_CRASH, LOGS, crash_text

@@ -19,12 +19,15 @@ from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
 
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.window_frame import FrameState
+from app.ui.presenters.window_model import Step
 from app.ui.screens.registry import SCREENS, ScreenPresenter, ScreenSpec, screen, screen_of, steps
-from app.ui.shell.frame import (
+from app.ui.shell.jobs import JobLine, QtRunner, reading_in
+from app.ui.shell.notify import Notify
+from app.ui.shell.shortcuts import Shortcuts, hints_of
+from app.ui.shell.window_frame import (
     PLACES,
     SETTINGS,
     DropVeil,
@@ -35,9 +38,6 @@ from app.ui.shell.frame import (
     fit_on_screen,
     room_for,
 )
-from app.ui.shell.jobs import JobLine, QtRunner, reading_in
-from app.ui.shell.notify import Notify
-from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import ThemeName, apply, px, set_theme
 from app.ui.widgets.accessibility import give_role
 from app.ui.widgets.dialogs import Sheet

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from app.core.base.phrases import small_percent
 from app.core.environment.environment import Environment
-from app.core.measure.finish.doubt import Doubt
+from app.core.measure.finish.doubtful_answers import Doubt
 from app.core.measure.finish.remarks import RoughLight
 from app.core.text import tr
 from app.words.remarks import remark_words

@@ -11,7 +11,7 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.catalogue import tr
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.words.phrases.quantities import metres, tenths, upper_first
 
 Side: TypeAlias = Literal["left", "right"]

@@ -16,7 +16,7 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 from app.core.base.catalogue import tr
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 
 _FAR_DEG: Final = 90  # further off, the turn is neither short nor too far
 _SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))

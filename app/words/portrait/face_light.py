@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from app.core.portrait.catchlights import EYES, Catchlight
-from app.core.portrait.face_light import DEEPEST_STOPS, Flow, Glare, Hardness, LightingRatio
+from app.core.portrait.ratio_and_glare import DEEPEST_STOPS, Flow, Glare, Hardness, LightingRatio
 from app.core.text import tr, tr_plural
 from app.words.lights import MIRRORED
 from app.words.phrases.directions import face_direction_words

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.columns import LampColumns, TexelColumns, mirror_pixels
 from app.core.baking.exposure import Points, expose, head_coverage, place_points, shine
 from app.core.baking.kernel_lanes import Watch, part_of
+from app.core.baking.light_sources import LampColumns, TexelColumns, mirror_pixels
 from app.core.baking.random_walk import lean_scale, scene_tables, trace_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
 from app.core.baking.skin_light import measure_profile
@@ -34,7 +34,7 @@ from app.core.styles.lamps import mirror_index
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from app.core.baking.columns import Columns
+    from app.core.baking.light_sources import Columns
     from app.core.baking.random_walk import SceneTables
     from app.core.baking.skin import Skin
     from app.core.base.progress import PhraseReport, Token

@@ -22,7 +22,7 @@ from app.core.base.errors import CoreError
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.solver.solve import proposal
 from app.core.text import tr
-from app.ui.presenters.model import Step
+from app.ui.presenters.window_model import Step
 from app.ui.screens.light.screen import LightPresenter
 from app.ui.screens.light.screen_view import LightScreen
 from app.ui.screens.light.style_list import rescued

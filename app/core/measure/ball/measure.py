@@ -21,17 +21,17 @@ from app.core.measure.ball.mirror_ball import (
     unwrap,
 )
 from app.core.measure.ball.remarks import LensFromBackground
+from app.core.measure.bracket.align_and_merge import check_size, merge_frames
 from app.core.measure.bracket.alignment import handheld
 from app.core.measure.bracket.grouping import read_bracket
 from app.core.measure.bracket.measure import room_below
-from app.core.measure.bracket.merging import check_size, merge_frames
 from app.core.measure.finish.corrections import finish
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.inpainting import fill
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket
-from app.core.measure.read.opening import open_frame
+from app.core.measure.read.opened_frame import open_frame
 from app.core.measure.read.pixels import FrameStack, reduced
 
 

@@ -29,7 +29,7 @@ from app.core.base.arrays import Bytes, Float32, Float64, Floats
 from app.core.base.colour import look_up
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Token
-from app.core.measure.bracket.weighted_merge import (
+from app.core.measure.bracket.merge_band import (
     TRUSTED,
     Band,
     Sums,
@@ -221,7 +221,7 @@ def merge_halved(
     Args:
         bands: Rows of each frame, brightest first: (rows, W, 3) uint8, for anchors (2 rows, 2 W,
             3).
-        trusts: (rows, W) each, as for `weighted_merge.merge_band`.
+        trusts: (rows, W) each, as for `merge_band.merge_band`.
     """
     peaks: dict[int, Bytes] = {}
     views: dict[int, _BandReading] = {}

@@ -20,15 +20,15 @@ import numpy as np
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.progress import Report, Token, silent
+from app.core.measure.bracket.align_and_merge import merge_bracket
 from app.core.measure.bracket.measure import finished, measure
-from app.core.measure.bracket.merging import merge_bracket
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.decoding import MemoryRows
 from app.core.measure.read.frame import Bracket, Exposure, Frame
 from app.core.measure.read.metadata import read_header
-from app.core.measure.read.opening import (
+from app.core.measure.read.opened_frame import (
     OpenedFrame,
     open_frame,
     proxy_shape,

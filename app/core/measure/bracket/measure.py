@@ -25,8 +25,8 @@ from app.core.base.sphere import rotate_light
 from app.core.environment.environment import energy
 from app.core.environment.holes import GOES_ON, canvas
 from app.core.environment.remarks import PartUnseen
+from app.core.measure.bracket.align_and_merge import check_options, merge_bracket
 from app.core.measure.bracket.grouping import read_bracket
-from app.core.measure.bracket.merging import check_options, merge_bracket
 from app.core.measure.finish.corrections import FinishedLight, finish
 from app.core.measure.finish.display import display_panorama
 from app.core.measure.finish.inpainting import fill
@@ -37,7 +37,7 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.camera_models import camera_facts
 from app.core.measure.read.decoding import transparent
 from app.core.measure.read.frame import Bracket, Exposure
-from app.core.measure.read.opening import Opener, open_frame
+from app.core.measure.read.opened_frame import Opener, open_frame
 from app.core.text import tr
 
 _BLACK: Final = 0.0024  # linear: code 8, which compression can make of black

@@ -25,7 +25,7 @@ from app.core.base.colour import to_rec709
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.measure.bracket.curve.response import Response
 from app.core.measure.bracket.half_size import HalfLight, half_lights, merge_halved
-from app.core.measure.bracket.weighted_merge import Band, lift_black, merge_band
+from app.core.measure.bracket.merge_band import Band, lift_black, merge_band
 from app.core.measure.bracket.weighting import FrameLight, Scheme, agree, float_tables, frame_tables
 from app.core.measure.read.decoding import Pixels, row_bands
 from app.core.measure.read.frame import MergedLight

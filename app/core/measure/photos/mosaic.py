@@ -1,7 +1,7 @@
 """Merge photos with known directions to a panorama of light.
 
 Each photo is a pinhole picture taken from one point. Texels are sampled several times. Each sample
-is merged from all photos that show it, like the frames of a bracket (`weighted_merge`): weighted by
+is merged from all photos that show it, like the frames of a bracket (`merge_band`): weighted by
 noise, with no weight for clipped pixels and more weight away from a photo's edge, so that no seam
 is visible. Merged samples are averaged, not codes, so a lamp keeps its light.
 """
@@ -24,7 +24,7 @@ from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.base.sphere import directions_at
 from app.core.measure.bracket.curve.response import srgb_response
 from app.core.measure.bracket.merge import SIZE
-from app.core.measure.bracket.weighted_merge import merge_band
+from app.core.measure.bracket.merge_band import merge_band
 from app.core.measure.bracket.weighting import FrameLight, float_tables, frame_tables
 from app.core.measure.read.pixels import workers
 

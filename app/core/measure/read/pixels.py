@@ -30,7 +30,7 @@ from app.core.measure.read.decoding import (
     row_bands,
 )
 from app.core.measure.read.frame import Bracket, Frame
-from app.core.measure.read.opening import (
+from app.core.measure.read.opened_frame import (
     OpenedFrame,
     Opener,
     open_frame,

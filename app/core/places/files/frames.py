@@ -14,7 +14,7 @@ from app.core.base.imaging.image_input import picture_bytes
 from app.core.measure.finish.findings import clip_level
 from app.core.places.files.originals import ORIGINALS
 from app.core.places.place import CaptureFacts
-from app.core.places.store import capture_folders
+from app.core.places.place_folder import capture_folders
 
 _SIZE: Final = (256, 128)
 _TILE_ROWS: Final = 128

@@ -30,9 +30,9 @@ from app.core.environment.environment_file import MAX_WIDTH, MIN_WIDTH, read_pan
 from app.core.measure.finish.display import display_panorama
 from app.core.places.files.originals import ORIGINALS
 from app.core.places.place import Place, PlaceError
+from app.core.places.place_folder import THUMBNAIL, capture_folders
 from app.core.places.remarks import LightChanged
 from app.core.places.saved.place_json import ENVIRONMENT_NAME
-from app.core.places.store import THUMBNAIL, capture_folders
 from app.core.text import tr
 
 _THUMBNAIL_WIDTH: Final = 512

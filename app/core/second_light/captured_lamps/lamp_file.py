@@ -32,8 +32,8 @@ from app.core.second_light.captured_lamps.captured_lamp import (
     CapturedLamp,
     centring,
 )
+from app.core.storage.item_library import files_in
 from app.core.storage.json_file import Facts, number, optional, read_json, take, text, write_json
-from app.core.storage.library import files_in
 from app.core.text import tr
 
 MAX_TITLE: Final = 80

@@ -10,7 +10,7 @@ from app.core.base.errors import CoreError
 from app.core.measure.plan.planner import Plan, PlannedShot
 from app.core.text import tr
 from app.devices.capture import camera_settings
-from app.devices.capture.connection_loss import NOT_NOW, Contact, find_frames, newest_address
+from app.devices.capture.capture_job import CaptureJob
 from app.devices.capture.exposures.single_pictures import (
     FRAME_S,
     STARTS,
@@ -20,7 +20,7 @@ from app.devices.capture.exposures.single_pictures import (
     shoot_singly,
     unheard,
 )
-from app.devices.capture.job import CaptureJob
+from app.devices.capture.reconnection import NOT_NOW, Contact, find_frames, newest_address
 from app.devices.capture.status import Stage
 from app.devices.client_profiles import KELVIN, ModelProfile
 from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError

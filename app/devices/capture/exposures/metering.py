@@ -19,10 +19,10 @@ from app.core.measure.read.metadata import read_header
 from app.core.places.journal import EXPOSURE_LIMITS
 from app.core.text import tr
 from app.devices.capture import camera_settings
-from app.devices.capture.connection_loss import newest_address
+from app.devices.capture.capture_job import CaptureJob
 from app.devices.capture.exposures.single_pictures import SettingsLost, take_picture
 from app.devices.capture.exposures.surplus_pictures import delete_pictures, find_listed
-from app.devices.capture.job import CaptureJob
+from app.devices.capture.reconnection import newest_address
 from app.devices.capture.status import Stage
 from app.devices.errors import (
     BadReply,

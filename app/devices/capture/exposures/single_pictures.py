@@ -11,9 +11,9 @@ from app.core.measure.plan.planner import PlannedShot
 from app.core.places.journal import ShotStart
 from app.core.text import tr
 from app.devices.capture import camera_settings
-from app.devices.capture.connection_loss import NOT_NOW, find_frames
+from app.devices.capture.capture_job import CaptureJob
 from app.devices.capture.exposures.surplus_pictures import find_listed, in_time
-from app.devices.capture.job import CaptureJob
+from app.devices.capture.reconnection import NOT_NOW, find_frames
 from app.devices.capture.session import camera_time
 from app.devices.capture.status import Stage
 from app.devices.errors import (

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Final
 
 from app.core.places.journal import SessionFrame, ShotStart
-from app.devices.capture.connection_loss import NOT_NOW, Contact, find_frames
+from app.devices.capture.reconnection import NOT_NOW, Contact, find_frames
 from app.devices.capture.session import Session, camera_time
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraRefused, DeviceError

@@ -10,15 +10,15 @@ from app.core.second_light.search import LampPlacement
 from app.core.solver.shortfall import LensShortfall
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
-from app.ui.screens.light.hold import move_words
 from app.ui.screens.light.placement.answers import best_held, kind_of, powers_for
 from app.ui.screens.light.placement.pictures import LampView
 from app.ui.screens.light.placement.result import LampResult
+from app.ui.screens.light.two_steps import move_words
 from app.words.lamps import power_share, stops_down
+from app.words.out_of_reach import reason_sentence
 from app.words.phrases.directions import light_words, lit_aside_words
 from app.words.phrases.quantities import contrast_words, upper_first
 from app.words.phrases.turns import signed, turn_words
-from app.words.shortfall import reason_sentence
 from app.words.verdict import whole_of
 
 Verdict: TypeAlias = Literal["", "in", "out"]

@@ -12,7 +12,7 @@ from app.core.base.progress import Report, Token
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
 from app.core.second_light.captured_lamps.lamp_capture import capture_lamp
 from app.core.second_light.captured_lamps.lamp_file import MAX_TITLE
-from app.core.second_light.captured_lamps.library import (
+from app.core.second_light.captured_lamps.lamp_library import (
     LampEntry,
     add_lamp,
     check_distance,

@@ -12,12 +12,12 @@ from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.search import LampPlacement
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import LampPlan, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services
+from app.ui.presenters.window_model import LampPlan, Step
 from app.ui.screens.light.brightness import BrightState, PlaceScale
 from app.ui.screens.light.detail import LampDetailState, detail_of
-from app.ui.screens.light.hold import HeadsState, HoldState, hold_of, way_icon
+from app.ui.screens.light.drag_cache import Resolver
 from app.ui.screens.light.lamp import DISTANCES_M, LampHold, LampState, lamp_name, nearest_stop
 from app.ui.screens.light.lamp_list import LampList
 from app.ui.screens.light.own_lamp.actions import LampActions
@@ -27,12 +27,12 @@ from app.ui.screens.light.placement.answers import (
     best_held,
     powers_for,
 )
+from app.ui.screens.light.placement.jobs import LightWork
 from app.ui.screens.light.placement.pictures import Size
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.placement.sky import SkyState
-from app.ui.screens.light.placement.work import LightWork
-from app.ui.screens.light.resolver import Resolver
 from app.ui.screens.light.style_list import Section, front_of, note_of
+from app.ui.screens.light.two_steps import HeadsState, HoldState, hold_of, way_icon
 from app.words.lamps import comparison_sentence, comparison_words
 
 

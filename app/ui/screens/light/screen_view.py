@@ -13,10 +13,9 @@ from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.text import tr
-from app.ui.presenters.model import COMPUTING
+from app.ui.presenters.window_model import COMPUTING
 from app.ui.screens.light.brightness_view import Brightness, MeterPage
 from app.ui.screens.light.detail_view import DetailColumn, portrait_size
-from app.ui.screens.light.hold_view import Middle
 from app.ui.screens.light.lamp_view import LampColumn
 from app.ui.screens.light.own_lamp.capture_view import CaptureSheet
 from app.ui.screens.light.own_lamp.mask import MaskEdit
@@ -24,6 +23,7 @@ from app.ui.screens.light.own_lamp.mask_view import MaskSheet
 from app.ui.screens.light.own_lamp.sheets import CaptureAsk, WordsAsk
 from app.ui.screens.light.screen import LightPresenter, LightSizes, LightState
 from app.ui.screens.light.style_list_view import PICTURE
+from app.ui.screens.light.two_steps_view import Middle
 from app.ui.theme import px
 from app.ui.widgets.dialogs import LineSheet, SheetHost, ask_files
 from app.ui.widgets.layouts import row, stacked

@@ -16,8 +16,8 @@ from app.ui.screens.light.lamp import lamp_words
 from app.ui.screens.light.placement.answers import Answers, Nearer, kind_of, powers_for
 from app.ui.screens.styles.cards import side_line
 from app.words.lamps import power_share
+from app.words.out_of_reach import reason_line, too_soft_words
 from app.words.phrases.quantities import metres
-from app.words.shortfall import reason_line, too_soft_words
 from app.words.verdict import whole_of
 
 

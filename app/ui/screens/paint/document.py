@@ -21,7 +21,7 @@ from app.core.solver.style_result import StyleResult
 from app.core.storage.settings import Settings
 from app.core.styles.style import Style
 from app.core.text import tr
-from app.ui.presenters.model import Model
+from app.ui.presenters.window_model import Model
 from app.ui.screens.paint.head_pixels import HeadLook, head_look
 
 Layers: TypeAlias = tuple[Float32, Float32]

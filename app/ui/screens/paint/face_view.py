@@ -21,7 +21,7 @@ from app.ui.plots.panel import Panel
 from app.ui.plots.parts.base import device_ratio
 from app.ui.plots.parts.geometry import Point
 from app.ui.plots.parts.items import Mark, Overlay
-from app.ui.plots.parts.marks import draw_corners
+from app.ui.plots.parts.panorama_scale import draw_corners
 from app.ui.screens.paint.head_pixels import (
     CanvasColours,
     HeadLook,

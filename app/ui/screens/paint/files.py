@@ -9,15 +9,15 @@ from typing import Final, Literal, Protocol, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.painting.canvas import Advice, Canvas, is_style
-from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
 from app.core.painting.session import find_draft
 from app.core.painting.user_style import UserStyle, suggested_side
+from app.core.painting.user_styles import EXPORT_ENDING, save_user_style, update_user_style
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo_stack import Undoable
+from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.document import PaintDocument, named_style
 from app.ui.screens.paint.drafts import DraftKeeper
 from app.ui.screens.styles.files import plain_name

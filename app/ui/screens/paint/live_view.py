@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from app.core.text import tr
 from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightLegend, WeightPanorama
-from app.ui.presenters.model import COMPUTING
+from app.ui.presenters.window_model import COMPUTING
 from app.ui.screens.paint.files import SaveState
 from app.ui.screens.paint.live import LiveState
 from app.ui.screens.paint.screen import PaintPresenter

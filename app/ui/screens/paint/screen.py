@@ -11,10 +11,10 @@ from app.core.painting.stroke import TileChange, Tool, cleared
 from app.core.painting.user_style import UserStyle
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services
 from app.ui.presenters.undo_stack import Undoable
+from app.ui.presenters.window_model import Step
 from app.ui.screens.paint.canvas import CanvasLook, CanvasMode, CanvasState, Point
 from app.ui.screens.paint.document import OpenedCanvas, PaintDocument
 from app.ui.screens.paint.drafts import DraftKeeper

@@ -10,7 +10,7 @@ from PySide6.QtGui import QPainter, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.canvas import Canvas, Region
-from app.core.painting.library import EXPORT_ENDING
+from app.core.painting.user_styles import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.plots.weights import WeightScale
 from app.ui.screens.paint.canvas import CanvasMode

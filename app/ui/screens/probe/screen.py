@@ -15,10 +15,10 @@ from app.core.places.place import Place
 from app.core.portrait.age import Age, Kind, light_age
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListRow, PlacesListState
 from app.ui.presenters.services import Presenter, Services
+from app.ui.presenters.window_model import Step
 from app.ui.screens.probe.capture.camera import CameraBlock, CameraFinder
 from app.ui.screens.probe.capture.capture import CaptureControl, Running
 from app.ui.screens.probe.capture.checklist import ChoiceRow

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.text import tr
 from app.ui.screens.probe.capture.capture_view import CameraColumn
-from app.ui.screens.probe.capture.sign_view import CaptureSign
+from app.ui.screens.probe.capture.distant_sign_view import CaptureSign
 from app.ui.screens.probe.light_view import LightColumn
 from app.ui.screens.probe.screen import BEAT_MS, SLOW_BEAT_MS, ProbePresenter, ProbeState
 from app.ui.screens.probe.ways import WAYS

@@ -12,21 +12,21 @@ from app.core.base.arrays import Bytes
 from app.core.solver.solve import proposal
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
-from app.core.storage.library import DamagedItem
+from app.core.storage.item_library import DamagedItem
 from app.core.styles.style import Style
 from app.core.styles.styles import RARE
 from app.core.text import tr
 from app.ui.screens.styles.gallery import Snapshot
 from app.words import verdict
-from app.words.phrases.directions import lit_aside_brief, lit_aside_words
-from app.words.phrases.turns import size_words
-from app.words.shortfall import (
+from app.words.out_of_reach import (
     nearly_card,
     reason_card,
     reason_sentence,
     too_soft_card,
     too_soft_words,
 )
+from app.words.phrases.directions import lit_aside_brief, lit_aside_words
+from app.words.phrases.turns import size_words
 from app.words.styles import full_title, side_words
 
 _CANNOT_READ: Final = tr("This style cannot be read. Its file is untouched.")

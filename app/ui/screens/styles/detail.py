@@ -20,6 +20,7 @@ from app.ui.screens.styles.cards import (
     least_match,
 )
 from app.ui.screens.styles.gallery import Snapshot
+from app.words.out_of_reach import grade_words, reason_line, reason_sentence
 from app.words.phrases.directions import lit_aside_words
 from app.words.phrases.quantities import contrast_words, lower_first, upper_first
 from app.words.phrases.turns import (
@@ -30,7 +31,6 @@ from app.words.phrases.turns import (
     size_words,
     turn_words,
 )
-from app.words.shortfall import grade_words, reason_line, reason_sentence
 from app.words.styles import caution_words
 from app.words.verdict import (
     numbers_words,

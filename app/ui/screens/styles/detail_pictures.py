@@ -15,19 +15,19 @@ from app.core.base.angles import turn_of_index, wrap
 from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.localization.views import background_view
-from app.core.portrait.face_light import (
+from app.core.portrait.gallery_portraits import exposure_in_mean_light
+from app.core.portrait.ratio_and_glare import (
     Glare,
     cheeks,
     eye_light,
     glare,
     lighting_ratio,
 )
-from app.core.portrait.gallery_portraits import exposure_in_mean_light
 from app.core.solver.peaks import best_index
 from app.core.solver.place_light import Facing, PlaceLight, picture_at
 from app.core.solver.style_result import StyleResult
 from app.core.text import tr
-from app.ui.presenters.model import COMPUTING, looking_words
+from app.ui.presenters.window_model import COMPUTING, looking_words
 from app.ui.screens.styles.cards import lamps_note
 from app.ui.screens.styles.detail import CurveMark, DetailState, with_words
 from app.ui.screens.styles.gallery import GalleryQuestion, Sizes, Snapshot, ValueCache

@@ -13,7 +13,7 @@ from app.core.text import tr
 from app.ui.plots.match_circle import PolarPlot
 from app.ui.plots.weights import WeightPanorama
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import COMPUTING
+from app.ui.presenters.window_model import COMPUTING
 from app.ui.screens.styles.cards_view import Facts, TurnWords
 from app.ui.screens.styles.detail import DetailState
 from app.ui.theme import theme

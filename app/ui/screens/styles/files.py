@@ -13,8 +13,8 @@ from app.core.base.arrays import Bytes
 from app.core.base.colour import FloatImage
 from app.core.base.errors import CoreError
 from app.core.base.progress import Token
-from app.core.painting.library import EXPORT_ENDING
 from app.core.painting.user_style import UserStyle
+from app.core.painting.user_styles import EXPORT_ENDING
 from app.core.places.place import Place
 from app.core.portrait.age import Kind, light_age
 from app.core.solver.place_light import Facing, picture_at

@@ -22,10 +22,10 @@ from app.core.solver.place_light import Facing, PlaceLight, pictures_at
 from app.core.solver.solve import proposal, quality_scale
 from app.core.solver.style_result import StyleResult
 from app.core.solver.turn_choice import LIMITS
-from app.core.storage.library import DamagedItem
+from app.core.storage.item_library import DamagedItem
 from app.core.styles.style import Style
 from app.ui.presenters.lamps_here import lamps_here
-from app.ui.presenters.model import Model, Selection
+from app.ui.presenters.window_model import Model, Selection
 
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 T = TypeVar("T")

@@ -16,13 +16,13 @@ from app.core.faces.finder import Face, find_faces
 from app.core.faces.lamp_likeness import FILLS
 from app.core.faces.light_reading import FaceLight, read_light
 from app.core.localization.photo_location import PHOTO_ENDINGS, Photo, is_panorama, read_photo
-from app.core.painting.library import add
 from app.core.painting.photo_style import photo_lamps, photo_studio, photo_style
 from app.core.painting.user_style import UserStyle
+from app.core.painting.user_styles import add
 from app.core.portrait.head import Head
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.transport import render, to_image
-from app.core.storage.library import one_line
+from app.core.storage.item_library import one_line
 from app.core.styles.lamps import studio_light
 from app.core.text import tr
 from app.ui.presenters.services import Services

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 from app.core.base.angles import wrap
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.services import Presenter, Services
+from app.ui.presenters.window_model import COMPUTING, Step
 from app.ui.screens.styles.cards import (
     CardState,
     Filter,

@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication
 
-from app.core.painting.library import EXPORT_ENDING
+from app.core.painting.user_styles import EXPORT_ENDING
 from app.core.text import tr
 from app.ui.screens.styles.cards_view import CompareSheet, HeldKey, compared_size
 from app.ui.screens.styles.detail import DetailState

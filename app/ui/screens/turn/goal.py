@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.solver.place_light import PlaceLight

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.angles import difference, wrap
 from app.core.guidance.guide import FRESH, Goal, Guide, HeadingSource, Phase, Reading, guide
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 from app.core.localization.sitter import background_mask
 from app.core.text import tr

@@ -9,12 +9,12 @@ from typing import Any, Final, TypeAlias, TypeVar
 import numpy as np
 
 from app.core.base.arrays import Bytes
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.painting.user_style import UserStyle
 from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
-from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_model import LampPlan
 from app.ui.screens.turn.goal import GoalViews, TurnScene, views_of
 from app.ui.screens.turn.live.overlay import LiveOverlay, live_picture
 from app.ui.screens.turn.portraits import now_portrait, target_portrait

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Goal, Guide
-from app.core.guidance.mode import Mode
-from app.core.guidance.plan import PlanDrawing, PlanMark, plan_of
+from app.core.guidance.walk_plan import PlanDrawing, PlanMark, plan_of
+from app.core.guidance.who_moves import Mode
 from app.core.solver.place_light import main_light
-from app.ui.presenters.model import Model
+from app.ui.presenters.window_model import Model
 from app.words.guidance import guide_words
 from app.words.plan import PlanWords, plan_words
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import whole, wrap
 from app.core.guidance.guide import Goal, Guide, HeadingSource
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.text import tr
 from app.ui.presenters.actions import Action
-from app.ui.presenters.model import COMPUTING, Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Presenter, Services, sound_words
+from app.ui.presenters.window_model import COMPUTING, Step
 from app.ui.screens.turn.beeper import Beeper
 from app.ui.screens.turn.goal import TurnScene
 from app.ui.screens.turn.guidance import GuidanceController

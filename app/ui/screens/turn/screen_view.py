@@ -9,9 +9,9 @@ from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.text import tr
-from app.ui.presenters.model import COMPUTING
+from app.ui.presenters.window_model import COMPUTING
 from app.ui.screens.turn.guidance_view import DESIGNED, GuideColumn
-from app.ui.screens.turn.left_view import LeftColumn
+from app.ui.screens.turn.live_column_view import LeftColumn
 from app.ui.screens.turn.photos.photos_view import ShotsSheet
 from app.ui.screens.turn.screen import TurnPresenter
 from app.ui.screens.turn.state import TurnSizes, TurnState

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from app.core.guidance.plan import PlanDrawing
+from app.core.guidance.walk_plan import PlanDrawing
 from app.ui.screens.turn.guidance import Guidance
 from app.ui.screens.turn.live.alignment import AlignmentState
 from app.ui.screens.turn.live.live import CameraMenu, LiveWords

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from app.core.base.angles import difference, whole
 from app.core.guidance.guide import Goal, Guide
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.text import tr
 from app.words.guidance import arc_words
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from app.core.base.errors import CoreError
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp
-from app.core.second_light.captured_lamps.library import (
+from app.core.second_light.captured_lamps.lamp_library import (
     check_distance,
     delete_lamp,
     rename_lamp,
@@ -17,7 +17,7 @@ from app.core.second_light.captured_lamps.library import (
     update_lamp,
 )
 from app.core.second_light.place_brightness import read_lux
-from app.core.storage.library import TrashedItem
+from app.core.storage.item_library import TrashedItem
 from app.core.text import tr
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange, delete_with_undo, told_beside

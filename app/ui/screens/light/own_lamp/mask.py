@@ -13,8 +13,8 @@ from app.core.base.arrays import Bytes, Float32
 from app.core.base.colour import LUMINANCE_WEIGHTS, to_bytes
 from app.core.base.errors import CoreError
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, centroid, make_lamp
+from app.core.second_light.captured_lamps.lamp_library import update_lamp
 from app.core.second_light.captured_lamps.lamp_mask import find_mask
-from app.core.second_light.captured_lamps.library import update_lamp
 from app.core.second_light.captured_lamps.mask_brush import stroke
 from app.core.text import tr
 from app.ui.presenters.file_changes import FileChange

@@ -15,11 +15,11 @@ from app.core.second_light import added_light as added_lights
 from app.core.second_light.added_light import AddedLight, NearField, prepare_near
 from app.core.second_light.captured_lamps.captured_lamp import CapturedLamp, grey_lamp, place_lamp
 from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.second_light.lamp_on_turned_head import seen_aside
 from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
 from app.core.second_light.lamp_tables import LampTables, lamp_tables
 from app.core.second_light.placements import COUNT, above_floor, within_arm
 from app.core.second_light.search import LampPlacement, place_all
-from app.core.second_light.turned_head import seen_aside
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.place_light import PlaceLight

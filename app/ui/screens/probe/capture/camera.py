@@ -20,9 +20,9 @@ from app.devices.theta.client import OscClient
 from app.devices.theta.discovery import Discovery
 from app.devices.theta.first_contact import FirstContact
 from app.devices.theta.last_camera import remember
-from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.services import Services, T
 from app.ui.presenters.window_frame import camera_warning
+from app.ui.presenters.window_model import CameraSeen
 from app.ui.screens.probe.capture.checklist import ChoiceRow
 
 

@@ -27,13 +27,13 @@ from app.devices.capture.place_capture import (
 )
 from app.devices.capture.status import Stage, Status
 from app.devices.errors import PasswordNeeded
-from app.ui.presenters.model import Step
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Services
+from app.ui.presenters.window_model import Step
 from app.ui.screens.probe.capture.camera import CameraFinder
+from app.ui.screens.probe.capture.distant_sign import DistantSign, sign_of
 from app.ui.screens.probe.capture.frames import FrameTile, tile_of
 from app.ui.screens.probe.capture.notice import HowFar, Notice, offer_notice, trouble_notice
-from app.ui.screens.probe.capture.sign import DistantSign, sign_of
 from app.words.measure.preview import rough_words
 from app.words.photos import registration_words
 from app.words.phrases.quantities import place_name, time_words

@@ -12,7 +12,7 @@ from app.core.places.place import CaptureFacts
 from app.core.text import tr
 from app.devices.client_profiles import profile_for
 from app.devices.theta.messages import Info
-from app.ui.presenters.model import CameraSeen
+from app.ui.presenters.window_model import CameraSeen
 from app.ui.screens.probe.capture.checklist import ChoiceRow
 
 _USUAL: Final = Exposure(1.0 / 60.0, 100.0, 2.0)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.guidance.guide import Guide, HeadingSource, Phase
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.text import tr
 from app.ui.screens.turn.live.source_words import source_words
 from app.words.guidance import trouble_line

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Bytes, Float64
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 from app.core.localization.align import laid_over
 from app.ui.screens.turn.goal import TARGET_WIDTH, mirrored
 

@@ -30,17 +30,17 @@ from app.devices.watched_folder.watch import WatchedFolder
 from app.ui.presenters.file_changes import SerialQueue, T
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo_stack import Undoable
-from app.ui.screens.turn.photos.photo_check import (
+from app.ui.screens.turn.photos.check_job import (
     ShotContext,
     check_film,
     check_photo,
     shot_context,
 )
+from app.words.out_of_reach import grade_words
 from app.words.phrases.directions import key_words, ratio_words
 from app.words.phrases.quantities import time_words
 from app.words.phrases.turns import likeness_words, sureness_words, taken_words
 from app.words.remarks import sentences
-from app.words.shortfall import grade_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.place_controller import PlaceController

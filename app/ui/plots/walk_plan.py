@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFont, QPainter
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import arc_width, at_turn, difference
-from app.core.guidance.plan import Kind, PlanDrawing, PlanMark
+from app.core.guidance.walk_plan import Kind, PlanDrawing, PlanMark
 from app.core.text import tr
 from app.ui.plots.parts.base import Plot, closed_path, disc, draw_text, polygon
 from app.ui.plots.parts.geometry import Point, head_outline, sector

@@ -16,10 +16,10 @@ from app.core.measure.options import MeasureOptions
 from app.core.measure.plan.planner import Plan
 from app.core.styles.style_pack import StylePack
 from app.core.text import tr
-from app.devices.capture.connection_loss import Contact
-from app.devices.capture.debts import Debts
+from app.devices.capture.reconnection import Contact
 from app.devices.capture.session import Session
 from app.devices.capture.status import Board
+from app.devices.capture.unrestored_settings import Debts
 from app.devices.client_profiles import ModelProfile
 from app.devices.clock import Clock
 from app.devices.errors import CaptureFailed

@@ -9,7 +9,7 @@ from PySide6.QtGui import QMoveEvent, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QWidget
 
 from app.core.text import tr
-from app.ui.plots.plan import PlanView
+from app.ui.plots.walk_plan import PlanView
 from app.ui.screens.turn.live.alignment import AlignmentState
 from app.ui.screens.turn.live.alignment_view import AlignmentTools
 from app.ui.screens.turn.live.live import ASPECT, CameraMenu, LiveWords

@@ -31,12 +31,12 @@ from app.devices.capture import (
     file_integrity,
     readiness,
 )
-from app.devices.capture.connection_loss import Contact
-from app.devices.capture.debts import Debts
+from app.devices.capture.capture_job import CaptureJob
 from app.devices.capture.exposures import bracket, metering, surplus_pictures
-from app.devices.capture.job import CaptureJob
+from app.devices.capture.reconnection import Contact
 from app.devices.capture.session import Session
 from app.devices.capture.status import Board, Stage, Status
+from app.devices.capture.unrestored_settings import Debts
 from app.devices.client_profiles import ModelProfile, profile_named
 from app.devices.clock import Clock
 from app.devices.errors import CaptureFailed, DeviceError

@@ -35,7 +35,7 @@ from app.core.portrait.head import Head
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.style_result import StyleResult
 from app.core.text import tr
-from app.ui.presenters.model import Model
+from app.ui.presenters.window_model import Model
 from app.words.measure.ways import beside_words, mirror_words
 
 _READ: Final = 0.6  # fraction of the progress; copying takes the rest

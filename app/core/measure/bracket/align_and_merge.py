@@ -35,7 +35,7 @@ from app.core.measure.fisheye.stitch import circle_size, to_panorama
 from app.core.measure.measurement import Measurement
 from app.core.measure.options import MeasureOptions
 from app.core.measure.read.frame import Bracket, MergedLight
-from app.core.measure.read.opening import Opener, open_frame
+from app.core.measure.read.opened_frame import Opener, open_frame
 from app.core.measure.read.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.text import tr
 

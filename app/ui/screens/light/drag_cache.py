@@ -9,11 +9,11 @@ from app.core.base.arrays import Bytes
 from app.core.solver.place_light import main_light
 from app.core.solver.turn_choice import LIMITS
 from app.core.text import tr
-from app.ui.screens.light.hold import HeadsState
 from app.ui.screens.light.placement.answers import best_held
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.placement.sky import SkyState, sky_of
 from app.ui.screens.light.style_list import Section, sections_of
+from app.ui.screens.light.two_steps import HeadsState
 from app.ui.screens.styles.gallery import ValueCache
 
 

@@ -14,7 +14,7 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import whole, wrap
 from app.core.guidance.guide import Goal, Guide
-from app.core.guidance.mode import Mode
+from app.core.guidance.who_moves import Mode
 
 Kind: TypeAlias = Literal["start", "now", "goal", "nose", "light", "lamp", "background"]
 """Kind of a mark; the first three are on the ring of the photographer's path."""

@@ -9,7 +9,7 @@ from PySide6.QtGui import QFontMetricsF, QPainter, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.text import tr
-from app.ui.screens.probe.capture.sign import DistantSign
+from app.ui.screens.probe.capture.distant_sign import DistantSign
 from app.ui.theme import Theme, px, theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.displays import Picture

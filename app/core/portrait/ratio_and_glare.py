@@ -220,7 +220,7 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
 
     Args:
         radiance: (H, 2 H, 3) or (H, 2 H) float. Environment as for
-            `app.core.portrait.face_light.eye_light`, or its result.
+            `app.core.portrait.ratio_and_glare.eye_light`, or its result.
         facing_deg: Panorama azimuth that the sitter faces, deg.
     """
     light = eye_light(radiance)

@@ -32,14 +32,14 @@ from app.core.second_light.captured_lamps.lamp_file import (
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.place_brightness import with_lux
 from app.core.storage.data_lock import writing
-from app.core.storage.json_file import Facts
-from app.core.storage.library import (
+from app.core.storage.item_library import (
     DamagedItem,
     Library,
     TrashedItem,
     title_key,
     unreadable_folder,
 )
+from app.core.storage.json_file import Facts
 from app.core.text import tr
 
 _MOST_LAMPS: Final = 500

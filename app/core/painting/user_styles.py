@@ -41,7 +41,13 @@ from app.core.painting.user_style import (
     write_user_style,
 )
 from app.core.storage.data_lock import writing
-from app.core.storage.library import DamagedItem, Library, TrashedItem, files_in, unreadable_folder
+from app.core.storage.item_library import (
+    DamagedItem,
+    Library,
+    TrashedItem,
+    files_in,
+    unreadable_folder,
+)
 from app.core.styles.painted_style_file import is_painted, read_painted
 from app.core.styles.style import Side
 from app.core.styles.style_file import read_style

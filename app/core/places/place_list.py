@@ -22,8 +22,8 @@ from typing import Any, Final
 from app.core.base.atomic_files import make_folder, os_errors_as, words_of
 from app.core.base.progress import Progress, Report, Task, Token, silent
 from app.core.places.place import PlaceError
+from app.core.places.place_folder import EARLIEST, PlaceSummary, summarise
 from app.core.places.remarks import FolderUnreadable
-from app.core.places.store import EARLIEST, PlaceSummary, summarise
 from app.core.text import tr
 
 TRASH: Final = ".trash"

@@ -14,9 +14,8 @@ from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.core.second_light.search import LampPlacement
 from app.core.solver.lens.lens_wish import STRAIGHT
 from app.core.text import tr
-from app.ui.presenters.model import LampPlan
 from app.ui.presenters.services import Services
-from app.ui.screens.light.hold import HoldState
+from app.ui.presenters.window_model import LampPlan
 from app.ui.screens.light.lamp import DISTANCES_M, lamp_name, nearest_stop
 from app.ui.screens.light.placement.answers import (
     Answers,
@@ -40,6 +39,7 @@ from app.ui.screens.light.placement.pictures import (
 )
 from app.ui.screens.light.placement.result import LampResult
 from app.ui.screens.light.style_list import rescued
+from app.ui.screens.light.two_steps import HoldState
 
 _LAMP: Final = "light-lamp"
 

@@ -15,7 +15,7 @@ from app.core.places.place import Place
 from app.core.portrait.head import Head
 from app.core.solver.lens.lens_wish import STRAIGHT, LensWish
 from app.core.solver.turn_choice import Objective
-from app.core.storage.library import DamagedItem
+from app.core.storage.item_library import DamagedItem
 from app.core.storage.settings import Settings
 from app.core.styles.lamps import Studio
 from app.core.text import tr

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from app.core.base.errors import CoreError
 from app.core.places.files.light import read_light
-from app.core.places.library import list_places
 from app.core.places.place import OpenPlace, Place, PlaceError
+from app.core.places.place_folder import PLACE, read_place, summarise
+from app.core.places.place_list import list_places
 from app.core.places.resume import UnfinishedPlace, find_unfinished
-from app.core.places.store import PLACE, read_place, summarise
 from app.core.solver.place_light import prepare
 
 

@@ -12,7 +12,7 @@ from app.core.base.progress import Progress, Report, Task, Token
 from app.core.measure.options import HEAD
 from app.core.places.files.shots import keep_film_frames
 from app.core.places.intake import Intake, sort_out
-from app.core.places.load import load_place
+from app.core.places.load_saved import load_place
 from app.core.places.measurement import measure_intake
 from app.core.places.place import OpenPlace, Place
 from app.core.places.save import save_new_place
