@@ -23,10 +23,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[2]
 
 from app.core.base.progress import Token  # noqa: E402
-from app.core.measure.bracket import measure, merging  # noqa: E402
+from app.core.measure.bracket import align_and_merge, measure  # noqa: E402
 from app.core.measure.bracket.incoming_frames import ArrivingFrames  # noqa: E402
 from app.core.styles.style_pack_file import load_named_pack  # noqa: E402
-from app.devices.capture import fetching, file_integrity, machine  # noqa: E402
+from app.devices.capture import capture_steps, fetching, file_integrity  # noqa: E402
 from app.devices.capture.capture_steps import Capture  # noqa: E402
 from app.devices.capture.exposures import bracket  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
@@ -49,11 +49,11 @@ PARTS: tuple[tuple[str, Any, str], ...] = (
     ("files", fetching, "fetch_file"),
     ("last decoding", ArrivingFrames, "problem"),
     ("exif check", file_integrity, "check_frames"),
-    ("frames handed over", merging, "open_frames"),
-    ("aligning", merging, "_align"),
-    ("merging", merging, "merge"),
+    ("frames handed over", align_and_merge, "open_frames"),
+    ("aligning", align_and_merge, "_align"),
+    ("merging", align_and_merge, "merge"),
     ("lamps, audit", measure, "finished"),
-    ("writing", machine, "write_exr"),
+    ("writing", capture_steps, "write_exr"),
 )
 
 
