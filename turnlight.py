@@ -95,7 +95,7 @@ def read_environment(path: Path | str, layer: str = "") -> Environment:
 
 
 def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:
-    """Write remarks in words.
+    """Return remarks as sentences.
 
     Args:
         remarks: The `warnings` of an environment, or the `warnings`, `advice` or `notes` of a
@@ -118,14 +118,14 @@ def merge(
     Args:
         files: JPEG, PNG or TIFF frames in any order, or one folder of them.
         times: Exposure times in seconds in the order of the files, instead of EXIF.
-        full: Keep the size of the frames instead of 2048 x 1024.
+        full: Keep the size of the frames instead of 2048 x 1024 pixels.
 
     Returns:
         The light, with its lamps, its warnings, and the styles that depend on clipped light;
-        `environment(name)` can be solved.
+        `environment(name)` converts it to an environment that can be solved.
 
     Raises:
-        CoreError: If the frames cannot be read, or are no bracket.
+        CoreError: If the frames cannot be read, or are not a bracket.
     """
     _import_package()
     from app.core.measure.options import MeasureOptions
@@ -142,22 +142,22 @@ def measure(
     token: Token | None = None,
     report: Callable[[float, object], None] | None = None,
 ) -> Measurement:
-    """Measure the light of a place from photos or a film.
+    """Measure the light of a place from photos or a video.
 
     Args:
-        files: JPEG, PNG or TIFF photos, or one folder of them; one video for a film.
+        files: JPEG, PNG or TIFF photos, or one folder of them; one video for ``film``.
         way: ``bracket``: exposures of one panorama; ``single``: one 360 photo, for a rough
             answer; ``fisheye``: frames with two fisheye circles; ``ball``: a mirror ball;
             ``photos``: photos taken all around; ``film``: a video of the sitter turning once.
         options: Corrections of lamps, sun and masks, and the options of the way.
-        token: Its `cancel` stops the work from another thread.
-        report: Called with the share that is done, 0 to 1, and the step.
+        token: Token whose `cancel` stops the work from another thread.
+        report: Function called with the completed fraction, 0 to 1, and the current step.
 
     Returns:
         The light, as for `merge`.
 
     Raises:
-        CoreError: If the photos cannot be read, or are no use this way.
+        CoreError: If the photos cannot be read, or are unusable for this way.
         Cancelled: If the token was cancelled.
     """
     _import_package()
@@ -177,22 +177,24 @@ def solve(
     yaw: Yaw = 0.0,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
-    """Find the best turn of a place for each built-in style.
+    """Find the best turn at a place for each built-in style.
 
     Args:
-        head: A head that ships (``generic``, ``generic-dark``, ``male`` ...), or the path of a
-            baked ``T.npz``.
-        styles: Names of the styles to answer, as ``left-rembrandt``; all by default.
+        environment: The light of the place.
+        head: A built-in head (``generic``, ``generic-dark``, ``male`` ...), or the path of a baked
+            ``T.npz``.
+        styles: Names of the styles to solve, such as ``left-rembrandt``; all by default.
         objective: ``picture`` for the best match to the studio picture, ``paper`` for the largest
             quality C of the paper.
-        yaw: Turn of the face away from the lens, degrees toward the sitter's own left; or
+        yaw: Turn of the face away from the lens in degrees, positive toward the sitter's own left;
+            or
             ``short``, ``broad`` or ``auto`` to search for the best yaw.
-        front_deg: Azimuth of the photographer in the panorama, degrees; turns count from there.
+        front_deg: Azimuth of the photographer in the panorama in degrees, from which turns count.
 
     Returns:
         One result for each style, in the order of the head's styles. `turn_refined_deg` is the
         turn, `grade` is ``yes``, ``nearly`` or ``no``, `match` is 100 for identical pictures.
-        Curves are (64,) float64, one value for each 5.625 degrees.
+        Curves are (64,) float64, with one value every 5.625 degrees.
 
     Raises:
         CoreError: If the head or a style is unknown, or the environment is unusable.
@@ -235,13 +237,15 @@ def render(
     """Render a head in the light of a place.
 
     Args:
-        turn_deg: Azimuth of the panorama that the sitter faces, degrees.
-        head: A head that ships, or the path of a baked ``T.npz``.
-        yaw_deg: Turn of the face away from the lens, degrees toward the sitter's own left; the
-            nearest baked view is used.
-        height: Height of a portrait with hair and background, 64 to 2048 pixels; None for the
-            small picture of the transport, on black.
-        plain: Leave out hair, colours and background of a portrait.
+        environment: The light of the place.
+        turn_deg: Azimuth of the panorama that the sitter faces, in degrees.
+        head: A built-in head, or the path of a baked ``T.npz``.
+        yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
+            left;
+            the nearest baked view is used.
+        height: Height of a portrait with hair and background, 64 to 2048 pixels, or None for the
+            small picture of the transport on black.
+        plain: Leave out the hair, colours and background of a portrait.
 
     Returns:
         The picture. `srgb` is (H, W, 3) uint8, exposed for the face; `linear` is (H, W, 3)
@@ -257,9 +261,9 @@ def render(
 
 
 class Place:
-    """A saved place: its light, its notes, and what it can do for each style.
+    """A saved place with its light, its notes, and the results for each style.
 
-    Turns count from where the photographer stood, `front_deg` of the panorama.
+    Turns are counted from the photographer's position, at panorama azimuth `front_deg`.
     """
 
     def __init__(self, opened: OpenPlace) -> None:
@@ -281,14 +285,14 @@ class Place:
     def create(
         cls, files: Sequence[Path | str], places: Path | str, *, name: str = "", way: str = ""
     ) -> Place:
-        """Measure the light of files and save it as a new place.
+        """Measure the light from files and save it as a new place.
 
         Args:
-            files: An HDR panorama, the frames of a bracket, photos, a film, or a folder of these.
-            places: Folder for the new place's own folder.
-            name: Name of the place; by default that of the files.
+            files: An HDR panorama, the frames of a bracket, photos, a video, or a folder of these.
+            places: Folder in which to create the place's own folder.
+            name: Name of the place; by default derived from the files.
             way: How to read photos: ``camera`` for a bracket, ``photos`` for a panorama taken in
-                parts, ``ball`` for a mirror ball, ``film``.
+                parts, ``ball`` for a mirror ball, ``film`` for a video.
 
         Raises:
             CoreError: If the files cannot be read or measured, or the place cannot be saved.
@@ -320,17 +324,17 @@ class Place:
 
     @property
     def notes(self) -> str:
-        """Notes of the photographer."""
+        """The photographer's notes."""
         return self._opened.place.notes
 
     @property
     def tags(self) -> tuple[str, ...]:
-        """Tags of the photographer."""
+        """The photographer's tags."""
         return self._opened.place.tags
 
     @property
     def front_deg(self) -> float:
-        """Azimuth of the photographer in the panorama, degrees."""
+        """Azimuth of the photographer in the panorama, in degrees."""
         return self._opened.place.front_deg
 
     @property
@@ -340,11 +344,11 @@ class Place:
 
     @property
     def results(self) -> tuple[StyleResult, ...]:
-        """Answers saved with the place; empty if it was not solved yet."""
+        """Results saved with the place; empty if it has not been solved yet."""
         return self._opened.place.results
 
     def solve(self, head: str = "") -> tuple[StyleResult, ...]:
-        """Solve the built-in styles with the lamps and the lens of the place; nothing is saved.
+        """Solve the built-in styles with the place's lamps and lens, without saving.
 
         Args:
             head: Name of a head; by default that of the place.
@@ -374,7 +378,7 @@ class Place:
 
 
 def __getattr__(name: str) -> Any:
-    """Import a class of the API on first use: `turnlight --help` needs none."""
+    """Import an API class on first use, since `turnlight --help` needs none."""
     if name not in _CLASSES:
         raise AttributeError(f"module 'turnlight' has no attribute {name!r}")
     _import_package()
@@ -403,9 +407,10 @@ def main() -> int:
 
 
 def _import_package() -> None:
-    """Import the package beside this file, even where PYTHONPATH finds another `app` first.
+    """Import the package beside this file, even if PYTHONPATH lists another `app` first.
 
-    PYTHONPATH often names the current folder, sometimes unknowingly, by a trailing colon.
+    PYTHONPATH often contains the current folder, sometimes unintentionally through a trailing
+    colon.
     """
     package = sys.modules.get(_PACKAGE)
     if package is not None:

@@ -1,8 +1,8 @@
-"""The command line: which commands there are, and what becomes of their errors.
+"""The command line: its commands, and the handling of their errors.
 
-Exit codes: 0 done, 2 bad usage or input, or a full disk (one sentence on stderr), 3 a camera or
-the network fails, 130 interrupted (143 by SIGTERM, 129 by SIGHUP). Answers go to stdout,
-everything else to stderr, so ``--json`` leaves exactly one JSON object on stdout.
+Exit codes: 0 done, 2 bad usage, bad input or a full disk (one sentence on stderr), 3 camera or
+network failure, 130 interrupted (143 by SIGTERM, 129 by SIGHUP). Answers go to stdout and
+everything else to stderr, so that ``--json`` leaves exactly one JSON object on stdout.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ COMMANDS: Final = (
     "evaluate",
     "bench",
 )
-"""In the order in which ``--help`` lists them; the work is in `app.commands`."""
+"""Commands in the order of ``--help``; their code is in `app.commands`."""
 
 _DONE = 0
 _BAD_INPUT = 2
@@ -54,12 +54,12 @@ _DEVICE = 3
 _USUAL_NEED: Final = 700 << 20
 _WINDOW_NEED: Final = 1500 << 20
 _NEEDS: Final = {"styles": 450 << 20, "film": 1000 << 20}
-"""Address space, bytes, that the libraries of a command take at least."""
+"""Minimum address space in bytes that the libraries of a command need."""
 _WITH_VALUE: Final = ("--screenshots", "--theme", "--scale")
 
 
 def command_lines() -> dict[str, str]:
-    """Say in one line what each command does, in the language that is set by now."""
+    """Return a one-line summary of each command in the current language."""
     return {
         "solve": tr("find the best turn for each style in a panorama"),
         "light": tr("find the turn and the position of a second light"),
@@ -82,7 +82,7 @@ def command_lines() -> dict[str, str]:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one sentence, without the usage in front."""
+    """A parser whose errors are one sentence, without the usage text."""
 
     def error(self, message: str) -> NoReturn:
         words = tr("{what} (see {program} --help)", what=one_line(message), program=self.prog)
@@ -90,15 +90,15 @@ class _Parser(argparse.ArgumentParser):
 
 
 def build_parser(command: str | None = None) -> argparse.ArgumentParser:
-    """Make the parser for one command line.
+    """Build the parser for one command line.
 
-    A command's own options need its module, and with it the libraries it stands on, so only
-    the module of the command that is going to run is imported; the others are names with a
+    A command's options require its module, and with it the libraries that it imports. Therefore
+    only the module of the selected command is imported; the other commands have only a name and a
     line of help.
 
     Returns:
-        Its result has ``run``, a callable that takes the result and returns the exit code, when
-        `command` was given.
+        The parser. If `command` is given, parsed arguments have the attribute ``run``, a callable
+        that takes them and returns the exit code.
     """
     parser = _Parser(
         prog="turnlight",
@@ -124,38 +124,38 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
 
 
 def command_module(name: str) -> ModuleType:
-    """Import what has the options and the work of a command."""
+    """Import the module with the options and the code of a command."""
     if name in INSTRUMENTS:
         return instrument(name)
     return importlib.import_module(f"app.commands.{name.replace('-', '_')}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and turn its errors into a sentence and an exit code.
+    """Run one command and convert its errors to a sentence and an exit code.
 
     Returns:
         Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130 interrupted,
         143 ended by SIGTERM, 129 by SIGHUP.
     """
     if argv is None and not sys.warnoptions:
-        # Libraries' remarks on odd numbers are for who writes programs.
+        # Library warnings about unusual numbers are meant for developers.
         warnings.simplefilter("ignore")
     language, arguments = _language_in(list(sys.argv[1:] if argv is None else argv))
     try:
         with imports_whole(), plain_streams(quiet=_command_in(arguments) is not None):
             return _run(language, arguments)
-    except KeyboardInterrupt:  # Before the first word of the command, or after its last.
+    except KeyboardInterrupt:  # Interrupted before the command started, or after it ended.
         return _stopped()
 
 
 def _run(language: str, arguments: list[str]) -> int:
     try:
-        # Before any module is imported that has a table of words.
+        # The language must be set before any module with a table of sentences is imported.
         set_language(language)
         if sys.platform == "win32":
             settle_data()
         code = _dispatch(arguments)
-        # A reader that has gone away must show here, not while the interpreter ends.
+        # Flush now, so that a closed pipe is noticed here and not at interpreter exit.
         sys.stdout.flush()
     except KeyboardInterrupt:
         return _stopped()
@@ -177,12 +177,12 @@ def _run(language: str, arguments: list[str]) -> int:
 
 
 def _of_system(error: Exception) -> int | None:
-    """Report an error that the system is the cause of; None for any other."""
+    """Report an error caused by the system, or return None for any other."""
     if is_memory_short(error):
         return _report_error(str(MemoryShort()), _BAD_INPUT)
     if isinstance(error, OSError):
         return _report_error(_sentence(error), _BAD_INPUT)
-    # Ctrl-C in the import of a library in C ends as an error of that library's.
+    # Ctrl-C during the import of a C library surfaces as an error of that library.
     return _stopped() if _was_interrupted(error) else None
 
 
@@ -212,10 +212,10 @@ def _dispatch(arguments: list[str]) -> int:
 def _obey(arguments: list[str]) -> int:
     command = _command_in(arguments)
     if command != "bake":
-        # The products here are small: waking a second BLAS thread costs more than it brings, and
-        # on a busy machine very much more. It must be said before numpy is imported.
+        # The matrix products here are small, so waking a second BLAS thread costs more than it
+        # gains, far more on a busy machine. This must be set before numpy is imported.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Its warnings about damaged files would stand before our sentence.
+    # Otherwise warnings about damaged files would appear before our sentence.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     files, arguments = _files_in(arguments, command)
     if not {"-h", "--help", "--version"} & set(arguments):
@@ -223,7 +223,7 @@ def _obey(arguments: list[str]) -> int:
     parser = build_parser(None if files else command)
     empty = next((word[:-3] for word in arguments if re.fullmatch(r"--[^=]+=--", word)), None)
     if empty is not None:
-        # Python 3.11 makes an empty list of it.
+        # Python 3.11 turns it into an empty list.
         parser.error(tr("argument {empty}: expected a value", empty=empty))
     args = parser.parse_args(arguments)
     if args.command is None:
@@ -248,7 +248,7 @@ def _add_window_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _language_in(arguments: list[str]) -> tuple[str, list[str]]:
-    """Take the language out of a command line, wherever it stands; English without one."""
+    """Remove the language option from a command line and return both; English by default."""
     for at, word in enumerate(arguments):
         option, equals, value = word.partition("=")
         if option == "--language" and (equals or arguments[at + 1 :]):
@@ -260,7 +260,7 @@ def _language_in(arguments: list[str]) -> tuple[str, list[str]]:
 
 
 def _command_in(arguments: list[str]) -> str | None:
-    """Find the first plain word that is not the value of one of the window's options."""
+    """Return the first plain word that is not the value of a window option."""
     before = ""
     for word in arguments:
         if _is_plain(before, word):
@@ -270,7 +270,7 @@ def _command_in(arguments: list[str]) -> str | None:
 
 
 def _files_in(arguments: list[str], command: str | None) -> tuple[tuple[Path, ...], list[str]]:
-    """Take the files to open in the window out of a command line; none where it has a command."""
+    """Split off the files that should open in the window; none if the line contains a command."""
     if command is None or command in COMMANDS or not os.path.exists(command):
         return (), arguments
     words = list(zip(["", *arguments], arguments, strict=False))

@@ -1,4 +1,4 @@
-"""The app put together: which devices, which window, and what runs when it starts and ends."""
+"""Assembly of the app: its devices, its window, and what runs at start and exit."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ __all__ = ["LaunchOptions", "start"]
 
 
 def start(options: LaunchOptions, walk: Callable[[], ModuleType]) -> int:
-    """Show the window until it is closed, or walk through it for pictures with `walk`'s `Walk`.
+    """Show the window until it is closed, or run `walk`'s `Walk` to take screenshots.
 
     Returns:
         Exit code.
 
     Raises:
-        CoreError: When this computer cannot show a window, and what is missing; or when the
-            program's own files are damaged.
-        DeviceError: When its display cannot be reached.
+        CoreError: If this computer cannot show a window, with what is missing, or if the program's
+            own files are damaged.
+        DeviceError: If the display cannot be reached.
     """
     if options.screenshots is not None:
-        # Pictures are drawn in memory: the same on every machine, with or without a display.
+        # Screenshots are drawn in memory, so that they look the same with or without a display.
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
     if options.scale is not None:
         os.environ["QT_SCALE_FACTOR"] = str(options.scale)
@@ -55,7 +55,7 @@ def start(options: LaunchOptions, walk: Callable[[], ModuleType]) -> int:
 
 
 def _open(options: LaunchOptions, walk: Callable[[], ModuleType], *, crashed: bool) -> int:
-    """Open the window of a data folder that no other process has."""
+    """Open the window on a data folder that no other process is using."""
     platform = check_display()
     if platform is not None:
         os.environ["QT_QPA_PLATFORM"] = platform

@@ -1,1 +1,1 @@
-"""Commands, one module each: ``add_arguments`` and ``run``."""
+"""Subcommands, one per module, each with ``add_arguments`` and ``run``."""

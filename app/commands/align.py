@@ -1,4 +1,4 @@
-"""``turnlight align``: how a picture lies on another, and how far there still is to turn."""
+"""``turnlight align``: compare two photos, and report how far there is still to turn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.text import tr
 from app.words.phrases.turns import direction_words
 
-_LONGEST: Final = 4096  # pixels of the longer side; points are found in far smaller pictures
+_LONGEST: Final = 4096  # pixels of the longer side; features are detected in much smaller photos
 _USUAL_FOV_DEG: Final = 60.0
 _FIELDS_DEG: Final = (5.0, 170.0)
 
@@ -61,12 +61,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Align two pictures; write the overlay whole or not at all, and over neither of them.
+    """Align two photos and, if requested, write an overlay of them.
+
+    The overlay is written atomically and may not overwrite either photo.
 
     Returns:
-        0, also when it is unsure how VIEW lies: that is an answer.
+        Exit code 0, even if the position of VIEW is uncertain, since that is a valid answer.
 
-    Raises `CoreError` when an argument or a picture is of no use; nothing is written then.
+    Raises:
+        CoreError: If an argument or a photo is unusable. Nothing is written then.
     """
     start_s = time.perf_counter()
     _check(args)
@@ -84,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         mask=mask,
     )
     if alignment.status != "found" and mask is not None:
-        # Whoever was seen may be as much in the one picture as in the other.
+        # A sitter may appear in either photo, so mask people in both.
         alignment = align(target.picture, view.picture, fov_deg=fov, view_fov_deg=view_fov)
     has_overlay = _write_overlay(args, alignment, target, view)
     facts = _facts(args, alignment, has_overlay, sitter, time.perf_counter() - start_s)
@@ -92,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """Everything that can be wrong with the words is said before anything is computed."""
+    """Reject bad arguments before any computation starts."""
     for name, value in (("--fov", args.fov), ("--view-fov", args.view_fov)):
         if value is not None and not _FIELDS_DEG[0] <= value <= _FIELDS_DEG[1]:
             raise CoreError(

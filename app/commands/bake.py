@@ -62,9 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Bake a transport, or export the scene, or both.
+    """Bake a head's light transport, export its scene, or both.
 
-    Raises `CoreError` when an argument or a file is of no use, or Mitsuba does not work here.
+    Raises:
+        CoreError: If an argument or a file is unusable, or Mitsuba does not run on this computer.
     """
     if args.output is None and args.export_scene is None:
         raise BakeError(tr("Choose what to write: -o T.npz or --export-scene DIR."))
@@ -168,7 +169,8 @@ def _bake(
         yaws=yaws,
     )
     report(0.95, tr("Writing the head"))
-    # The pack is made from the transport as it was rounded for the file, and names its checksum.
+    # Build the pack from the transport as rounded in the file, since the pack records that
+    # checksum.
     save_transport(args.output, baked.transport)
     transport = load_transport(args.output)
     save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets, baked.shape))

@@ -1,4 +1,4 @@
-"""``turnlight ball``: a bracket of a mirror ball in, an environment out."""
+"""``turnlight ball``: convert a bracket of a mirror ball to an environment."""
 
 from __future__ import annotations
 
@@ -59,9 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Unwrap a ball and write the environment atomically.
+    """Unwrap a mirror ball and write the environment atomically.
 
-    Raises `CoreError` when an argument or a file is of no use; nothing is written then.
+    Raises:
+        CoreError: If an argument or a file is unusable. Nothing is written then.
     """
     start_s = time.perf_counter()
     ball_options = _ball_options(args)

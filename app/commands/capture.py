@@ -85,12 +85,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Take a bracket, or wait for one.
+    """Shoot a bracket, or wait for one in a watched folder.
 
     Raises:
-        CoreError: When an argument, a folder or a file is of no use.
-        DeviceError: When the camera or the way to it fails.
-        Cancelled: After Ctrl-C, when the camera has its settings back.
+        CoreError: If an argument, a folder or a file is unusable.
+        DeviceError: If the camera or the connection to it fails.
+        Cancelled: After Ctrl-C, once the camera's settings have been restored.
     """
     if args.watch is not None:
         return _watch_folder(args)
@@ -133,7 +133,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class StatusTeller:
-    """Says on stderr how far a capture is: one line for each change."""
+    """Prints the progress of a capture to stderr, one line per change."""
 
     def __init__(self, clock: Clock, pack: StylePack | None = None) -> None:
         self._clock = clock
@@ -143,7 +143,7 @@ class StatusTeller:
         self._free = False
 
     def __call__(self, status: Status) -> None:
-        """Say what is new."""
+        """Print whatever has changed in `status`."""
         if status.may_move and not self._free:
             say(tr("You may move now."))
         self._free = status.may_move
@@ -184,7 +184,7 @@ def _reach(
     clock: Clock,
     token: Token,
 ) -> tuple[FoundCamera | None, Credentials | None]:
-    """Find the camera and its password, where a session still needs or owes it something."""
+    """Find the camera and its password if the session still needs the camera."""
     merges_only = session.complete and not session.journal.finished
     if merges_only and not session.owes:
         return None, credentials
@@ -236,16 +236,17 @@ def _session(folder: Path) -> Session:
 
 
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
-    """Look for a camera, or ask what is at an address.
+    """Search for a camera, or query the device at an address.
 
-    Raises `CoreError` when the address is not valid; `DeviceError` when nothing answers, something
-    else does, or several cameras do.
+    Raises:
+        CoreError: If the address is invalid.
+        DeviceError: If no camera answers, another kind of device answers, or several cameras do.
     """
     if address != "auto":
         return look_at(_endpoint(address), clock, token=token)
     say(tr("Looking for cameras."))
     discovery = discover(clock, token=token)
-    # Where there is none, the error says what the notes say.
+    # If no camera is found, the error already contains these notes.
     camera = discovery.one()
     for note in discovery.notes:
         say(note)
@@ -254,9 +255,10 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 
 
 def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
-    """Read the password that a user gave.
+    """Read the password supplied by the user.
 
-    Raises `CoreError` when only one of both was given, or the file cannot be read.
+    Raises:
+        CoreError: If only one of the two options was given, or the file cannot be read.
     """
     if user is None and password_file is None:
         return None
@@ -268,9 +270,10 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
 
 
 def kept_password(camera: FoundCamera) -> Credentials | None:
-    """Look into the system's keyring where a camera asks for a password.
+    """Look up the password in the system keyring if the camera requires one.
 
-    Raises `PasswordNeeded` when the camera wants a password and we know none.
+    Raises:
+        PasswordNeeded: If the camera requires a password and none is stored.
     """
     if not camera.needs_password:
         return None
@@ -285,13 +288,14 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
 
 
 def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None) -> None:
-    """Remember a camera that worked, and a new password that it wanted.
+    """Save a camera that worked, along with a new password if it required one.
 
     Args:
-        info: Info or None. What it said of itself: one that wants a password says so only when it
-            has got it.
-        credentials: Typed for this camera; None where they came from the keyring or there are
-            none. Not kept if the camera never asked for them: they may be wrong.
+        info: The camera's description of itself, or None. A camera with a password sends this only
+            after login.
+        credentials: Credentials typed for this camera, or None if they came from the keyring or
+            there are none. They are not saved if the camera never asked for them, as they may be
+            wrong.
     """
     needs_password = camera.needs_password
     if info is not None:
@@ -302,7 +306,7 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
 
 
 def _endpoint(address: str) -> Endpoint:
-    """Read an address; a slip of the fingers is bad usage and no failing device."""
+    """Parse an address; a typing error is reported as bad usage, not as a device failure."""
     try:
         return check_address(address)
     except DeviceError as error:
@@ -328,7 +332,7 @@ def _facts(result: CaptureResult, session: Session, camera: FoundCamera | None) 
 
 
 def _watch_folder(args: argparse.Namespace) -> int:
-    """Wait for one bracket and make an environment of it."""
+    """Wait for one bracket in a folder and merge it into an environment."""
     _check_watch(args)
     token = Token()
     with stopping(token):
@@ -353,7 +357,7 @@ def _watch_folder(args: argparse.Namespace) -> int:
 
 
 def _check_watch(args: argparse.Namespace) -> None:
-    """Refuse what cannot be written before anybody waits for pictures."""
+    """Reject outputs that cannot be written before waiting for photos."""
     options = [name for name in ("user", "password_file") if getattr(args, name) is not None]
     if options or args.delay:
         raise CoreError(tr("--user and --delay cannot be used with --watch."))
@@ -372,7 +376,7 @@ def _is_file(output: Path) -> bool:
 
 
 def _next_bracket(path: Path, token: Token) -> IncomingBracket:
-    """Wait for the first bracket; says what is passed over meanwhile."""
+    """Wait for the first complete bracket, and report files that are skipped."""
     folder = WatchedFolder(path, SystemClock(), say=say)
     say(tr("Waiting for pictures in {folder}. Press Ctrl-C to stop.", folder=folder.folder))
     bracket = next(folder.brackets(token))
@@ -381,10 +385,10 @@ def _next_bracket(path: Path, token: Token) -> IncomingBracket:
 
 
 def _target(output: Path | None, bracket: IncomingBracket) -> Path:
-    """Where the environment goes; what is there already is replaced only if it was named."""
+    """Return the path for the environment; an existing file is replaced only if it was named."""
     if output is not None and _is_file(output):
         return output
-    # Never into the watched folder by itself: it would be the next picture there.
+    # Never default to the watched folder, where the result would be taken for the next photo.
     stem = f"{bracket.paths[0].stem}-environment" if output is None else Path(ENVIRONMENT).stem
     folder = Path.cwd() if output is None else output
     number, path = 1, folder / f"{stem}.exr"

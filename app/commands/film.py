@@ -1,4 +1,4 @@
-"""``turnlight film``: a film of a turning sitter in, the styles that it showed out."""
+"""``turnlight film``: list the styles seen in a video of a turning sitter."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from app.words.phrases.directions import SHORT_SIDES
 from app.words.phrases.turns import turn_words
 from app.words.remarks import sentences
 
-_EVERY_S: Final = 5.0  # of the film
+_EVERY_S: Final = 5.0  # seconds of video
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Read the film and print what it showed."""
+    """Read the video and print the styles it shows."""
     start_s = time.perf_counter()
     if args.output is not None:
         check_ending(args.output, (".exr",), tr("environments"))
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     index = None if place is None else build_index(place.display)
     fits = None
     if index is not None:
-        # The place knows better than whoever took the film.
+        # The place is a more reliable witness than the person who shot the video.
         fits = looks_mirrored(film_frames(args.video, GLANCES, WIDTH), index)
         say(*filter(None, [mirror_words(args.mirrored, fits)]))
     mirrored = args.mirrored if fits is None else fits
@@ -120,7 +120,7 @@ def _measured(video: Path, mirrored: bool) -> Film:
 
 
 def _live(frames: Iterator[tuple[float, float, Bytes]], pack: StylePack) -> Film:
-    """Read a film and say on the way what is known."""
+    """Read a video, and print interim results along the way."""
     due = _EVERY_S
     with FilmReader() as reader:
         for time_s, _, picture in frames:
@@ -157,7 +157,7 @@ def _facts(film: Film, result: StyleResult) -> dict[str, Any]:
 
 
 def _line(film: Film, result: StyleResult) -> str:
-    """Name a style, where it was, and how good."""
+    """Format a style with its turn and match."""
     grade = grade_words(result.grade, result.attainable)
     side = SHORT_SIDES.get(result.side, "")
     words = [f"{result.title:14} {side:14} {grade:10}", points(result.match).rjust(3)]

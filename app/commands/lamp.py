@@ -1,4 +1,4 @@
-"""``turnlight lamp``: the library of lamps that were captured in a dark room."""
+"""``turnlight lamp``: manage the library of lamps captured in a dark room."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from app.words.remarks import sentences
 
 _Box: TypeAlias = tuple[float, float, float, float]
 
-_ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
+_ANY_WHITE = 1.0  # stands for a known brightness when only the lamp is being checked
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -107,7 +107,7 @@ def _add_masks(parser: argparse.ArgumentParser) -> None:
 def _add(args: argparse.Namespace) -> int:
     distance = _positive(args.distance, tr("a distance in metres"))
     if distance is not None:
-        check_distance(distance)  # Before the pictures are merged.
+        check_distance(distance)  # Check before merging the photos, which is slow.
     boxes = _boxes(args)
     lux = _positive(args.lux, tr("an illuminance in lux"))
     times = args.times and tuple(
@@ -155,7 +155,7 @@ def _list(args: argparse.Namespace) -> int:
         for each in entries
     ]
     lines = [f"{row['name']:<24}{row['title']:<32}{_words(row)}" for row in rows]
-    # The folder itself is named whole: its home may be what cannot be read.
+    # Print the full path, because the home folder itself may be unreadable.
     lines += [
         f"{folder if each.path == folder else each.path.name}: {each.reason}" for each in damaged
     ]
@@ -208,7 +208,11 @@ def _edit(lamp: CapturedLamp, boxes: list[tuple[_Box, bool]]) -> CapturedLamp:
 
 
 def _boxes(args: argparse.Namespace) -> list[tuple[_Box, bool]]:
-    """Read which boxes are lamp, and which are not; raises `CoreError`."""
+    """Parse the boxes that mark what is lamp and what is not.
+
+    Raises:
+        CoreError: If a box is invalid.
+    """
     return [
         *((_box(text), True) for text in args.set),
         *((_box(text), False) for text in args.clear),

@@ -1,4 +1,4 @@
-"""``turnlight light``: the best turn and the best place of a second light, for styles."""
+"""``turnlight light``: find the best turn and second-light position for each style."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """How bright the place is taken to be."""
+    """The assumed brightness of the place."""
 
     gain: float
     lux: float
@@ -154,7 +154,7 @@ class _Scale:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Find a turn and a place for the lamp for each style."""
+    """Find the best turn and lamp position for each style."""
     start = time.perf_counter()
     lamp = _find_lamp(args.lamp, args.lamp_lux)
     pack = asked_pack(args)
@@ -209,7 +209,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
-    """Find a lamp; a captured one gives `lux` where its camera stood, if that is said."""
+    """Find a lamp by name; `lux` sets the illuminance of a captured lamp at its camera."""
     lamp = _lamp_named(text)
     if lux is None:
         return lamp
@@ -229,7 +229,7 @@ def _lamp_named(text: str) -> _Lamp:
         say(*sentences(capture.warnings), *mask_warnings(capture.mask))
         return capture.lamp
     if "@" in text:
-        # Only a kind has a distance in its name; the sentence lists those there are.
+        # Only lamp presets have a distance in their names; the message lists them.
         return parse(text)
     folder = lamps_folder()
     if list_lamps(folder)[0]:
@@ -244,7 +244,7 @@ def _lamp_named(text: str) -> _Lamp:
 
 
 def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scale:
-    """Find what radiance 1 is in cd/m2: stated by the user, by the file, or assumed."""
+    """Return the luminance of radiance 1 in cd/m2, as set by the user, stored or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
         return _scale_from(check_lux(args.lux), relative)
@@ -252,7 +252,7 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
     if white is not None:
         return _Scale(white, white * relative, False)
     if isinstance(lamp, CapturedLamp) and lamp.white_cd_m2 is None:
-        # Nothing is known of either: as if both had been captured alike, see `_compare`.
+        # Neither brightness is known, so assume that both were captured alike; see `_compare`.
         return _Scale(1.0, relative, True)
     say(
         tr(
@@ -266,7 +266,7 @@ def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scal
 
 
 def _compare(lamp: _Lamp, scale: _Scale) -> Comparison | None:
-    """Compare a captured lamp with the place, and warn where their brightness is unknown."""
+    """Compare a captured lamp with the place, and warn if their relative brightness is unknown."""
     if isinstance(lamp, NumbersLamp):
         return None
     comparison = compare(None if scale.is_assumed else scale.gain, lamp)

@@ -1,4 +1,4 @@
-"""``turnlight locate``: where in a panorama a photo looks."""
+"""``turnlight locate``: find a photo's viewing direction in a panorama."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _fov(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look for the photo; not finding it is an answer, too."""
+    """Locate the photo in the panorama; failing to find it is a valid answer."""
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())

@@ -1,4 +1,4 @@
-"""``turnlight merge``: a bracket of exposures in, an environment out."""
+"""``turnlight merge``: merge a bracket of exposures into an environment."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_wishes(parser: argparse.ArgumentParser) -> None:
-    """Add what is to be written, and what the user knows of the frames."""
+    """Add the options for the outputs and for facts about the frames."""
     add = partial(argument, parser)
     add("-o --output ENV", tr(".exr or .hdr to write"), type=Path, required=True)
     _add_camera(parser)
@@ -73,7 +73,7 @@ def add_wishes(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_camera(parser: argparse.ArgumentParser) -> None:
-    """Add what is known of the exposures, and how they are weighed."""
+    """Add the options for exposure times and for weighting."""
     add = partial(argument, parser)
     add("--times T,...", tr("exposure times in seconds, in the order of the files"))
     add(
@@ -92,10 +92,7 @@ def _add_camera(parser: argparse.ArgumentParser) -> None:
 
 
 def add_corrections(parser: argparse.ArgumentParser) -> None:
-    """Add what the user knows better than the picture: lamps, the sun, what should not be there.
-
-    And the picture that shows it.
-    """
+    """Add the options that correct lamps, the sun and masks, and the option for the preview."""
     add = partial(argument, parser)
     add(
         "--lamp-gain ID=STOPS",
@@ -130,7 +127,8 @@ def add_corrections(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Merge a bracket and write the environment atomically.
 
-    Raises `CoreError` when an argument or a file is of no use; nothing is written then.
+    Raises:
+        CoreError: If an argument or a file is unusable. Nothing is written then.
     """
     start_s = time.perf_counter()
     options = replace(options_of(args), full=args.full)
@@ -139,7 +137,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: Any) -> int:
-    """Write the light that was measured, and print how, with `more` facts for JSON."""
+    """Write the measured light and print a summary, with `more` entries in the JSON."""
     say(*sentences((*probe.warnings, *probe.notes)))
     skip_search = bool(args.mask) or not probe.bracket.panorama
     suggestions = () if skip_search else suggest(probe.finished.measured)
@@ -150,7 +148,7 @@ def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: 
         write_hdr(args.output, radiance)
     if args.preview is not None:
         marks = (*probe.finished.clutter, *suggestions)
-        # Only a preview needs Qt.
+        # Import here, as only a preview needs Qt.
         from app.export.merge_preview import preview
 
         picture = preview(probe.finished.measured, probe.finished.lights, marks, args.exposure)
@@ -174,7 +172,7 @@ def write(args: argparse.Namespace, probe: Measurement, start_s: float, **more: 
 
 
 def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
-    """Read what `add_wishes` asks for; `more` pictures are read besides `args.images`."""
+    """Read the options added by `add_wishes`; `more` are photos read besides `args.images`."""
     return replace(
         corrections(args, *more),
         times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),
@@ -184,9 +182,9 @@ def options_of(args: argparse.Namespace, *more: Path) -> MeasureOptions:
 
 
 def corrections(args: argparse.Namespace, *more: Path) -> MeasureOptions:
-    """Read what `add_corrections` asks for.
+    """Read the options added by `add_corrections`.
 
-    Refuses what cannot be written, and masks that cannot be read, before anything is merged.
+    Rejects unwritable outputs and unreadable masks before any merging starts.
     """
     options = MeasureOptions(
         sun=_SUN_WORDS[args.sun],  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""``turnlight photo``: the faces in a photo, and the light on them."""
+"""``turnlight photo``: find the faces in a photo and analyze the light on them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from app.words.portrait.face_reading import UNREAD
 FRONT_CAMERA: Final = tr(
     "This photo was taken with a front camera. If text in it is backwards, add --mirrored."
 )
-"""What is said of a picture whose sides may be swapped."""
+"""Note on a photo whose sides may be swapped."""
 
 _LIKEST: Final = 3
 
@@ -70,11 +70,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Find the faces and print their light. No face is not an error."""
+    """Find the faces and print their light; a photo without a face is not an error."""
     photo = read_photo(args.picture)
     promise = _promise(args.place, args.style)
     location = _locate(photo, promise)
-    # The place knows better than whoever took the picture.
+    # The place is a more reliable witness than the person who took the photo.
     flip = location.mirrored if location.status == "found" else bool(args.mirrored)
     _tell_mirrored(photo, location, by_option=args.mirrored)
     photo = photo.flipped if flip else photo
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) -> None:
-    """Say on which side left and right are, where that is not as it was asked."""
+    """Report whether left and right are swapped if that differs from the user's option."""
     if location.status != "found":
         if photo.front_camera and not by_option:
             say(FRONT_CAMERA)
@@ -107,14 +107,18 @@ def _tell_mirrored(photo: Photo, location: PhotoLocation, *, by_option: bool) ->
 
 
 def _mirror_face(face: Face, width: int) -> Face:
-    """Where a face of the mirror image is in the file's own picture."""
+    """Map a face detected in the mirrored photo back to the file's own pixels."""
     marks = face.landmarks.copy()
     marks[:, 0] = width - marks[:, 0]
     return Face(marks, face.confidence)
 
 
 def _promise(where: Path | None, name: str | None) -> Promise | None:
-    """What the place promises, or the studio; `CoreError` where either is not known."""
+    """Return the light promised by a place or by the studio.
+
+    Raises:
+        CoreError: If the place or the style is unknown.
+    """
     pack = load_named_pack("generic")
     names = [] if name is None else [style.name for style in select(pack.styles, [name])]
     if where is None:
@@ -128,16 +132,16 @@ def _promise(where: Path | None, name: str | None) -> Promise | None:
 
 
 def _locate(photo: Photo, promise: Promise | None) -> PhotoLocation:
-    """From where it was taken, where its background tells."""
+    """Determine where a photo was taken from, if its background shows that."""
     if promise is not None and promise.place is not None:
-        # In a blank room nothing is found.
+        # A featureless room yields no match.
         with contextlib.suppress(CoreError):
             return locate_photo(photo, build_index(promise.place.display))
     return PhotoLocation("unsure")
 
 
 def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> dict[str, Any]:
-    """Say for JSON what a face shows; its box in pixels of the file's own picture."""
+    """Return a face's JSON entries; its box is in pixels of the original file."""
     light = check.light
     numbers = {
         "yaw_deg": light.pose.yaw_deg,
@@ -168,7 +172,7 @@ def _facts(face: Face, check: Check, promise: Promise | None, scale: float) -> d
 
 
 def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | None = None) -> str:
-    """Say in a line what a face shows, and in another how far that is from what was promised."""
+    """Describe a face in one line, and in a second line how far it is from the promised light."""
     light = check.light
     words = [_key(light)]
     if flash:
@@ -182,7 +186,7 @@ def _line(number: int, check: Check, promise: Promise | None, *, flash: bool | N
 
 
 def _check_line(check: Check, promise: Promise) -> str:
-    """Say how far a face is from what was promised."""
+    """Describe how far a face is from the promised light."""
     light, promised_light = check.light, promise.light
     style = next(one for one in load_named_pack("generic").styles if one.name == promise.name)
     words = []
@@ -220,7 +224,7 @@ def _key(light: FaceLight) -> str:
 
 
 def _titles(light: FaceLight) -> str:
-    """Name the likest styles with their sides."""
+    """List the most similar styles with their sides."""
     styles = {style.name: style for style in load_named_pack("generic").styles}
     return ", ".join(_title(styles[name]) for name, _ in light.styles[:_LIKEST])
 

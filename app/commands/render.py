@@ -1,4 +1,4 @@
-"""``turnlight render``: a picture of the head under an environment, at any turn."""
+"""``turnlight render``: render the head in an environment at any turn."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ def run(args: argparse.Namespace) -> int:
     """Render one picture and write it atomically.
 
     Raises:
-        CoreError: When an argument, the panorama or the head is of no use; nothing is written then.
+        CoreError: If an argument, the panorama or the head is unusable. Nothing is written then.
     """
     start_s = time.perf_counter()
     output: Path = args.output
-    # Arguments are checked before anything is computed.
+    # Check the arguments before any computation.
     check_ending(output, _WRITERS, tr("pictures"))
     if not abs(args.turn) <= MOST_DEG:
         raise CoreError(tr("The turn must be a number of degrees, not {turn:g}.", turn=args.turn))

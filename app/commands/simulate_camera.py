@@ -1,8 +1,8 @@
-"""``turnlight simulate-camera``: a simulated 360 camera on this machine.
+"""``turnlight simulate-camera``: run a simulated 360 camera on this computer.
 
-Panoramas are relative: what one unit is in cd/m2 no file says for certain. The scene is therefore
-scaled so that its mean over the sphere is 400 cd/m2, between a brightly lit room and a clouded sky,
-or whatever ``--mean`` says. Every camera can expose for that, with room to both sides.
+Panoramas are relative: no file reliably states its unit in cd/m2. The scene is therefore scaled to
+a mean of 400 cd/m2 over the sphere, between a brightly lit room and an overcast sky, or to
+the value of ``--mean``. Every camera can expose for that with room on both sides.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from app.devices.simulated.server import CameraServer
 from app.words.remarks import sentences
 
 MEAN_CD_M2: Final = 400.0
-"""Mean luminance over the sphere that a scene is given, in cd/m2."""
+"""Default mean luminance of a scene over the sphere, in cd/m2."""
 
 _MODELS: Final = tuple(each.name for each in PERSONALITIES)
 _TICK_S: Final = 0.2
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS) -> None:
-    """Add the camera, its scene and its server. `models`: names to choose from."""
+    """Add the options for the camera, its scene and its server; `models` are the camera names."""
     add = partial(argument, parser)
     add("--scene ENV", tr("the scene: .exr or .hdr (default: a courtyard)"), type=Path)
     add(
@@ -72,9 +72,10 @@ def add_camera(parser: argparse.ArgumentParser, models: Sequence[str] = _MODELS)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve the camera until it is interrupted, see `serve`.
+    """Serve the camera until interrupted; see `serve`.
 
-    Raises `CoreError` when the scene cannot be read or the port is taken.
+    Raises:
+        CoreError: If the scene cannot be read or the port is in use.
     """
     clock = SystemClock()
     camera = SimulatedCamera(read_scene(args), args.model, clock, rate_mbit=args.rate)
@@ -82,7 +83,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def read_scene(args: argparse.Namespace) -> Scene:
-    """Read ``--scene`` and scale it. Raises `CoreError` when it cannot be read."""
+    """Read ``--scene`` and scale its brightness.
+
+    Raises:
+        CoreError: If the scene cannot be read.
+    """
     environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
     say(*sentences(environment.warnings))
     return Scene(environment.radiance, ShotOptions(scale=scene_scale(environment, args.mean)))
@@ -96,16 +101,18 @@ def serve(
     *notes: str,
     server_class: type[CameraServer] = CameraServer,
 ) -> int:
-    """Print a camera's address and serve it until it is interrupted.
+    """Print a camera's address and serve the camera until interrupted.
 
-    With ``--until-eof`` it ends when standard input is closed, otherwise by an exception.
+    With ``--until-eof`` the server also stops when standard input is closed.
 
-    * `facts`: printed with ``--json`` besides the address.
-    * `notes`: sentences for stderr.
-    * `server_class`: makes the server.
+    Args:
+        facts: Entries printed with ``--json`` besides the address.
+        notes: Sentences for stderr.
+        server_class: Class of the server.
 
-    Raises `KeyboardInterrupt` when it is interrupted, after every connection was closed;
-    `CoreError` when the port is taken.
+    Raises:
+        KeyboardInterrupt: If interrupted, once every connection is closed.
+        CoreError: If the port is in use.
     """
     with contextlib.closing(camera), _server(server_class, camera, args, clock) as server:
         answer(args, {"url": server.url, **facts}, server.url)
@@ -118,7 +125,7 @@ def serve(
 
 
 def _input_closed() -> threading.Event:
-    """Tell when standard input has come to its end."""
+    """Return an event that is set at the end of standard input."""
     closed = threading.Event()
 
     def read() -> None:
@@ -132,7 +139,7 @@ def _input_closed() -> threading.Event:
 
 
 def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> float:
-    """Say what one unit of an environment is in cd/m2 if its mean over the sphere is given."""
+    """Return the luminance of one unit of an environment in cd/m2, given its mean."""
     mean = float(luminance(energy(environment.radiance))) / (4.0 * math.pi)
     return mean_cd_m2 / mean
 

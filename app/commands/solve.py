@@ -1,4 +1,4 @@
-"""``turnlight solve``: the best turn of a place for every style."""
+"""``turnlight solve``: find the best turn at a place for each style."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Solve each style; draw the sheet if requested."""
+    """Solve each style, and draw the result sheet if requested."""
     start = time.perf_counter()
     if args.sheet:
         check_ending(Path(args.sheet), (".png",), tr("sheets"))
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
     radiance = reduce(environment, pack.header.environment)
     light = luminance_of(radiance) if args.grey else radiance
     names = [style.name for style in built_in]
-    # The packs hold all that solving needs of a head but for strokes and pictures.
+    # Packs contain everything needed for solving except for painted strokes and pictures.
     head = _head_of(pack, args) if own or args.sheet else None
     results = _solve(pack, light, names, own, head, args)
     if args.sheet and head is not None:
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> dict[str, Any]:
-    """The styles with what their answers depend on; painted styles are not judged."""
+    """Add to each style the doubts about its answer; painted styles are not assessed."""
     built_in = {style.name for style in pack.styles}
     names = {} if doubt is None else {"clipped": doubt.clipped, "unseen": doubt.unseen}
     return {
@@ -136,7 +136,7 @@ def _with_doubt(facts: dict[str, Any], doubt: Doubt | None, pack: StylePack) -> 
 
 
 def _light_of(name: str, layer: str) -> Environment:
-    """Read a panorama; make a rough one from a single photo."""
+    """Read a panorama, or build a rough one from a single photo."""
     file = Path(name)
     if file.suffix.lower() not in FRAME_ENDINGS or file.is_dir() or is_linear(file):
         environment = read_environment(file, layer)
@@ -159,9 +159,9 @@ def _solve(
     head: Head | None,
     args: argparse.Namespace,
 ) -> tuple[StyleResult, ...]:
-    """Answer with the lens where it may stand; straight in front, name what others would gain."""
+    """Solve with the requested lens positions; straight in front, report what others would gain."""
     wish = asked_lens(args)
-    # A head baked by an earlier version has no views; straight in front its answers need none.
+    # Heads baked by earlier versions have no views, but solving straight in front needs none.
     needs_views = wish != STRAIGHT or has_views(args.head)
     views = views_of(pack, args.head) if needs_views else []
     return solve_styles(
@@ -197,14 +197,14 @@ def _as_json(
 
 
 def _own_styles(style_names: Sequence[str] | None, pack: StylePack) -> list[UserStyle]:
-    """Those of the user's own styles that are asked for by name."""
+    """Return the user's own styles that are requested by name."""
     own_names = {*(style_names or ())} - {style.name for style in pack.styles}
     user_styles = list_user_styles(user_data() / "styles")[0] if own_names else ()
     return [one for one in user_styles if one.name in own_names]
 
 
 def _studio_json(pack: StylePack, name: str) -> dict[str, Any]:
-    """Lamps that a target is lit by; a painted style has none."""
+    """Return the lamps of a target for JSON; a painted style has none."""
     return asdict(pack.studio(name)) if any(one.name == name for one in pack.styles) else {}
 
 
@@ -293,7 +293,7 @@ def _table(
 
 
 def _gain_lines(results: Sequence[StyleResult]) -> list[str]:
-    """What turning the face aside would gain."""
+    """Describe the gain from turning the face away from the lens."""
     lines = [
         tr(
             "{style}: {light} {match} instead of {now}, {aside}",
@@ -339,7 +339,7 @@ def _full(result: StyleResult) -> str:
 
 
 def _caution(result: StyleResult) -> str | None:
-    """Say where the turn depends on the sitter's own head; only attainable turns are relied on."""
+    """Warn if an attainable turn depends on the shape of the sitter's own head."""
     return caution_words(result.name) if result.attainable else None
 
 
@@ -350,7 +350,7 @@ def _write_sheet(
     environment: Environment,
     args: argparse.Namespace,
 ) -> None:
-    # Only a sheet needs Qt.
+    # Import here, as only a sheet needs Qt.
     from app.export.result_sheet import draw_sheet
 
     pack, light = head.pack, prepare(environment)

@@ -1,4 +1,4 @@
-"""``turnlight stitch``: make an environment of photos taken all around."""
+"""``turnlight stitch``: stitch photos taken all around into an environment."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Stitch photos and write the environment atomically.
 
-    Raises `CoreError` when an argument or a file is of no use; nothing is written then.
+    Raises:
+        CoreError: If an argument or a file is unusable. Nothing is written then.
     """
     start_s = time.perf_counter()
     options, report = corrections(args), ProgressPrinter()

@@ -1,4 +1,4 @@
-"""``turnlight styles``: which styles there are, where their lamps stand, and one like a photo."""
+"""``turnlight styles``: list the styles and their lamps, or create a style from a photo."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_add(args: argparse.Namespace) -> int:
-    """Save a style like a photo and print it."""
+    """Create a style from a photo, save and print it."""
     photo = read_photo(args.picture)
     photo = photo.flipped if args.mirrored else photo
     faces = find_faces(photo.picture)
@@ -96,8 +96,9 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
     """Return styles as JSON.
 
     Returns:
-        ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``, angles in degrees,
-        azimuth positive toward the sitter's left.
+        ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``. Angles are in
+        degrees,
+        and azimuths are positive toward the sitter's left.
     """
     return {
         "styles": [
@@ -127,7 +128,7 @@ def as_table(styles: Sequence[Style]) -> str:
 
 
 def _lamp_cells(lamp: StyleLamp) -> str:
-    # Typographic minus, as on screen.
+    # Use the typographic minus, as on screen.
     azimuth = f"{lamp.azimuth_deg:+.0f}°".replace("-", "−") if lamp.azimuth_deg else "0°"
     elevation = f"{lamp.elevation_deg:+.0f}°".replace("-", "−") if lamp.elevation_deg else "0°"
     return f"{azimuth:>8}{elevation:>7}{lamp.diameter_deg:>5.0f}°{lamp.power:>7g}"

@@ -1,1 +1,1 @@
-"""Pictures and pages to hand on."""
+"""Images and PDF pages for sharing."""

@@ -1,8 +1,8 @@
-"""Drawing pages with QPainter: to a picture in memory, or to a PDF whose words stay words.
+"""Pages drawn with QPainter, as an image in memory or as a PDF with searchable text.
 
-All lengths are logical pixels, 96 to the inch. The only module here that imports Qt; it needs no
-window, works on any thread once the fonts are loaded, and makes an application without a screen
-where there is none.
+All lengths are logical pixels, 96 per inch. This is the only module of the package that imports
+Qt. It needs no window, works on any thread once the fonts are loaded, and creates a QGuiApplication
+without a display if there is none.
 """
 
 from __future__ import annotations
@@ -43,40 +43,42 @@ from app.core.base.visible_text import visible
 from app.core.text import tr
 
 Point: TypeAlias = tuple[float, float]
-"""x to the right, y down."""
+"""Position in logical pixels: x to the right, y down."""
 
 Box: TypeAlias = tuple[float, float, float, float]
-"""Left, top, width, height."""
+"""Left, top, width and height in logical pixels."""
 
 Colour: TypeAlias = tuple[int, int, int]
-"""sRGB bytes."""
+"""Red, green and blue as sRGB bytes."""
 
 Weight: TypeAlias = Literal[400, 500, 600, 700]
 Anchor: TypeAlias = Literal["left", "middle", "right"]
 
 SCALE: Final = 2
-"""Pixels of a picture per logical pixel."""
+"""Image pixels per logical pixel."""
 
 PIXELS_PER_INCH: Final = 96 * SCALE
-"""Resolution to state in the file, so that viewers show logical pixels at their size."""
+"""Resolution to store in the file, so that viewers show logical pixels at their intended size."""
 
 FAMILY: Final = "Inter"
-"""Family name of the font that travels with the program."""
+"""Family name of the bundled font."""
 
 WEIGHTS: Final[dict[int, str]] = {400: "Regular", 500: "Medium", 600: "SemiBold", 700: "Bold"}
-"""Weights that travel with the program, and the names of their files."""
+"""Bundled font weights and the suffixes of their file names."""
 
-_EM: Final = 256  # letters are laid out this large and drawn smaller, so that nothing is rounded
-_SHARE: Final = 1.028 / _EM  # of the laid-out size; sheets count sizes a little below the em
-_SHARP: Final = 0.25  # radians; a smaller bend is part of a curve
+_EM: Final = 256  # glyphs are laid out at this size and scaled down, to avoid rounding
+# scale from layout size to drawn size; font sizes on sheets are slightly below the em
+_SHARE: Final = 1.028 / _EM
+_SHARP: Final = 0.25  # radians; smaller bends are treated as part of a curve
 _PDF_DPI: Final = 1200
 
 
 @cache
 def load_fonts() -> None:
-    """Register the four font files once per process.
+    """Register the bundled font files once per process.
 
-    Raises `CoreError` when the font's files are missing or damaged.
+    Raises:
+        CoreError: If a font file is missing or damaged.
     """
     _application()
     for word in WEIGHTS.values():
@@ -97,7 +99,7 @@ def _add_font(path: Path) -> int:
 
 @cache
 def _application() -> QGuiApplication | None:
-    """Make the application that fonts need, without a screen; None where there is one."""
+    """Create the display-less application that fonts require, or return None if one exists."""
     if QGuiApplication.instance() is not None:
         return None
     application = QGuiApplication(["turnlight", "-platform", "offscreen"])
@@ -111,18 +113,18 @@ def _font(weight: Weight) -> QFont:
     font.setPixelSize(_EM)
     font.setWeight(QFont.Weight(weight))
     font.setHintingPreference(QFont.HintingPreference.PreferNoHinting)
-    # Alternates of letters cannot be traced back to them: in a PDF they would not be found.
+    # Alternate glyphs do not map back to characters, so a PDF search would miss them.
     font.setFeature(QFont.Tag("calt"), 0)
     return font
 
 
 def text_width(text: str, size: float, weight: Weight = 400) -> float:
-    """Measure a line, kerned."""
+    """Return the width of a line in logical pixels, with kerning."""
     return float(QFontMetricsF(_font(weight)).horizontalAdvance(visible(text))) * size * _SHARE
 
 
 def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> list[str]:
-    """Break text into lines of at most `limit`; a longer word has a line of its own."""
+    """Break text into lines of at most `limit` logical pixels; a longer word gets its own line."""
     lines: list[str] = []
     for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word
@@ -134,7 +136,7 @@ def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> lis
 
 
 def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
-    """Cut text that is wider than `limit`, with an ellipsis in its place."""
+    """Truncate text wider than `limit` logical pixels with an ellipsis."""
     if text_width(text, size, weight) <= limit:
         return text
     head = text
@@ -144,12 +146,12 @@ def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
 
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
-    """Points on a circle, clockwise from the top; the last of the ``count + 1`` is the first."""
+    """Return ``count + 1`` points on a circle, clockwise from the top, with the first repeated."""
     return [at_turn(centre, radius, 360.0 * index / count) for index in range(count + 1)]
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
-    """Outline an arc of turns with the centre; it goes clockwise from first to second."""
+    """Return the outline of a sector, including the centre; the arc runs clockwise."""
     extent = arc_width(arc_deg)
     steps = max(int(extent / 3.0), 1)
     rim = [at_turn(centre, radius, arc_deg[0] + extent * k / steps) for k in range(steps + 1)]
@@ -157,10 +159,10 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 class Page:
-    """A page that is drawn on: a picture of `SCALE` pixels per logical pixel, or a PDF.
+    """A drawing surface: an image of `SCALE` pixels per logical pixel, or a PDF page.
 
     Args:
-        pdf: Draw there instead, see `pdf_bytes`.
+        pdf: PDF writer to draw to instead of an image; see `pdf_bytes`.
     """
 
     def __init__(
@@ -182,17 +184,17 @@ class Page:
         self._painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
 
     def close(self) -> None:
-        """End the page; nothing can be drawn afterwards."""
+        """End painting; nothing can be drawn afterwards."""
         if self._painter.isActive():
             self._painter.end()
 
     def __del__(self) -> None:
-        # A picture must outlive its painter, in whatever order they are collected.
+        # An image must outlive its painter, in whatever order they are collected.
         self.close()
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """(H, W, 3) the picture so far, sRGB; a PDF has none."""
+        """The image so far as (H, W, 3) uint8 sRGB; not available for a PDF."""
         assert self._image is not None
         high, wide = self._image.height(), self._image.width()
         words = np.frombuffer(self._image.constBits(), np.uint8).reshape(high, -1, 4)
@@ -201,7 +203,7 @@ class Page:
     def panel(
         self, box: Box, colour: Colour, radius: float = 0.0, edge: Colour | None = None
     ) -> None:
-        """Draw a filled rectangle with rounded corners, and a 1 px edge inside it if wanted."""
+        """Draw a filled rounded rectangle, optionally with a 1 px edge inside it."""
         if edge is not None:
             self._fill(_rounded(box, radius), edge)
             x, y, width, height = box
@@ -218,14 +220,16 @@ class Page:
         opacity: float = 1.0,
         dashes: tuple[float, float] | None = None,
     ) -> None:
-        """Draw a line through points, with round joins and ends.
+        """Draw a polyline with round joins and ends.
 
         Args:
-            dashes: Lengths of dash and gap, from the middle of one round end to that of the next.
+            dashes: Lengths of dash and gap in logical pixels, measured between the centres of the
+                round
+                ends.
         """
         pen = QPen(_ink(colour, opacity), width)
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-        # Qt's round joins leave lumps on curves of many points; here only corners are rounded.
+        # Qt's round joins leave lumps on dense curves, so only real corners are rounded.
         joins = Qt.PenJoinStyle
         pen.setJoinStyle(joins.RoundJoin if self._image is None else joins.BevelJoin)
         if dashes is not None:
@@ -246,12 +250,12 @@ class Page:
         self._fill(path, colour)
 
     def picture(self, box: Box, display: NDArray[np.float32], radius: float = 0.0) -> None:
-        """Place a picture, with rounded corners.
+        """Draw an image, optionally with rounded corners.
 
         Args:
-            box: Where, on whole pixels.
-            display: NDArray[np.float32], (h, w, 3). sRGB in 0..1, of the size that `Page.size_of`
-                gives.
+            box: Target area, aligned to whole pixels.
+            display: NDArray[np.float32], (h, w, 3). sRGB in 0..1, at the size returned by
+                `Page.size_of`.
         """
         pixels = np.ascontiguousarray((display * 255.0 + 0.5).astype(np.uint8))
         high, wide = pixels.shape[:2]
@@ -266,7 +270,7 @@ class Page:
 
     @contextmanager
     def clipped(self, box: Box) -> Iterator[None]:
-        """Draw only inside a box, which lies on whole pixels."""
+        """Restrict drawing to a box, which must be aligned to whole pixels."""
         self._painter.save()
         self._painter.setClipRect(QRectF(*box))
         yield
@@ -285,11 +289,12 @@ class Page:
         """Draw a line of text.
 
         Args:
-            at: Where the line starts (or its middle, or its end), on the baseline.
-            room: A longer line is set in smaller type: no longer language is cut.
+            at: Anchor point on the baseline: the start, middle or end of the line.
+            room: Maximum width in logical pixels. A longer line is set in smaller type, so that no
+                translation is truncated.
 
         Returns:
-            Where the line ends, x.
+            The x coordinate of the end of the line.
         """
         text = visible(text)
         width = text_width(text, size, weight)
@@ -297,18 +302,19 @@ class Page:
         start = at[0] - {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor] * width
         if text.strip():
             self._painter.save()
-            # Baselines stand on whole pixels, so that all the feet of a line are equally sharp.
+            # Snap baselines to whole pixels, so that all letters of a line are equally sharp at the
+            # foot.
             self._painter.translate(start, round(at[1] * SCALE) / SCALE)
             self._painter.scale(size * _SHARE, size * _SHARE)
             if self._image is None:
                 self._painter.setFont(_font(weight))
                 self._painter.setPen(_ink(colour))
-                # Word by word: Qt would write spaces as tabs, which a search does not find.
+                # Draw word by word, because Qt would emit spaces as tabs, which breaks searching.
                 for word in re.finditer(r"\S+", text):
                     across = QFontMetricsF(_font(weight)).horizontalAdvance(text[: word.start()])
                     self._painter.drawText(QPointF(across, 0.0), word[0])
             else:
-                # As outlines, letters look alike on every system.
+                # Drawing outlines makes letters look the same on every system.
                 path = QPainterPath()
                 path.addText(QPointF(0.0, 0.0), _font(weight), text)
                 self._painter.fillPath(path, _ink(colour))
@@ -317,7 +323,7 @@ class Page:
 
     @staticmethod
     def size_of(box: Box) -> tuple[int, int]:
-        """Rows and columns of the pixels in a box."""
+        """Return the number of pixel rows and columns in a box."""
         x, y, width, height = box
         return (
             round((y + height) * SCALE) - round(y * SCALE),
@@ -329,7 +335,7 @@ class Page:
 
 
 def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Page], None]) -> bytes:
-    """Make a PDF of one white page: outlines, pictures, and words in fonts that come with it."""
+    """Return a PDF of one white page with vector outlines, images, and embedded fonts."""
     load_fonts()
     data = QByteArray()
     buffer = QBuffer(data)
@@ -364,7 +370,7 @@ def _path(points: Sequence[Point], *, closed: bool) -> QPainterPath:
 
 
 def _corners(points: Sequence[Point], *, closed: bool) -> list[Point]:
-    """Points at which a line bends sharply."""
+    """Return the points where a line bends sharply."""
     path = np.asarray([*points, *points[:2]] if closed else points, np.float64)
     across, down = np.diff(path, axis=0).T
     heading = np.arctan2(down, across)
@@ -379,7 +385,7 @@ def _rounded(box: Box, radius: float) -> QPainterPath:
 
 
 def _cut(image: QImage, radius: float) -> QImage:
-    """Round the corners of a picture by its transparency: a clip would leave stairs."""
+    """Round the corners of an image with alpha, since clipping is not antialiased."""
     cut = QImage(image.size(), QImage.Format.Format_ARGB32_Premultiplied)
     cut.fill(Qt.GlobalColor.transparent)
     painter = QPainter(cut)

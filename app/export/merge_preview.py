@@ -1,4 +1,4 @@
-"""A picture of what was measured: the panorama with its lamps, clipped areas and masks marked."""
+"""A preview of a measurement: the panorama with lamps, clipped areas and masks marked."""
 
 from __future__ import annotations
 
@@ -47,16 +47,15 @@ def preview(
     *,
     display: Bytes | None = None,
 ) -> Bytes:
-    """Draw the panorama with everything that matters marked on it, and a legend.
+    """Draw the panorama with lamps, clipped areas and masks marked, and a legend.
 
     Args:
-        display: NDArray[np.uint8], (h, w, 3). The panorama as
-            `measure.finish.display.display_panorama` shows it at that exposure, where there is one
-            already.
+        display: NDArray[np.uint8], (h, w, 3). The panorama as returned by
+            `measure.finish.display.display_panorama` at that exposure, if already available.
 
     Returns:
-        NDArray[np.uint8], (rows, columns, 3). sRGB, for `images.write_png`; the
-        panorama in it is 2,048 wide.
+        NDArray[np.uint8], (rows, columns, 3). sRGB for `images.write_png`; the panorama in it is
+        2,048 pixels wide.
     """
     picture = display_panorama(merged.radiance, exposure_stops) if display is None else display
     if picture.shape[1] != WIDTH:
@@ -84,7 +83,7 @@ def preview(
 
 
 def _draw_scale(canvas: Page, box: Box) -> None:
-    """Azimuths over the panorama, and the line where the photographer stands."""
+    """Draw the azimuth scale above the panorama, and the line at the photographer's position."""
     x, top, wide, high = box
     middle = x + wide / 2.0
     canvas.stroke([(middle, top), (middle, top + high)], Dark.TAG, 3.0, opacity=0.35)
@@ -93,7 +92,7 @@ def _draw_scale(canvas: Page, box: Box) -> None:
 
 
 def _draw_lamps(canvas: Page, box: Box, lights: Sequence[Light]) -> None:
-    """Rings around the lamps, each with its letter where no other letter is."""
+    """Draw a ring around each lamp, with its letter at a free position."""
     points: list[Point] = []
     rings = [(light, *_ring(box, light)) for light in lights]
     for _, centre, radius in rings:
@@ -116,7 +115,7 @@ def _ring(box: Box, light: Light) -> tuple[Point, float]:
 
 
 def _free_place(box: Box, centre: Point, radius: float, points: Sequence[Point]) -> Point:
-    """Middle of a letter beside its ring: inside the panorama, away from other letters."""
+    """Return the centre for a letter beside its ring, clear of other letters."""
     x, top, wide, high = box
     room = _TAG_SIZE / 2.0 + 2.0
     far = radius + room + 2.0
@@ -149,7 +148,7 @@ def _draw_tag(canvas: Page, at: Point, letter: str) -> None:
 
 
 def _draw_lamp_list(canvas: Page, at: Point, lights: Sequence[Light]) -> None:
-    """Write a row for each lamp: letter, where it is, what it gives."""
+    """Draw a row for each lamp with its letter, direction and share of the light."""
     if not lights:
         return
     x, y = at
@@ -183,7 +182,7 @@ def _draw_lamp_list(canvas: Page, at: Point, lights: Sequence[Light]) -> None:
 def _notes(
     merged: MergedLight, masks: Sequence[Clutter], exposure_stops: float
 ) -> list[tuple[str, str]]:
-    """Say what the marks mean: a kind of swatch, and words."""
+    """Return the legend as pairs of swatch type and text."""
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     heights = solid_angles(shape) / (4.0 * np.pi)
     notes = []

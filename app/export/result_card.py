@@ -1,6 +1,6 @@
-"""One style's card on the result sheet: target and picture, turn or reason, match, meter.
+"""A style's card on the result sheet: target and picture, turn or reason, match and meter.
 
-Small drawings that the rest of the sheet shares stand here too: the turn icon, and words for arcs.
+Also contains small drawings shared by the rest of the sheet, such as the turn icon.
 """
 
 from __future__ import annotations
@@ -47,11 +47,12 @@ _ICON_RADIUS: Final = 6.25
 
 @dataclass(frozen=True, slots=True)
 class CardData:
-    """What a card shows.
+    """The contents of a card.
 
     Attributes:
-        draw: Draws the head in rows and columns, sRGB: under the studio lamps, and here at the
-            best turn.
+        draw: Function that renders the head at a size given in rows and columns, as sRGB: first
+            under
+            the studio lamps, then at this place at the best turn.
     """
 
     style: StyleResult
@@ -60,12 +61,12 @@ class CardData:
     limit: float
 
     def pictures(self, size: tuple[int, int]) -> list[FloatImage]:
-        """Both pictures as a canvas takes them."""
+        """Return both pictures as float arrays for the canvas."""
         return [np.asarray(picture / 255, np.float32) for picture in self.draw(size)]
 
 
 def height_of(data: CardData) -> float:
-    """Height that a card needs for all its words."""
+    """Return the height in logical pixels that a card needs for its text."""
     lines = _reason_lines(data.style)
     return _BLOCK_TOP + max(_PLOT, 24.0 + _REASON_LEADING * len(lines)) + _FOOT
 
@@ -131,12 +132,12 @@ def _draw_reason(canvas: Page, at: Point, style: StyleResult) -> None:
 
 
 def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
-    """Numbers and the meter."""
+    """Draw the numbers and the meter."""
     x, y = at
     style = data.style
     main = Dark.TEXT if style.attainable else Dark.DIM
     end = canvas.text((x, y + 20), tr("Match") + " ", 12, 400, Dark.DIM)
-    # Rounded down, so that 44.9 does not read as the limit that it misses.
+    # Round down, so that 44.9 does not read as the limit that it misses.
     canvas.text((end + 4, y + 20), f"{max(int(style.match), 0)}", 12, 600, main)
     value = contrast_words(style.strength)
     canvas.text((x + width, y + 20), value, 11, 600, main, "right")
@@ -147,7 +148,7 @@ def _draw_foot(canvas: Page, at: Point, width: float, data: CardData) -> None:
 
 
 def side_of(style: StyleResult, places: Mapping[str, str]) -> str:
-    """Name the side twice, or say where the light comes from."""
+    """Name the side for sitter and camera, or the origin of the light."""
     return place_words(style.side, places.get(style.name, ""))
 
 
@@ -160,12 +161,12 @@ def _draw_polar(
     arc_deg: tuple[float, float] | None,
     limit: float,
 ) -> None:
-    """Draw match over turn: 0 degrees up, clockwise to the right, 100 at the rim.
+    """Draw match over turn as a polar plot: 0 degrees up, clockwise, 100 at the rim.
 
     Args:
-        curve: Match at evenly spaced turns from 0 on, clockwise; below 0 counts as 0.
-        arc_deg: tuple[float, float] or None. Tolerance arc, clockwise from first to second; None
-            draws the style as out of reach.
+        curve: Match at evenly spaced turns from 0, clockwise; values below 0 are drawn as 0.
+        arc_deg: tuple[float, float] or None. Tolerance arc in degrees, clockwise from the first to
+            the second; with None the style is drawn as out of reach.
     """
     reach = arc_deg is not None
     canvas.stroke(circle_points(centre, radius), Dark.CTL if reach else Dark.LINE, 1.0)
@@ -195,7 +196,7 @@ def _draw_polar(
 
 
 def draw_turn_icon(canvas: Page, centre: Point, colour: Colour, *, clockwise: bool) -> None:
-    """Draw a curved arrow of 16 px."""
+    """Draw a curved arrow, 16 px wide."""
     sign = 1.0 if clockwise else -1.0
     arc = [at_turn(centre, _ICON_RADIUS, sign * angle) for angle in range(105, 415, 5)]
     canvas.stroke(arc, colour, 1.75)
@@ -205,6 +206,6 @@ def draw_turn_icon(canvas: Page, centre: Point, colour: Colour, *, clockwise: bo
 
 
 def _draw_not_possible_icon(canvas: Page, centre: Point, colour: Colour) -> None:
-    """Draw a circle with a bar across, 16 px."""
+    """Draw a circle with a bar across, 16 px wide."""
     canvas.stroke(circle_points(centre, _ICON_RADIUS), colour, 1.5)
     canvas.stroke([at_turn(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)], colour, 1.5)

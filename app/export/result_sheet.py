@@ -1,6 +1,7 @@
-"""The result sheet: one picture that shows what a place can do, for print, mail and notebooks.
+"""The result sheet: one image of the styles possible at a place, for print, mail and notebooks.
 
-Header, panorama with the turns of the styles, the best style beside it, a card for each, and a key.
+It has a header, the panorama with the turns of the styles, the best style, a card for each style,
+and a key.
 """
 
 from __future__ import annotations
@@ -71,13 +72,15 @@ def draw_sheet(
 ) -> NDArray[np.uint8]:
     """Draw the result sheet of a place.
 
-    Cards stand in reach by match, then out of reach by match, rare styles last in each.
+    Cards are sorted by match, first those in reach, then those out of reach, with rare styles last
+    in each group.
 
     Args:
-        draw: Draws a style, by name, as `CardData.drawn`.
-        front_deg: Panorama azimuth from which the turns are counted, degrees.
-        places: Where the light comes from, in words, by name, for styles without a side; by default
-            what the built-in styles say.
+        draw: Function that renders a style by name, as for `CardData.draw`.
+        front_deg: Panorama azimuth from which turns are counted, in degrees.
+        places: Origin of the light in words by style name, for styles without a side; by default
+            that
+            of the built-in styles.
 
     Returns:
         NDArray[np.uint8], (H, W, 3). sRGB, two pixels per logical pixel.
@@ -85,9 +88,9 @@ def draw_sheet(
     styles = load_styles()
     if places is None:
         places = {style.name: style.place for style in styles}
-    # What a style in reach matches at least; the rest of its signature decides beyond that.
+    # The minimum match of a style in reach; beyond that, the rest of its signature decides.
     least = {s.name: s.signature.match[1] for s in styles if s.signature.relations}
-    # As in the gallery, what is rarely wanted by itself stands after the others.
+    # As in the gallery, styles that are rarely wanted on their own come last.
     order = sorted(results, key=lambda one: (not one.attainable, one.name in RARE, -one.match))
     cards = [
         card.CardData(style, partial(draw, style.name), places, least.get(style.name, limit))
@@ -115,7 +118,7 @@ def draw_sheet(
 def _draw_cards(
     canvas: Page, cards: Sequence[card.CardData], heights: Sequence[float], top: float
 ) -> None:
-    """Draw rows of cards of these heights from the top down."""
+    """Draw rows of cards with the given heights from `top` downward."""
     for row, height in enumerate(heights):
         for column, data in enumerate(cards[row * _COLUMNS : (row + 1) * _COLUMNS]):
             card.draw_card(canvas, (_MARGIN + column * (card.WIDTH + _GAP), top), height, data)
@@ -124,7 +127,7 @@ def _draw_cards(
 
 def _draw_header(canvas: Page, title: str, subtitle: str) -> None:
     inner = _WIDTH - 2 * _MARGIN
-    # Names of places are mostly names of files.
+    # Place names are mostly file names.
     plain = " ".join(title.replace("_", " ").split())
     name = shorten(plain, 28, inner - 220, 700)
     canvas.text((_MARGIN, 58), name, 28, 700, Dark.TEXT)
@@ -136,10 +139,11 @@ def _draw_header(canvas: Page, title: str, subtitle: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A turn marked under the panorama: a pole, and words to the right of its foot.
+    """A marked turn under the panorama: a pole, with text to the right of its foot.
 
     Attributes:
-        turn, title, side: The words: degrees, the style, and its side (may be empty).
+        turn, title, side: Text of the turn in degrees, of the style, and of its side, which may be
+            empty.
     """
 
     x: float
@@ -150,10 +154,10 @@ class Flag:
 
 
 def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
-    """Place a flag for every style in reach, such that no words meet words or poles.
+    """Place a flag for every style in reach, so that no text overlaps other text or a pole.
 
-    Words run to the right of their pole. Going from right to left, each takes the first lane
-    below all the poles it would run across, whose own flags end above it.
+    Text runs to the right of its pole. From right to left, each flag takes the first lane that is
+    below all poles its text would cross and clear of the flag before it.
     """
     reach = [style for style in styles if style.attainable]
     flags: list[Flag] = []
@@ -168,14 +172,14 @@ def make_flags(styles: Sequence[StyleResult]) -> tuple[Flag, ...]:
 
 
 def flag_width(flag: Flag) -> float:
-    """Width of a flag's words from its pole."""
+    """Return the width of a flag's text from its pole, in logical pixels."""
     width = 8.0 + text_width(flag.turn, 12, 700)
     width += 6.0 + text_width(flag.title, 12, 600)
     return width + (6.0 + text_width(flag.side, 12) if flag.side else 0.0)
 
 
 def lanes_height(flags: Sequence[Flag]) -> float:
-    """Height of the flags under the panorama, logical pixels."""
+    """Return the height of the flags under the panorama, in logical pixels."""
     return _FLAG_TOP + _LANE * (1 + max((flag.lane for flag in flags), default=-1))
 
 
@@ -183,7 +187,7 @@ def _draw_panorama(canvas: Page, at: Point, environment: Environment, front_deg:
     """Draw the panorama under its scale of turns.
 
     Args:
-        front_deg: Panorama azimuth at which the photographer stands: it comes to the centre.
+        front_deg: Panorama azimuth of the photographer in degrees, drawn at the centre.
     """
     x, top = at[0], at[1] + _SCALE_ROOM
     box = (x, top, _PANORAMA_WIDTH, _PANORAMA_HEIGHT)
@@ -202,7 +206,7 @@ def _draw_flags(canvas: Page, at: Point, flags: Sequence[Flag]) -> None:
         canvas.stroke([(x + flag.x, y + 8), (x + flag.x, foot)], Dark.CTL, 1.0)
     for flag in flags:
         pole = x + flag.x
-        # Amber with a dark edge, so that it holds on any picture.
+        # Amber with a dark edge is visible on any panorama.
         canvas.shape([(pole - 7.5, y + 10), (pole, y - 5.5), (pole + 7.5, y + 10)], Dark.BG)
         canvas.shape([(pole - 5, y + 8.5), (pole, y - 2), (pole + 5, y + 8.5)], Dark.AMBER)
         baseline = y + _FLAG_TOP + _LANE * (flag.lane + 1) - 5.0
@@ -213,7 +217,7 @@ def _draw_flags(canvas: Page, at: Point, flags: Sequence[Flag]) -> None:
 
 
 def _draw_front(canvas: Page, at: Point) -> None:
-    """Mark where the photographer stands at turn 0: a line with a dark edge, and a tag."""
+    """Mark the photographer's position at turn 0 with a dark-edged line and a tag."""
     x, y = at
     line = [(x, y), (x, y + _PANORAMA_HEIGHT)]
     canvas.stroke(line, Dark.TAG, 3.0, opacity=0.6)
@@ -225,7 +229,7 @@ def _draw_front(canvas: Page, at: Point) -> None:
 
 
 def _draw_aside(canvas: Page, at: Point, cards: Sequence[card.CardData]) -> None:
-    """Draw the count and the best style."""
+    """Draw the number of styles in reach and the best style."""
     x, y = at
     reach = sum(data.style.attainable for data in cards)
     end = canvas.text((x, y + 44), str(reach), 48, 700, Dark.TEXT)
@@ -263,7 +267,7 @@ def _draw_best(canvas: Page, at: Point, data: card.CardData) -> None:
 
 
 def _draw_best_turn(canvas: Page, at: Point, data: card.CardData) -> None:
-    """Draw the turn in large figures, and which way to walk."""
+    """Draw the turn in large figures, and the direction to walk."""
     x, y = at
     style = data.style
     turn = style.turn_refined_deg
@@ -285,7 +289,7 @@ def _draw_best_turn(canvas: Page, at: Point, data: card.CardData) -> None:
 
 
 def _draw_key(canvas: Page, at: Point, width: float) -> None:
-    """Draw what the parts of a card mean."""
+    """Draw the key to the parts of a card."""
     x, y = at
     rows = (
         (
@@ -315,7 +319,7 @@ def _draw_key(canvas: Page, at: Point, width: float) -> None:
 
 
 def _paragraph(canvas: Page, at: Point, text: str, width: float, size: float) -> None:
-    """Draw wrapped text from its first baseline on."""
+    """Draw wrapped text with its first baseline at the given point."""
     x, y = at
     leading = size + (6.0 if size > 12 else 4.0)
     for index, line in enumerate(wrap_text(text, size, width)):

@@ -1,6 +1,6 @@
-"""The page of a set sheet: A4, upright, ink on white; as a picture, or a PDF for printers.
+"""The page of a set sheet: A4 portrait, black on white, as an image or a PDF.
 
-Its panorama is marked with the start, where the sitter faces, the background and the lamps.
+Its panorama is marked with the start, the sitter's direction, the background and the lamps.
 """
 
 from __future__ import annotations
@@ -65,18 +65,21 @@ _LENS: Final = Lens(BACKGROUND_TALL_DEG, (100, 100))
 
 
 def x_of(turn_deg: float) -> float:
-    """Return where a turn lies on the strip, from its left edge, logical pixels."""
+    """Return the x coordinate of a turn from the left edge of the strip, in logical pixels."""
     return (wrap(turn_deg) + 180.0) / _ACROSS
 
 
 def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
-    """Show what is behind the sitter at the turn, 45 degrees from top to bottom, at eye level.
+    """Return the view behind the sitter at eye level, 45 degrees from top to bottom.
 
-    `size`: Rows and columns, alike.
-    Returns NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
+    Args:
+        size: Rows and columns, which must be equal.
+
+    Returns:
+        NDArray[np.float32], (rows, columns, 3). sRGB in 0..1.
     """
     lens = Lens(BACKGROUND_TALL_DEG, (size[1], size[0]))
-    # From the shown whole degrees, like everything on the sheet.
+    # Computed from the whole degrees shown, like everything on the sheet.
     behind = wrap(sheet.front_deg + whole(sheet.turn_deg) + 180.0)
     return look(sheet.panorama, behind, lens).astype(np.float32) / np.float32(255.0)
 
@@ -100,7 +103,7 @@ def draw_strip(canvas: Page, place: Point, sheet: SetSheet) -> None:
 
 
 def _spot(place: Point, lamp: SheetLamp, sheet: SetSheet) -> Point:
-    """Return where a lamp is on the strip; one beyond its edges is drawn at the edge."""
+    """Return the position of a lamp on the strip, clamped to its edges."""
     height = (TOP_DEG - lamp.elevation_deg) / (TOP_DEG - BOTTOM_DEG) * STRIP_HEIGHT
     return (
         place[0] + min(max(x_of(lamp.azimuth_deg - sheet.front_deg), 14.0), STRIP_WIDTH - 14.0),
@@ -109,7 +112,7 @@ def _spot(place: Point, lamp: SheetLamp, sheet: SetSheet) -> Point:
 
 
 def _draw_tags(canvas: Page, place: Point, sheet: SetSheet) -> None:
-    """Name the marks, each in the row where it covers no lamp, no other tag and no frame."""
+    """Label the marks, each in the first row where it covers no lamp, tag or frame."""
     x, y = place
     turn = float(whole(sheet.turn_deg))
     words = [(tr("You stand here"), turn)]
@@ -140,7 +143,7 @@ def _draw_tags(canvas: Page, place: Point, sheet: SetSheet) -> None:
 
 
 def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
-    """Cut the strip out of the panorama, with the front in its middle."""
+    """Crop the strip from the panorama, with the front at its middle."""
     height, width = sheet.panorama.shape[:2]
     rows = np.linspace(90.0 - TOP_DEG, 90.0 - BOTTOM_DEG, size[0] + 1)
     row = ((rows[:-1] + rows[1:]) / 360.0 * height - 0.5).astype(np.float32)
@@ -149,14 +152,17 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     across, down = np.meshgrid(column, row)
     source = sheet.panorama
     if width >= 2 * size[1]:
-        # Finer than the print: averaged first, so that nothing flickers into stairs.
+        # The panorama is finer than the print, so average it first to avoid aliasing.
         source = np.asarray(cv2.blur(source, (width // size[1], width // size[1])), np.uint8)
     view = cv2.remap(source, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
     return np.asarray(view, np.float32) / np.float32(255.0)
 
 
 def _outline(turn_deg: float) -> NDArray[np.float64]:
-    """(N, 2) edge of the background view: turns and elevations, deg; turns continue past 180."""
+    """Return the edge of the background view as (N, 2) turns and elevations in degrees.
+
+    Turns continue past 180.
+    """
     side = np.arange(0.0, 100.0, 5.0)
     none, full = 0.0 * side, 0.0 * side + 100.0
     edges = ((side, none), (full, side), (100.0 - side, full), (none, 100.0 - side))
@@ -166,7 +172,7 @@ def _outline(turn_deg: float) -> NDArray[np.float64]:
 
 
 def _draw_frame(canvas: Page, place: Point, edge: NDArray[np.float64]) -> None:
-    """Draw an edge once more on the other side where it goes past the strip's end."""
+    """Draw the frame's edge, and repeat it on the other side if it wraps around the strip."""
     x, y = place
     down = (TOP_DEG - edge[:, 1]) / (TOP_DEG - BOTTOM_DEG) * STRIP_HEIGHT + y
     with canvas.clipped((x, y, STRIP_WIDTH, STRIP_HEIGHT)):
@@ -205,7 +211,7 @@ _GAP: Final = 17.0
 _TURN_TOP: Final = 138.0
 PLAN_AT: Final = (_RIGHT - PLAN_WIDTH, _TURN_TOP)
 _COLUMN: Final = PLAN_AT[0] - MARGIN - 20.0
-_PICTURE: Final = 224.0  # with two gaps the whole width; pictures lie on whole pixels
+_PICTURE: Final = 224.0  # with two gaps, the whole width; images are aligned to whole pixels
 _PICTURES_TOP: Final = _TURN_TOP + PLAN_HEIGHT + 18.0
 STRIP_AT: Final = (MARGIN, _PICTURES_TOP + _PICTURE + 18.0)
 _NOTES_TOP: Final = STRIP_AT[1] + STRIP_HEIGHT + 50.0
@@ -229,22 +235,27 @@ def draw_page(canvas: Page, sheet: SetSheet) -> None:
 
 
 def draw(sheet: SetSheet) -> NDArray[np.uint8]:
-    """Draw a set sheet as a picture, (2246, 1588, 3), sRGB, 192 pixels per inch: A4."""
+    """Draw a set sheet as a (2246, 1588, 3) sRGB image: A4 at 192 pixels per inch."""
     canvas = Page(WIDTH, HEIGHT, Print.PAPER)
     draw_page(canvas, sheet)
     return canvas.pixels
 
 
 def write_png(path: Path, sheet: SetSheet) -> None:
-    """Write a set sheet as a picture, whole or not at all.
+    """Write a set sheet as a PNG file, atomically.
 
-    Raises `CoreError` when the file cannot be written.
+    Raises:
+        CoreError: If the file cannot be written.
     """
     images.write_png(path, draw(sheet), PIXELS_PER_INCH)
 
 
 def write_pdf(path: Path, sheet: SetSheet) -> None:
-    """Write a set sheet as a PDF of one A4 page whose words can be searched, as `write_png`."""
+    """Write a set sheet as a one-page A4 PDF with searchable text, atomically.
+
+    Raises:
+        CoreError: If the file cannot be written.
+    """
     title = f"{sheet.title}, {sheet.place}" if sheet.place else sheet.title
     data = pdf_bytes(WIDTH, HEIGHT, title, lambda canvas: draw_page(canvas, sheet))
     atomic_write_bytes(path, data)
@@ -262,7 +273,7 @@ def _draw_header(canvas: Page, sheet: SetSheet) -> None:
     room = _RIGHT - end - 24.0
     lines = wrap_text(sheet.age, 12, room)
     if len(lines) == 2:
-        # Two lines of about the same length rather than one with a last word under it.
+        # Prefer two lines of similar length to one line and a single word.
         balanced = wrap_text(sheet.age, 12, 0.55 * text_width(sheet.age, 12))
         lines = balanced if len(balanced) == 2 else lines
     lines = [*lines[:1], shorten(" ".join(lines[1:]), 12, room)]
@@ -272,7 +283,7 @@ def _draw_header(canvas: Page, sheet: SetSheet) -> None:
 
 
 def _draw_turn(canvas: Page, sheet: SetSheet) -> float:
-    """Draw the turn in large figures and in words; return where the words end."""
+    """Draw the turn in figures and words, and return the y coordinate below the text."""
     y = _TURN_TOP
     turn = sheet.turn_deg
     way = direction_of(turn)
@@ -308,7 +319,7 @@ def _draw_facts(canvas: Page, top: float, sheet: SetSheet) -> None:
     facts = _facts(sheet)
     room = _COLUMN - _LABEL
     lines = {f.label: wrap_text(f.text, 13, room, 600 if f.alarm else 400) for f in facts}
-    # What does not fit is left out, the least needed first.
+    # Drop the least important lines first if they do not all fit.
     for label in (tr("Light"), tr("Eyes")):
         height = sum(len(lines[fact.label]) * _LEADING + 6.0 for fact in facts)
         if y + height > _PICTURES_TOP:
@@ -346,7 +357,7 @@ def _facts(sheet: SetSheet) -> list[_Fact]:
 def _draw_match(canvas: Page, y: float, sheet: SetSheet) -> float:
     canvas.text((MARGIN, y), tr("Match"), 13, 600, Print.INK)
     x = MARGIN + _LABEL
-    # Rounded down, so that what is under the limit never reads as the limit.
+    # Round down, so that a value under the limit never reads as the limit.
     match, contrast = max(math.floor(sheet.match), 0), contrast_words(sheet.strength)
     end = canvas.text((x, y), tr("{match} of 100", match=match), 13, 600, Print.INK)
     more = ", " + tr("contrast {contrast}", contrast=contrast)
@@ -357,7 +368,7 @@ def _draw_match(canvas: Page, y: float, sheet: SetSheet) -> float:
 
 
 def _draw_fact(canvas: Page, y: float, fact: _Fact, lines: Sequence[str]) -> float:
-    """Draw a label with wrapped words beside it; return the next line."""
+    """Draw a label with wrapped text beside it, and return the y coordinate of the next line."""
     x = MARGIN
     if fact.alarm:
         draw_warning(canvas, (MARGIN + 7.5, y - 4.5), Print.INK)

@@ -1,7 +1,7 @@
-"""The plan from above: where photographer, sitter, background and lamps are, before and after.
+"""The plan from above: photographer, sitter, background and lamps before and after the turn.
 
-Turn 0, where the photographer stands at the start, is up; clockwise goes to the right, as on the
-face of a clock that lies on the floor.
+Turn 0, the photographer's starting position, is at the top, and clockwise turns go to the right, as
+on a clock face lying on the floor.
 """
 
 from __future__ import annotations
@@ -21,23 +21,24 @@ from app.words.phrases.directions import elevation_words
 WIDTH: Final = 340.0
 HEIGHT: Final = 348.0
 RADIUS: Final = 96.0
-"""Of the circle on which the photographer walks, logical pixels."""
+"""Radius of the photographer's circle in logical pixels."""
 
 RING: Final = 134.0
-"""Of the circle on which lamps are drawn."""
+"""Radius of the circle for lamps in logical pixels."""
 
 BACKGROUND_WIDE_DEG: Final = 45.0
 _HEAD: Final = 25.0
 _LEGEND: Final = 46.0
 _TICK: Final = 5.0
 _LABEL: Final = 12.0
-_ASIDE: Final = 18.0  # from a mark to its label
-_APART: Final = 20.0  # nearer, the discs of two lamps would cover each other
-_NEAR_DEG: Final = 16.0  # below, an arrow is too short to be drawn between the two cameras
+_ASIDE: Final = 18.0  # logical pixels from a mark to its label
+_APART: Final = 20.0  # logical pixels; closer discs of two lamps would overlap
+# degrees; below this, there is no room for an arrow between the two cameras
+_NEAR_DEG: Final = 16.0
 
 
 def centre_of(place: Point) -> Point:
-    """Return the middle of the plan whose upper left corner is at `place`."""
+    """Return the centre of the plan whose upper left corner is at `place`."""
     return place[0] + WIDTH / 2.0, place[1] + (HEIGHT - _LEGEND) / 2.0 + 4.0
 
 
@@ -62,7 +63,7 @@ def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
 
 
 def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
-    """Give the turn and radius of each lamp: no disc covers that of a stronger one."""
+    """Return the turn and radius of each lamp; no disc covers that of a stronger lamp."""
     stands: list[tuple[float, float]] = []
     for lamp in sheet.visible_lamps:
         turn, radius, middle = _turn_of(lamp, sheet), RING, (0.0, 0.0)
@@ -74,7 +75,7 @@ def _stands(sheet: SetSheet) -> list[tuple[float, float]]:
 
 
 def _draw_ground(canvas: Page, centre: Point, sheet: SetSheet, turn: float) -> None:
-    """Draw what lies under everything: background, tolerance arc, circle, hours."""
+    """Draw the lowest layer: background, tolerance arc, circle and clock hours."""
     behind = turn + 180.0
     half = BACKGROUND_WIDE_DEG / 2.0
     wedge = [at_turn(centre, 118.0, behind - half + 3.0 * k) for k in range(16)]
@@ -100,7 +101,7 @@ def _draw_arrow(
     colour: Colour,
     dashes: tuple[float, float] | None = None,
 ) -> None:
-    """Draw a thin arrow along a turn, from one distance from the middle to another."""
+    """Draw a thin radial arrow at a turn, between two distances from the centre."""
     tail, tip = (at_turn(centre, radius, turn_deg) for radius in reach)
     canvas.stroke([tail, tip], colour, 1.25, dashes=dashes)
     angle = math.radians(turn_deg)
@@ -127,7 +128,7 @@ def _draw_people(canvas: Page, centre: Point, turn: float, nose: float) -> None:
     canvas.dot(spot, 16.0, Print.TINT)
     _draw_camera(canvas, spot, turn, ghost=False)
     if moves:
-        # Beside the cameras, away from each other.
+        # Beside the cameras, on their outer sides.
         aside = -1.0 if turn > 0 else 1.0
         far = abs(turn) > _NEAR_DEG
         first = at_turn(centre, RADIUS + 2.0, aside * 15.0)
@@ -137,7 +138,7 @@ def _draw_people(canvas: Page, centre: Point, turn: float, nose: float) -> None:
 
 
 def _draw_labels(canvas: Page, place: Point, sheet: SetSheet, turn: float) -> None:
-    """Write what lamps and background are, where there is room for it."""
+    """Label the lamps and the background where there is room."""
     centre = centre_of(place)
     boxes: list[Box] = [
         _box_around(at_turn(centre, RADIUS, turn), 22.0),
@@ -179,9 +180,9 @@ def _box_around(spot: Point, reach: float) -> Box:
 def _room(
     centre: Point, radius: float, turn_deg: float, width: float, occupied: list[Box], bounds: Box
 ) -> Box:
-    """Find a place for a label beside its mark: the first that covers nothing, else the best.
+    """Return the box of a label beside its mark: the first free one, or else the least crowded.
 
-    It is tried on the side away from the middle first.
+    Positions on the side facing away from the centre are tried first.
     """
     x, y = at_turn(centre, radius, turn_deg)
     height = _LABEL + 4.0
@@ -214,7 +215,7 @@ def _room(
 
 
 def overlap(a: Box, b: Box) -> float:
-    """Return the area that two boxes share."""
+    """Return the overlapping area of two boxes, in square logical pixels."""
     across = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
     down = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
     return max(across, 0.0) * max(down, 0.0)
@@ -247,7 +248,7 @@ def _draw_head(canvas: Page, centre: Point, size: float, turn_deg: float, *, gho
     """Draw a head from above.
 
     Args:
-        turn_deg: Where it faces: 0 up, clockwise to the right.
+        turn_deg: Direction it faces, in degrees: 0 is up, clockwise to the right.
     """
 
     def turned(points: Sequence[Point]) -> list[Point]:
@@ -270,12 +271,12 @@ def _draw_head(canvas: Page, centre: Point, size: float, turn_deg: float, *, gho
 
 
 def _draw_camera(canvas: Page, centre: Point, turn_deg: float, *, ghost: bool) -> None:
-    """Draw a camera from above that stands at a turn and looks toward the middle.
+    """Draw a camera from above, pointing at the centre.
 
     Args:
-        turn_deg: Where it stands: 0 above the middle, clockwise to the right.
+        turn_deg: Position on the circle in degrees: 0 is above the centre, clockwise to the right.
     """
-    # Up is away from the middle; the lens points down, toward it.
+    # In this outline up is away from the centre, and the lens points down toward it.
     body = _place_points([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
     lens = _place_points([(-5, 4), (5, 4), (6, 9), (-6, 9)], centre, turn_deg)
     edge = Print.MIDDLE if ghost else Print.INK
@@ -285,7 +286,7 @@ def _draw_camera(canvas: Page, centre: Point, turn_deg: float, *, ghost: bool) -
 
 
 def _place_points(points: Sequence[Point], centre: Point, turn_deg: float) -> list[Point]:
-    """Turn a drawing clockwise about its origin, and put that at a place."""
+    """Rotate a drawing clockwise about its origin, then move the origin to `centre`."""
     angle = math.radians(turn_deg)
     cosine, sine = math.cos(angle), math.sin(angle)
     return [
@@ -296,10 +297,11 @@ def _place_points(points: Sequence[Point], centre: Point, turn_deg: float) -> li
 def draw_curved_arrow(
     canvas: Page, centre: Point, radius: float, arc: tuple[float, float], colour: Colour
 ) -> None:
-    """Draw a thick arc with an arrow head at its end.
+    """Draw a thick arc with an arrowhead at its end.
 
     Args:
-        arc: Turns (from, to), 0 up, clockwise to the right; the second is less for the other way.
+        arc: Start and end turns in degrees, 0 up, clockwise to the right; an end below the start
+            draws the arc counter-clockwise.
     """
     start, stop = arc
     way = 1.0 if stop >= start else -1.0
@@ -312,7 +314,7 @@ def draw_curved_arrow(
 
 
 def draw_lamp(canvas: Page, centre: Point, lamp: SheetLamp) -> None:
-    """Draw a lamp: an amber disc with its letter, or the sun with its rays."""
+    """Draw a lamp as an amber disc with its letter, or the sun with its rays."""
     if lamp.sun:
         for k in range(8):
             ray = [at_turn(centre, reach, 45.0 * k) for reach in (11.5, 15.5)]

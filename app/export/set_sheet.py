@@ -1,4 +1,4 @@
-"""What a set sheet shows, and putting it together from the results of a place."""
+"""The contents of a set sheet, and their assembly from the results of a place."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _SUN_DEG: Final = 4.0
 
 @dataclass(frozen=True, slots=True)
 class SheetLamp:
-    """A light of the place, as marked on plan and panorama.
+    """A light of the place, as marked on the plan and the panorama.
 
     Attributes:
-        azimuth_deg, elevation_deg: In the panorama's frame, deg.
-        share: Of all the light of the place, 0 to 1.
+        azimuth_deg, elevation_deg: Direction in the panorama's frame, in degrees.
+        share: Fraction of all light at the place, 0 to 1.
     """
 
     name: str
@@ -54,20 +54,21 @@ class SheetLamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetSheet:
-    """One page: a style at a place.
+    """One page for a style at a place.
 
     Attributes:
-        turn_deg: From where the photographer stands at the start, deg, positive clockwise seen from
-            above.
-        arc_deg: Tolerance arc (from, to), clockwise, deg.
-        panorama: NDArray[np.uint8], (H, 2 H, 3). SRGB panorama as measured; 2,048 columns or more
+        turn_deg: Turn from the photographer's starting position in degrees, positive clockwise seen
+            from above.
+        arc_deg: Tolerance arc (from, to), clockwise, in degrees.
+        panorama: NDArray[np.uint8], (H, 2 H, 3). sRGB panorama as measured; 2,048 columns or more
             look sharp.
-        front_deg: Panorama azimuth at which the photographer stands at the start, deg.
-        yaw_deg: How far the face turns toward the sitter's own left from the lens, deg.
-        reason: Why the style is out of reach here; None where it is in reach.
-        ratio, glare, flow: Of the picture and the light at this turn; None leaves the line out.
-        draw: Draws target and picture as the screen shows them, (h, w, 3) uint8 sRGB, in rows and
-            columns.
+        front_deg: Panorama azimuth of the photographer's starting position, in degrees.
+        yaw_deg: Turn of the face away from the lens in degrees, positive toward the sitter's own
+            left.
+        reason: Reason why the style is out of reach here, or None if it is in reach.
+        ratio, glare, flow: Readings of the picture and the light at this turn; None omits the line.
+        draw: Function that renders target and picture as on screen, (h, w, 3) uint8 sRGB, at a size
+            given in rows and columns.
     """
 
     title: str
@@ -96,12 +97,12 @@ class SetSheet:
 
     @property
     def nose_deg(self) -> float:
-        """The turn that the nose points to; from the shown whole degrees."""
+        """The turn that the nose points to, from the whole degrees shown."""
         return float(whole(self.turn_deg) - round(self.yaw_deg))
 
     @property
     def visible_lamps(self) -> tuple[SheetLamp, ...]:
-        """The lamps that are drawn: the sun, and up to four with a fair share of the light."""
+        """The lamps drawn: the sun, and up to four others with a noticeable share of the light."""
         fair = [lamp for lamp in self.lamps if lamp.sun or lamp.share >= _LEAST_SHARE]
         return tuple(sorted(fair, key=lambda lamp: not lamp.sun)[:_MOST_LAMPS])
 
@@ -110,7 +111,8 @@ def lamps_of(findings: Findings, sun: tuple[float, float] | None = None) -> tupl
     """Return the lamps of a place as the sheet marks them.
 
     Args:
-        sun: Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
+        sun: Azimuth and elevation of the sun in degrees, if known; a lamp there is labelled as the
+            sun.
     """
     return tuple(
         SheetLamp(
@@ -152,20 +154,24 @@ def assemble(
     findings: Findings | None = None,
     catchlights: tuple[Catchlight, ...] | None = None,
 ) -> SetSheet:
-    """Make the set sheet of a style at a place.
+    """Assemble the set sheet of a style at a place.
 
     Args:
         radiance: NDArray[np.float32], (H, 2 H, 3). Linear Rec. 709 environment as measured.
-        face_picture: The environment around the nose at the turn, as a transport takes it.
-        draw: As in `SetSheet`, after the linear picture of the head here, (N, N, 3).
-        front_deg: Panorama azimuth at which the photographer stands, deg.
-        turn_deg: Another turn than the best one, deg; match and strength are then read between the
-            turns of the grid, and the arc is that of the peak it lies on.
-        sun: Panorama azimuth and elevation of the sun where it is known, deg.
-        findings: The lamps of the place; found in `radiance` by default.
-        catchlights: What the eyes mirror; None where no picture shows it.
+        face_picture: The environment around the nose at the turn, as input for a transport.
+        draw: Function as in `SetSheet`, whose first argument is the linear picture of the head
+            here,
+            (N, N, 3).
+        front_deg: Panorama azimuth of the photographer, in degrees.
+        turn_deg: A turn other than the best one, in degrees. Match and strength are then
+            interpolated
+            between the turns of the grid, and the arc is that of the peak it belongs to.
+        sun: Panorama azimuth and elevation of the sun in degrees, if known.
+        findings: The lamps of the place; by default they are detected in `radiance`.
+        catchlights: The catchlights in the eyes, or None if no picture shows the eyes.
 
-    Raises `CoreError` if the environment is no panorama, or black.
+    Raises:
+        CoreError: If the environment is not a panorama, or is black.
     """
     turn = result.turn_refined_deg if turn_deg is None else turn_deg
     match, strength, arc = _at_turn(result, turn_deg)
@@ -190,7 +196,8 @@ def assemble(
         reason=None if result.attainable else reason_sentence(result.shortfall),
         limit=limit,
         ratio=lighting_ratio(transport, pixels),
-        # The eyes look into the lens; light falls on the face by where the nose points.
+        # The eyes look into the lens, but the nose direction determines how light falls on the
+        # face.
         glare=glare(eyes, facing, sun, light_findings),
         flow=light_flow(eyes, facing - result.yaw_deg),
         made_text=made_text,
@@ -204,7 +211,7 @@ def assemble(
 def _at_turn(
     result: StyleResult, turn_deg: float | None
 ) -> tuple[float, float, tuple[float, float]]:
-    """Read match, strength and arc at a turn."""
+    """Return the match, strength and arc at a turn."""
     if turn_deg is None:
         return result.match, result.strength, result.arc_deg
     match, strength = (

@@ -1,7 +1,7 @@
-"""Colours of the sheets, and the small drawings that they share.
+"""Colours of the sheets, and small drawings shared by them.
 
-Every surface is neutral (equal red, green and blue), so that the tone of pictures can be judged
-on it. Amber means light and turn and nothing else.
+Every surface is neutral (equal red, green and blue), so that the tones of pictures can be judged
+against it. Amber is reserved for light and turns.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from app.words.phrases.turns import signed
 
 
 class Dark:
-    """The dark theme of the window, for what is looked at on screens."""
+    """Dark theme of the window, for sheets viewed on a screen."""
 
     BG: Final[Colour] = (0x16, 0x16, 0x16)
     PANEL: Final[Colour] = (0x1E, 0x1E, 0x1E)
@@ -29,7 +29,7 @@ class Dark:
 
 
 class Print:
-    """A printed page: ink on white paper."""
+    """Colours of a printed page: ink on white paper."""
 
     PAPER: Final[Colour] = (0xFF, 0xFF, 0xFF)
     INK: Final[Colour] = (0x1A, 0x1A, 0x1A)
@@ -45,7 +45,7 @@ class Print:
 
 
 def draw_tag(canvas: Page, place: Point, text: str) -> None:
-    """Draw white words on a dark tag, 22 high, its upper left corner at `place`."""
+    """Draw white text on a dark tag, 22 px high, with its upper left corner at `place`."""
     canvas.panel((*place, text_width(text, 12, 500) + 16.0, 22.0), Dark.TAG, 4.0)
     canvas.text((place[0] + 8.0, place[1] + 15.5), text, 12, 500, Dark.ON_TAG)
 
@@ -53,11 +53,11 @@ def draw_tag(canvas: Page, place: Point, text: str) -> None:
 def draw_logo(
     canvas: Page, centre: Point, radii: tuple[float, float, float], colours: tuple[Colour, Colour]
 ) -> None:
-    """Draw a head lit from one side: half a disc of light in a ring.
+    """Draw the logo, a head lit from one side: a half disc of light in a ring.
 
     Args:
-        radii: Of the ring, outside and inside, and of the disc.
-        colours: Of the ring and of the ground.
+        radii: Outer and inner radius of the ring, and radius of the disc, in logical pixels.
+        colours: Colours of the ring and of the background.
     """
     canvas.dot(centre, radii[0], colours[0])
     canvas.dot(centre, radii[1], colours[1])
@@ -65,11 +65,11 @@ def draw_logo(
 
 
 def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
-    """Draw turns from -180 to 180 over a panorama; the outermost two stay inside its ends.
+    """Draw turns from -180 to 180 over a panorama; the two end labels stay inside its edges.
 
     Args:
-        zero: What is written at turn 0.
-        colours: Of the ticks, and of all numbers but that at 0.
+        zero: Label at turn 0.
+        colours: Colours of the ticks, and of all numbers except the one at 0.
     """
     x, top, width, _ = box
     for degrees in range(-180, 181, 15):
@@ -84,7 +84,7 @@ def draw_scale(canvas: Page, box: Box, zero: str, colours: tuple[Colour, Colour]
 
 
 def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
-    """Draw a number of a scale; both its ends are written with their sign, inside it."""
+    """Draw a number of a scale; the labels of both ends keep their sign and stay inside."""
     ends: dict[int, Anchor] = {-180: "left", 180: "right"}
     text = "−180°" if degrees == -180 else signed(degrees)
     canvas.text(at, text, 12, 400, colour, ends.get(degrees, "middle"))
@@ -93,11 +93,11 @@ def draw_degrees(canvas: Page, at: Point, degrees: int, colour: Colour) -> None:
 def draw_meter(
     canvas: Page, box: Box, match: float, limit: float, colours: tuple[Colour, Colour, Colour]
 ) -> None:
-    """Draw a bar of 100 with a tick at the limit, which stands out 3 px above and below.
+    """Draw a bar of length 100 with a tick at the limit, which extends 3 px above and below.
 
     Args:
-        match: 0 to 100; outside it is clipped.
-        colours: Of the bar, of what it runs in, and of the ground.
+        match: Match from 0 to 100; other values are clipped to this range.
+        colours: Colours of the bar, of its track, and of the background.
     """
     x, y, width, height = box
     colour, track, ground = colours

@@ -1,1 +1,1 @@
-"""Every sentence about a result, at the length that is asked for; it knows core's data only."""
+"""Sentences about results, at several lengths; this package depends only on data from the core."""

@@ -1,4 +1,4 @@
-"""What each number on a screen means: one table for the window, its help, and the manual."""
+"""The meaning of each number on screen, in one table for the window, its help and the manual."""
 
 from __future__ import annotations
 
@@ -40,5 +40,5 @@ EXPLANATIONS: Final = {
         "On the left is the style in the studio, on the right this place at the best "
         "turn. Amber marks that turn; the number and bar show the match.")),
 }
-"""Title and words of each."""
+"""Title and explanation of each number, by key."""
 # fmt: on

@@ -1,4 +1,4 @@
-"""The words of a `Guide`: what to do while one turns, to read and to hear."""
+"""The text of a `Guide`: instructions while someone turns, to read and to hear."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from app.core.text import tr
 from app.words.phrases import turns
 from app.words.phrases.directions import lens_words, nose_words, sitter_words
 
-# There; nearly; and before it. One number at a time: how far it is stands in large type already.
+# In order: on target, nearly there, before. Only one number at a time, as large type already shows
+# the distance.
 _IN_LIGHT: Final = (
     tr("You are in the light"),
     tr("Nearly in the light"),
@@ -34,7 +35,7 @@ DIRECTIONS: Final[dict[Direction, str]] = {
     "counter-clockwise": turns.direction_words(-1.0),
     "none": "",
 }
-"""The direction beside a number; empty where there is none to go."""
+"""Direction shown beside a number; empty if there is none."""
 _NOSE_TO: Final = {
     Mode.WALK: (tr("nose to their left"), tr("nose to their right")),
     Mode.SELFIE: (tr("nose to your left"), tr("nose to your right")),
@@ -51,17 +52,19 @@ _TROUBLE_LINES: Final = {**_TROUBLE, Phase.LEFT: tr("The camera has not moved.")
 
 @dataclass(frozen=True, slots=True)
 class GuideWords:
-    """All that the guidance says, ready to print.
+    """The text of the guidance, ready to show.
 
     Attributes:
-        number_words: What stands beside the large number: "to go" or "back"; empty where it is the
-            whole turn.
-        headline: The direction in large type, "You are in the light", "Hold it", or what is wrong.
-        walk, company: "Walk to your left", "The sitter turns with you."; empty where nothing is to
-            be done.
-        light: The pill: "Not in the light yet", "You are in the light", "Too far".
-        spoken: The same for the ear.
-        sitter: What is to be done about the nose; empty where it is to point to the lens.
+        number_words: Text beside the large number, "to go" or "back"; empty if the number is the
+            whole
+            turn.
+        headline: The direction in large type, "You are in the light", "Hold it", or the problem.
+        walk, company: Instructions such as "Walk to your left" and "The sitter turns with you.";
+            empty
+            if there is nothing to do.
+        light: The status pill: "Not in the light yet", "You are in the light", "Too far".
+        spoken: The instruction as spoken text.
+        sitter: Instruction about the nose; empty if the nose should point at the lens.
     """
 
     number_words: str = ""
@@ -74,11 +77,11 @@ class GuideWords:
 
 
 def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> GuideWords:
-    """Write what to do.
+    """Return the instructions for a guidance state.
 
     Args:
         mode: Who moves.
-        missing: Why there is no heading, "No webcam" by default.
+        missing: Reason why there is no heading, "No webcam" by default.
     """
     if guidance.phase in _TROUBLE:
         sentence = _TROUBLE[guidance.phase]
@@ -89,12 +92,12 @@ def guide_words(guidance: Guide, mode: Mode = Mode.WALK, missing: str = "") -> G
 
 
 def trouble_line(phase: Phase) -> str:
-    """Write what is wrong where the heading is lost, in one sentence; empty where it is not."""
+    """Describe in one sentence why the heading is lost; return "" if it is not."""
     return _TROUBLE_LINES.get(phase, "")
 
 
 def arc_words(guidance: Guide) -> str:
-    """Name what the arc of the goal is; empty without one."""
+    """Name the arc of the goal; return "" if it has none."""
     if not guidance.has_arc:
         return ""
     return tr("right for the lamp") if guidance.lamp else tr("in the light")
@@ -103,7 +106,7 @@ def arc_words(guidance: Guide) -> str:
 def _turning(guidance: Guide, mode: Mode) -> GuideWords:
     walk, company = ("", "") if guidance.hold else turns.walking_words(guidance.direction, mode)
     direction, number_words = DIRECTIONS[guidance.direction], tr("to go")
-    # A goal without an arc, of a style out of reach or one's own, is no light to be in.
+    # A goal without an arc, such as a style out of reach or a custom turn, has no light to be in.
     here, near, before = _IN_LIGHT if guidance.has_arc else _AT_GOAL
     if guidance.lamp:
         here, near, before = _FOR_LAMP
@@ -134,7 +137,7 @@ def _turning(guidance: Guide, mode: Mode) -> GuideWords:
 
 
 def _by_eye(guidance: Guide, mode: Mode, missing: str) -> GuideWords:
-    """Write the whole turn at once."""
+    """Return the instructions for the whole turn at once, without a heading."""
     to_go = whole(guidance.goal - guidance.start)
     walk, company = turns.walking_words(guidance.direction, mode)
     goal = turns.goal_words(to_go, guidance.start)
@@ -146,26 +149,26 @@ def _by_eye(guidance: Guide, mode: Mode, missing: str) -> GuideWords:
 
 
 def _with_sitter(words: GuideWords, guidance: Guide, mode: Mode) -> GuideWords:
-    """Add where one stands beside the sitter's nose, and what they do with it."""
+    """Add the instructions for the sitter's nose."""
     yaw, sitter, company = guidance.yaw, _for_sitter(guidance, mode), words.company
     if company and yaw and mode is Mode.WALK:
         company = f"{lens_words(yaw)}."
     company = "\n".join(part for part in (company, sitter) if part)
     spoken = [words.spoken]
     if yaw and guidance.nose is None and (guidance.inside or guidance.now is None):
-        # Before the picture is taken; where all stands at once, last.
+        # Shown before the photo is taken; the line for when everything is in place comes last.
         spoken.insert(0 if guidance.inside else 1, sitter)
     return replace(words, company=company, sitter=sitter, spoken=" ".join(spoken))
 
 
 def _for_sitter(guidance: Guide, mode: Mode) -> str:
-    """Write what the sitter does with the nose, or how far it is off."""
+    """Describe what the sitter should do with the nose, or how far off it is."""
     if not guidance.yaw:
         return ""
     off, wrong = guidance.nose, guidance.phase is Phase.NOSE
     if off is not None and not wrong:
         return f"{nose_words(off if abs(off) > NOSE_DEG else 0, mode)}."
-    # How far it is stands in large type already.
+    # Large type already shows the distance.
     words = sitter_words(guidance.further if wrong else guidance.yaw, mode, further=wrong)
     words = _STILL if wrong and not guidance.further else words
     return f"“{words}.”" if mode is Mode.WALK else f"{words}."

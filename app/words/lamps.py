@@ -1,4 +1,4 @@
-"""Lamps: their names and powers, the studio's lamps, a lamp's capture and what it is added to."""
+"""Text about lamps: names, powers, the studio's lamps, capture, and comparison with a place."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ SIZE_CHOICES: Final = {
     else tr("Standard studio lamps")
     for key in SIZE_KEYS
 }
-"""Sizes of the studio's lamps that are offered, by key."""
+"""Lamp sizes offered for the studio, by key."""
 
 RATIO_CHOICES: Final = {key: tr("Unchanged") if key == "none" else key for key in RATIO_KEYS}
-"""Lighting ratios of the studio that are offered, by key."""
+"""Lighting ratios offered for the studio, by key."""
 
 GUIDE: Final = (
     tr(
@@ -60,7 +60,7 @@ GUIDE: Final = (
         "brightness is comparable."
     ),
 )
-"""How to capture a lamp, step by step."""
+"""Steps for capturing a lamp."""
 
 _PARTS: Final = {
     LampPart.NAME: tr("its name"),
@@ -73,12 +73,12 @@ _PARTS: Final = {
 
 
 def lamp_title(name: str, title: str = "") -> str:
-    """Name a lamp: by its own title, or by that of its kind."""
+    """Return a lamp's own title, or else the title of its kind."""
     return title or _KINDS.get(name, name)
 
 
 def power_words(power: float, kind: str = "") -> str:
-    """Write at which power a lamp is held, as its own display does.
+    """Format a lamp's power as its own display shows it.
 
     Examples:
         >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
@@ -91,7 +91,7 @@ def power_words(power: float, kind: str = "") -> str:
 
 
 def power_share(power: float, kind: str = "") -> str:
-    """Format a power as a share of full power: "full" or "1/8".
+    """Format a power as a fraction of full power: "full" or "1/8".
 
     Examples:
         >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
@@ -102,7 +102,7 @@ def power_share(power: float, kind: str = "") -> str:
 
 
 def stops_down(power: float, kind: str = "") -> str:
-    """Write by how much a lamp is turned down; empty at full power.
+    """Format how many stops a lamp is turned down; empty at full power.
 
     Examples:
         >>> stops_down(0.125), stops_down(0.5), stops_down(1.0)
@@ -125,12 +125,12 @@ def studio_words(studio: Studio) -> str:
 
 
 def comparison_words(comparison: Comparison) -> str:
-    """Write why a lamp's light cannot be added to a place's, and what to do; empty where it can."""
+    """Explain why a lamp's light cannot be added to a place, and what to do; empty if it can."""
     return " ".join(filter(None, (comparison_sentence(comparison), _hint(comparison))))
 
 
 def comparison_sentence(comparison: Comparison) -> str:
-    """Write the first sentence of it, or that two cameras differ."""
+    """Return the first sentence of `comparison_words`, or a note that two cameras differ."""
     title = comparison.title
     if comparison.unknown is Unknown.LAMP:
         return tr(
@@ -173,7 +173,7 @@ def _hint(comparison: Comparison) -> str:
 
 
 def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
-    """Write what is doubtful about a lamp that was found in its capture."""
+    """List the doubts about a lamp detected in its capture."""
     warnings = []
     if mask is not None and mask.in_lit_room:
         warnings.append(
@@ -196,7 +196,7 @@ def mask_warnings(mask: LampMask | None) -> tuple[str, ...]:
 
 
 def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
-    """Write what was left out where a lamp was found in its capture."""
+    """List the areas excluded when a lamp was detected in its capture."""
     if mask is None or not mask.rejected:
         return ()
     return (
@@ -209,7 +209,7 @@ def mask_notes(mask: LampMask | None) -> tuple[str, ...]:
 
 
 def damage_words(damage: LampDamage) -> str:
-    """Write which part of a lamp's text is lost."""
+    """Name the part of a lamp's text file that is lost."""
     parts = ", ".join(_PARTS[part] for part in damage.parts)
     if not parts:
         parts = tr("its description") if damage.error is None else damage.error.message

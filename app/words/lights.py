@@ -1,4 +1,4 @@
-"""The one place for the names of light sources, and for their shares of the light."""
+"""Names of light sources, and their shares of the light."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAMES: Final[dict[Source, str]] = {
     "above": tr("Sky or ceiling"),
     "area": tr("Bright area"),
 }
-"""In a list."""
+"""Names for lists."""
 
 MIRRORED: Final[dict[Source, str]] = {
     "sun": tr("the sun"),
@@ -30,7 +30,7 @@ MIRRORED: Final[dict[Source, str]] = {
     "above": tr("the sky or ceiling"),
     "area": tr("a bright area"),
 }
-"""As what an eye mirrors."""
+"""Names for reflections in an eye."""
 
 CLIPPED: Final[dict[Source, str]] = {
     "sun": tr("The sun {where} ({id}) is clipped."),
@@ -55,7 +55,7 @@ STILL_CLIPPED: Final[dict[Source, str]] = {
 
 
 def share_words(share: float, clipped: bool = False) -> str:
-    """Write how much of the light a lamp sends.
+    """Format a lamp's share of the light.
 
     Examples:
         >>> share_words(0.64), share_words(0.004), share_words(0.648, clipped=True)

@@ -1,9 +1,9 @@
-"""Why a style is out of reach, or only nearly in reach: the sentences of `Shortfall`.
+"""Reasons why a style is out of reach or only nearly in reach: sentences for `Shortfall`.
 
-They have no full stop, and these lengths:
+They have no full stop and come in these lengths:
 
 * sentence: the cause with its numbers, for tables, sheets and tool tips;
-* line: the cause, for a row that shows match or contrast beside it;
+* line: the cause, for a row with match or contrast beside it;
 * card: short enough for a card;
 * spoken: a clause for screen readers.
 """
@@ -62,7 +62,7 @@ _OBSTACLES: Final = {
 
 
 def reason_sentence(shortfall: Shortfall | None) -> str:
-    """Write the cause with its numbers; empty without a shortfall.
+    """Describe the cause with its numbers; empty without a shortfall.
 
     Examples:
         >>> reason_sentence(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))
@@ -81,7 +81,7 @@ def reason_sentence(shortfall: Shortfall | None) -> str:
 
 
 def reason_line(shortfall: Shortfall | None) -> str:
-    """Write the cause without its numbers, which are shown beside it.
+    """Describe the cause without its numbers, for use beside them.
 
     Examples:
         >>> reason_line(LightShortfall(Cause.NO_LIGHT, "match", 14.3, 45.0, Origin.BELOW))
@@ -97,7 +97,7 @@ def reason_line(shortfall: Shortfall | None) -> str:
 
 
 def reason_card(shortfall: Shortfall | None) -> str:
-    """Write the cause, short enough for a card.
+    """Describe the cause briefly, for a card.
 
     Examples:
         >>> reason_card(LightShortfall(Cause.ONE_LAMP, "match", 14.3, 45.0, Origin.BELOW))
@@ -115,7 +115,7 @@ def reason_card(shortfall: Shortfall | None) -> str:
 
 
 def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
-    """Write that a style is out of reach, and why, as a clause for screen readers.
+    """State that a style is out of reach and why, as a clause for screen readers.
 
     Examples:
         >>> out_of_reach_spoken(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
@@ -125,7 +125,7 @@ def out_of_reach_spoken(shortfall: Shortfall | None) -> str:
 
 
 def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
-    """Write that a style is out of reach, and why, with a full stop.
+    """State that a style is out of reach and why, with a full stop.
 
     Examples:
         >>> out_of_reach_sentence(LightShortfall(Cause.EVEN, "match", 14.3, 45.0))
@@ -136,17 +136,17 @@ def out_of_reach_sentence(shortfall: Shortfall | None) -> str:
 
 
 def nearly_sentence(shortfall: Shortfall) -> str:
-    """Write that a style is only nearly in reach, and why."""
+    """State that a style is only nearly in reach, and why."""
     return tr("Nearly. {what}", what=reason_sentence(shortfall))
 
 
 def nearly_card(shortfall: Shortfall) -> str:
-    """Write that a style is only nearly in reach, and why, for a card."""
+    """State that a style is only nearly in reach, and why, for a card."""
     return tr("Nearly. {what}", what=reason_card(shortfall))
 
 
 def too_soft_words(contrast: float, least: float) -> str:
-    """Write that light is too soft.
+    """State that the light is too soft.
 
     Examples:
         >>> too_soft_words(12.3, 20.0)
@@ -160,7 +160,7 @@ def too_soft_words(contrast: float, least: float) -> str:
 
 
 def too_soft_card(contrast: float, least: float) -> str:
-    """Write that light is too soft, for a narrow card.
+    """State that the light is too soft, for a narrow card.
 
     Examples:
         >>> too_soft_card(12.3, 20.0)
@@ -171,7 +171,7 @@ def too_soft_card(contrast: float, least: float) -> str:
 
 
 def grade_words(grade: str | None, attainable: bool) -> str:
-    """Return the word for a grade; without one, whether the style is in reach.
+    """Return the word for a grade, or whether the style is in reach if it has no grade.
 
     Examples:
         >>> grade_words("nearly", True), grade_words(None, False)
@@ -209,7 +209,7 @@ def _areas(shortfall: AreaShortfall, words: str) -> str:
 
 
 def _stops(value: float, limit: float, sign: Literal["", "+"] = "") -> str:
-    """Round away from the limit, so that a value outside never reads as the limit.
+    """Format stops rounded away from the limit, so that a value outside never reads as the limit.
 
     Examples:
         >>> _stops(0.31, 0.6), _stops(-1.66, 0.0), _stops(1.98, 2.0), _stops(-0.01, 0.6)
@@ -230,7 +230,7 @@ def _with_place(shortfall: LightShortfall, words: str) -> str:
 
 
 def _number(shortfall: LightShortfall) -> str:
-    """Round down, so that a number under its limit never reads as the limit."""
+    """Format a number rounded down, so that one under its limit never reads as the limit."""
     if shortfall.measure == "contrast":
         return tr("contrast {contrast}", contrast=contrast_words(shortfall.value))
     return tr("match {value} of 100", value=max(math.floor(shortfall.value), 0))

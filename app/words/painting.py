@@ -1,4 +1,4 @@
-"""The words about what is painted."""
+"""Sentences about paintings."""
 
 from __future__ import annotations
 
@@ -14,5 +14,5 @@ _ADVICE: Final = {
 
 
 def advice_words(advice: Advice | None) -> str:
-    """Write what a canvas still needs; empty for nothing."""
+    """Describe what a canvas still needs, or return ""."""
     return "" if advice is None else _ADVICE[advice]

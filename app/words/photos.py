@@ -1,4 +1,4 @@
-"""What there is to say of a photo that was looked for in a place, and of a place measured again."""
+"""Sentences about locating a photo in a place, and about measuring a place again."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from app.core.text import tr
 from app.words.phrases.turns import direction_words
 
 PHOTO_FILTER: Final = tr("Photos") + f" (*{' *'.join(sorted(PHOTO_ENDINGS))})"
-"""Photos, as a dialog for files offers them."""
+"""File filter for photos in file dialogs."""
 
 
 def photo_warnings(search: PhotoSearch) -> list[str]:
-    """Write what the photographer should know about a photo that was looked for."""
+    """List the warnings about locating a photo."""
     if search.stated_deg is None:
         return []
     fov_deg = search.heading.fov_deg
@@ -38,7 +38,7 @@ def photo_warnings(search: PhotoSearch) -> list[str]:
 
 
 def registration_words(registered: Registration) -> str:
-    """Write how a second capture lies on the first, and what was carried over."""
+    """Describe how a second capture aligns with the first, and which settings were carried over."""
     if not registered.trusted:
         return tr(
             "This looks like a different spot, so nothing was carried over. Drag the "

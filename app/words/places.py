@@ -1,4 +1,4 @@
-"""The words of a place's folder and files: what was lost of it, and what became of it."""
+"""Sentences about a place's folder and files: losses and changes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _PARTS: Final = {
 
 
 def trouble_words(trouble: Remark) -> str:
-    """Write what is wrong with a place, for a list of places."""
+    """Describe a problem with a place, for a list of places."""
     return sentence_of(_TROUBLES if type(trouble) in _TROUBLES else SENTENCES, trouble)
 
 
@@ -120,7 +120,7 @@ SENTENCES: Final[Sentences] = {
     LightMissing: tr("The light of this place is missing. Capture here again."),
     PhotosLost: _photos_lost,
 }
-"""By remark: its sentence with the names of its fields, or what writes it."""
+"""Sentence with field names, or function that returns it, for each type of remark."""
 _TROUBLES: Final[Sentences] = {
     Unfinished: tr("This place is not finished. Everything captured so far is saved."),
     PartLost: _damage,

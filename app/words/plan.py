@@ -1,4 +1,4 @@
-"""The words of the walk from above: the name of every mark, and the whole read aloud."""
+"""Text of the plan from above: labels of the marks, and a description for screen readers."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from app.words.phrases.directions import direction_words, lens_words
 
 @dataclass(frozen=True, slots=True)
 class PlanWords:
-    """What is written on a plan.
+    """Text of a plan.
 
     Attributes:
-        labels: Of its marks, in their order; empty where a mark needs none.
-        description: For a screen reader.
+        labels: Labels of the marks in their order; empty for a mark without one.
+        description: Description for a screen reader.
     """
 
     title: str = ""
@@ -26,10 +26,10 @@ class PlanWords:
 
 
 def plan_words(plan: PlanDrawing, step: str = "") -> PlanWords:
-    """Write the words of a plan.
+    """Return the text of a plan.
 
     Args:
-        step: What to do, as the guidance says it.
+        step: The current instruction of the guidance.
     """
     labels = tuple(_label(mark, plan) for mark in plan.marks)
     parts = [lens_words(plan.yaw_deg) if plan.yaw_deg else "", step]

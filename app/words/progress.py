@@ -1,4 +1,4 @@
-"""The words of a `Progress`: what long work does at the moment, without a full stop."""
+"""Text of a `Progress`: the current step of a long task, without a full stop."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SORTING_NAMED: Final = tr("Sorting the shadows of {name}")
 
 
 def progress_words(progress: Progress | str) -> str:
-    """Name a task; a phrase that devices and instruments report stays as it is.
+    """Name a task; a phrase reported by a device is returned unchanged.
 
     Examples:
         >>> progress_words(Progress(Task.COPYING, number=2, count=3)), progress_words("Filming")

@@ -1,4 +1,4 @@
-"""The sentence of every remark, for window, commands and sheets alike."""
+"""Sentences for all remarks, shared by the window, commands and sheets."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ SENTENCES: Final[Sentences] = {
     PlainRemark: "{sentence}",
     **{kind: entry for table in _TABLES for kind, entry in table.items()},
 }
-"""By remark: its sentence with the names of its fields, or what writes it."""
+"""Sentence with field names, or function that returns it, for each type of remark."""
 
 
 def remark_words(remark: Remark) -> str:
-    """Write a remark.
+    """Return the text of a remark.
 
     Examples:
         >>> remark_words(PlainRemark("The battery is low."))
@@ -35,5 +35,5 @@ def remark_words(remark: Remark) -> str:
 
 
 def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:
-    """Write remarks, one sentence or two for each, in their order."""
+    """Return the text of remarks in their order, one or two sentences each."""
     return tuple(remark_words(each) for each in remarks)

@@ -1,4 +1,4 @@
-"""How a table of sentences is written and read: the sentence of each kind of remark."""
+"""Tables that map each type of remark to its sentence."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 from app.core.base.remarks import Remark
 
 Sentences: TypeAlias = Mapping[type[Remark], str | Callable[[Any], str]]
-"""By remark: a sentence with the names of its fields in braces, or a function that writes it."""
+"""By type of remark: a sentence with field names in braces, or a function that returns it."""
 
 
 def sentence_of(sentences: Sentences, remark: Remark) -> str:
-    """Write a remark by its entry in a table."""
+    """Return a remark's sentence from a table."""
     entry = sentences[type(remark)]
     if not isinstance(entry, str):
         return entry(remark)

@@ -1,4 +1,4 @@
-"""The settings: titles, explanations and values as the dialog shows them, and what was lost."""
+"""Text of the settings: titles, explanations and values in the dialog, and losses on reading."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ SECTIONS: Final = {
     "files": tr("Files"),
     "remembered": tr("Remembered"),
 }
-"""Headings of the dialog, in its order; the last is not shown."""
+"""Headings of the dialog in its order; the last is hidden."""
 
 
 class SettingWords(NamedTuple):
-    """The words of one setting.
+    """Text of one setting.
 
     Attributes:
-        choices: Of its values, by value.
-        empty_means: What an empty text stands for.
-        also: Other words by which somebody may look for it.
+        choices: Labels of the values, by value.
+        empty_means: Meaning of an empty text.
+        also: Further search terms.
     """
 
     title: str
@@ -187,32 +187,32 @@ WORDS: Final = {
         tr("Tour seen"), tr("Switch off to show the tour at the next start.")
     ),
 }
-"""By key."""
+"""Text of each setting, by key."""
 
 
 def title(entry: Setting) -> str:
-    """Give the label of a setting."""
+    """Return the label of a setting."""
     return WORDS[entry.key].title
 
 
 def explanation(entry: Setting) -> str:
-    """Give the sentence under a setting."""
+    """Return the explanation under a setting."""
     return WORDS[entry.key].explanation
 
 
 def choices(entry: Setting) -> tuple[tuple[str, str], ...]:
-    """Give the values of a choice with their words; empty where the program offers others."""
+    """Return the values of a choice with their labels; empty if the program supplies them."""
     words = WORDS[entry.key].choices
     return tuple((value, words[value]) for value in entry.choices)
 
 
 def empty_means(entry: Setting) -> str:
-    """Say what an empty text stands for."""
+    """Return the meaning of an empty text."""
     return WORDS[entry.key].empty_means
 
 
 def search_words(entry: Setting) -> str:
-    """Give all words by which a setting is found."""
+    """Return all search terms of a setting."""
     words = (title(entry), SECTIONS[entry.section], explanation(entry), WORDS[entry.key].also)
     return " ".join((*words, *(name for _, name in choices(entry))))
 
@@ -228,13 +228,13 @@ def value_words(entry: Setting, value: Value) -> str:
         return tr("on") if value else tr("off")
     if isinstance(value, str):
         return dict(choices(entry)).get(value, value) or empty_means(entry)
-    # Rounded only to be shown; an exact whole number is written without a point.
+    # Rounded only for display; whole numbers are shown without a decimal point.
     digits = f"{value:.2f}".rstrip("0").rstrip(".").replace("-", "−")
     return digits + ("" if entry.unit in ("", "°", "×", "%") else " ") + entry.unit
 
 
 def takes(entry: Setting) -> str:
-    """Say which values a setting takes."""
+    """Describe the values that a setting accepts."""
     name = title(entry)
     if entry.kind == "toggle":
         return tr("“{title}” must be on or off.", title=name)
@@ -252,7 +252,7 @@ def takes(entry: Setting) -> str:
 
 
 def note_words(note: SettingsNote) -> str:
-    """Write what was lost when the settings were read."""
+    """Describe what was lost when the settings were read."""
     if note.copy is not None:
         return tr("The original file was saved as {name}.", name=note.copy.name)
     if note.entry is not None:

@@ -1,4 +1,4 @@
-"""The words of a style: its side or place, its full title, and how certain its turn is."""
+"""Text of a style: its side or position, its full title, and the certainty of its turn."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from app.words.phrases.directions import face_direction_words, place_words
 
 
 def side_words(style: Style | UserStyle) -> str:
-    """Write the side, named twice, or the place of a style's lamps: "from overhead"."""
+    """Return the side, named twice, or the position of a style's lamps: "from overhead"."""
     return place_words(style.side, style.place)
 
 
 def full_title(style: Style) -> str:
-    """Write a title that tells left from right: "Loop, sitter’s left (camera right)"."""
+    """Return a title that distinguishes left from right: "Loop, sitter’s left (camera right)"."""
     return f"{style.title}, {side_words(style)}" if style.side != "none" else style.title
 
 
 def caution_words(style: str) -> str | None:
-    """Write that a style's turn is less certain, without a full stop; None where it is not."""
+    """State that a style's turn is less certain, without a full stop, or return None."""
     spread_deg = spread_of(style)
     if spread_deg is None:
         return None
@@ -32,16 +32,16 @@ def caution_words(style: str) -> str | None:
 
 
 def photo_title(name: str) -> str:
-    """Name a style that is made after a photo."""
+    """Return the title of a style created from a photo."""
     return tr("Like {name}", name=name)
 
 
 def photo_note(lamps: tuple[StyleLamp, ...], *, read: bool = True) -> str:
-    """Write where a key stands, how large it is, and how much fill there is.
+    """Describe the position and size of a key, and the amount of fill.
 
     Args:
-        lamps: The key, and last a fill where there is one.
-        read: Whether all of it was read from a photo, and not set by hand since.
+        lamps: The key, followed by a fill if there is one.
+        read: Whether all values were read from a photo and not edited since.
     """
     key = lamps[0]
     lamp = {

@@ -1,4 +1,4 @@
-"""What a place can do for a style: verdict, likeness to others, doubts, and the card read aloud."""
+"""What a place offers for a style: verdict, similar styles, doubts, and the card as speech."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from app.words.phrases.quantities import contrast_words
 from app.words.phrases.turns import turn_words
 from app.words.styles import side_words
 
-_UNLIKE: Final = 10  # of 100: a match under it is no likeness at all
+_UNLIKE: Final = 10  # of 100; a lower match does not count as similarity
 _SPOKEN_SIDES: Final = {
     "left": tr("light from the sitter’s left, camera right"),
     "right": tr("light from the sitter’s right, camera left"),
 }
-# What a card has room for beside its number: its side, and what its picture is close to.
+# Text for the card beside its number: the side, and the style that the picture is close to.
 _LIKE: Final = {
     "left": tr("sitter’s left; like {style}"),
     "right": tr("sitter’s right; like {style}"),
@@ -47,12 +47,12 @@ def whole_of(value: float) -> int:
 
 
 def quality_words(value: float) -> str:
-    """Write C, rounded down, so that a value under the limit never reads as the limit."""
+    """Format C rounded down, so that a value under the limit never reads as the limit."""
     return f"{math.floor(value)}".replace("-", "−")
 
 
 def numbers_words(match: float, quality: float | None) -> str:
-    """Write match, and C where that decides, as cards and plots say them."""
+    """Format the match, and C if it decides, as on cards and plots."""
     if quality is None:
         return tr("match {match}", match=str(whole_of(match)))
     return tr(
@@ -63,7 +63,7 @@ def numbers_words(match: float, quality: float | None) -> str:
 
 
 def verdict_sentence(result: StyleResult) -> str:
-    """Write the best that a place can do for a style out of reach.
+    """Describe the best match that a place allows for a style out of reach.
 
     Returns:
         "Best match here is 29 at 62° counter-clockwise. The limit is 45."
@@ -92,7 +92,7 @@ def verdict_sentence(result: StyleResult) -> str:
 
 
 def paper_verdict(quality: float) -> str:
-    """Write the same by the paper's rule."""
+    """Describe the best result that a place allows by the paper's rule."""
     return tr(
         "The largest C here is {best}. The limit is {limit}.",
         best=quality_words(quality),
@@ -101,7 +101,7 @@ def paper_verdict(quality: float) -> str:
 
 
 def paper_quality(quality: float) -> str:
-    """Write the largest C beside its limit."""
+    """Format the largest C with its limit."""
     return tr(
         "Largest C {quality}, limit {limit:.0f}",
         quality=quality_words(quality),
@@ -110,18 +110,18 @@ def paper_quality(quality: float) -> str:
 
 
 def ours_words(result: StyleResult) -> str:
-    """Write our grade beside the paper's rule."""
+    """Format our grade for display beside the paper's rule."""
     return tr("Ours: {grade}", grade=grade_words(result.grade, result.attainable))
 
 
 def ours_card(result: StyleResult, side: str) -> str:
-    """The same for a card, with the side."""
+    """Format our grade and the side, for a card."""
     grade = grade_words(result.grade, result.attainable)
     return _OURS.get(side, tr("Ours: {grade}")).format(grade=grade)
 
 
 def rules_words(disagreements: int, count: int) -> str:
-    """Write on how many styles the paper's rule and ours disagree."""
+    """Describe on how many styles the paper's rule and ours disagree."""
     return tr(
         "The paper’s rule and ours disagree on {count} of {all} styles.",
         count=disagreements,
@@ -130,23 +130,23 @@ def rules_words(disagreements: int, count: int) -> str:
 
 
 def close_to(title: str) -> str:
-    """Write which style a picture is close to."""
+    """Name the style that a picture is close to."""
     return tr("Close to {style}", style=title)
 
 
 def close_to_card(title: str, side: str) -> tuple[str, str]:
-    """The same for a card, with the side, and for a narrow card."""
+    """Name the style that a picture is close to, with the side, for a normal and a narrow card."""
     return _LIKE[side].format(style=title), _LIKE_BRIEF[side].format(style=title)
 
 
 def near_words(
     result: StyleResult, title: str, more_like: str = "", same: Sequence[str] = ()
 ) -> list[str]:
-    """Write in what respect a style in reach comes only near.
+    """Describe in what respects a style in reach falls short of its target.
 
     Args:
-        title: Of the style.
-        more_like: Title of the style that its picture rather shows; empty where there is none.
+        title: Title of the style.
+        more_like: Title of the style that its picture resembles more; empty if there is none.
         same: Titles of styles that have the same picture.
     """
     lines = []
@@ -160,17 +160,17 @@ def near_words(
 
 
 def reads_as(title: str) -> str:
-    """Write which style a picture rather shows, for the card of another one."""
+    """Name the style that a picture resembles more, for the card of another style."""
     return tr("Reads as {style}", style=title)
 
 
 def same_picture(titles: Sequence[str]) -> str:
-    """Write which styles have the same picture."""
+    """Name the styles that have the same picture."""
     return tr("Same picture as {styles}", styles=", ".join(titles))
 
 
 def gain_words(gain: Gain, match: float) -> str:
-    """Write what turning the face aside would gain over a match."""
+    """Describe the gain in match from turning the face away from the lens."""
     return tr(
         "{light}, {aside}: match {match} instead of {now}",
         light=LENS_CHOICES[gain.lighting],
@@ -181,7 +181,7 @@ def gain_words(gain: Gain, match: float) -> str:
 
 
 def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
-    """Write why an answer is doubtful; empty where it is not."""
+    """Explain why an answer is doubtful; empty if it is not."""
     if clipped and unseen:
         return tr("Doubtful: depends on clipped light and on gaps.")
     if clipped:
@@ -192,7 +192,7 @@ def doubt_words(*, clipped: bool, unseen: bool, rough: bool) -> str:
 
 
 def own_lamps_words(studio: Studio) -> str:
-    """Write that a style keeps its own lamps, since a studio's would not show it."""
+    """State that a style keeps its own lamps, since the studio's would not show it."""
     return tr(
         "Shown with its own lamps: lamps of {lamps} would not show it.", lamps=studio_words(studio)
     )
@@ -206,12 +206,12 @@ def spoken_words(
     *,
     within: bool = False,
 ) -> str:
-    """Write a whole card for a screen reader.
+    """Return the text of a whole card for a screen reader.
 
     Args:
-        close: Title of the style that it is close to; empty where there is none.
-        quality: C where the paper's rule decides; None where ours does.
-        within: Whether it is in reach by the rule that decides.
+        close: Title of the style that the picture is close to; empty if there is none.
+        quality: C if the paper's rule decides, or None if ours does.
+        within: Whether the style is in reach by the deciding rule.
     """
     light = _SPOKEN_SIDES.get(style.side) or (
         tr("light {place}", place=side_words(style)) if style.place else tr("painted")

@@ -1,1 +1,1 @@
-"""What commands share: arguments, output, errors."""
+"""Arguments, output and errors shared by all commands."""

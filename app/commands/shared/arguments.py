@@ -1,6 +1,6 @@
-"""Arguments shared by commands, and their checks.
+"""Arguments shared by several commands, and checks on them.
 
-A command's outputs must not be its inputs.
+A command may not overwrite its own inputs.
 """
 
 from __future__ import annotations
@@ -35,15 +35,17 @@ if TYPE_CHECKING:
     from app.core.measure.finish.masks import MaskSpec
 
 MOST_DEG: Final = 36000.0
-"""Largest angle that is taken: far beyond, a number has no degrees left in it."""
+"""Largest angle accepted, in degrees; beyond this, floats lose precision."""
 
 _Key: TypeAlias = tuple[int, int, str]
 
 
 def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: Any) -> None:
-    """Add an argument; of several choices the first is the default unless another is given.
+    """Add an argument; the first of several choices is the default unless one is given.
 
-    `names`: what it is called, and last what stands for its value: "-o --output FILE", "name NAME".
+    Args:
+        names: Names of the argument followed by a placeholder for its value: "-o --output FILE",
+            "name NAME".
     """
     if "choices" in how:
         how.setdefault("default", how["choices"][0])
@@ -56,7 +58,7 @@ def argument(parser: argparse._ActionsContainer, names: str, words: str, **how: 
 def add_questions(
     parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
 ) -> None:
-    """Add the panorama and what is asked of it: styles, head, objective and front."""
+    """Add the panorama and the options for solving: styles, head, objective and front."""
     add = partial(argument, parser)
     add("environment ENV", tr("panorama, OpenEXR or Radiance .hdr"))
     add_layer(parser)
@@ -110,7 +112,7 @@ def add_layer(parser: argparse.ArgumentParser) -> None:
 
 
 def environment_facts(environment: Environment) -> dict[str, Any]:
-    """Return the JSON facts of an environment: layer, gaps, clipping."""
+    """Return an environment's JSON entries: layer, gaps and clipping."""
     facts: dict[str, Any] = {"blind": round(environment.blind, 4)}
     if environment.layers:
         facts |= {"layer": environment.layer, "layers": list(environment.layers)}
@@ -139,7 +141,7 @@ def add_lens(parser: argparse.ArgumentParser) -> None:
 
 
 def asked_lens(args: argparse.Namespace) -> LensWish:
-    """Where the lens may stand: straight in front, unless something else is asked for."""
+    """Return the lens position requested; straight in front by default."""
     yaw: YawAsked | None = args.yaw
     if yaw is None:
         yaw = 0.0 if args.background is None else "auto"
@@ -157,7 +159,7 @@ def yaw_degrees(text: str) -> float:
         raise argparse.ArgumentTypeError(
             tr("{text} is not from -{most:.0f} to {most:.0f}", text=text, most=MOST_YAW_DEG)
         )
-    return value + 0.0  # never -0
+    return value + 0.0  # avoids -0
 
 
 def _arc(text: str) -> tuple[float, float]:
@@ -168,7 +170,7 @@ def _arc(text: str) -> tuple[float, float]:
 
 
 def _read(parse: Callable[[str], float | None]) -> Callable[[str], float | None]:
-    """Have argparse say what a parser says."""
+    """Wrap a parser so that argparse shows its error message."""
 
     def read(text: str) -> float | None:
         try:
@@ -207,12 +209,12 @@ def asked_pack(args: argparse.Namespace) -> StylePack:
 
 
 def studio_facts(args: argparse.Namespace) -> dict[str, object]:
-    """Return the JSON facts of the chosen lamps."""
+    """Return the JSON entries of the chosen lamps."""
     return {"softness_deg": args.softness, "ratio": args.ratio}
 
 
 def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
-    """Add ``--json``, and what the command does."""
+    """Add ``--json``, and set the function that runs the command."""
     argument(parser, "--json", tr("print a JSON object"), action="store_true")
     parser.set_defaults(run=run)
 
@@ -221,7 +223,7 @@ def finite(text: str) -> float:
     """Parse a finite number, for argparse.
 
     Raises:
-        argparse.ArgumentTypeError: If it is not a finite number.
+        argparse.ArgumentTypeError: If the text is not a finite number.
     """
     try:
         value = float(text)
@@ -241,7 +243,7 @@ def degrees(text: str) -> float:
 
 
 def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
-    """Check that a suffix matches the kind of file."""
+    """Check that a path has a suffix that fits the kind of file."""
     if path.suffix.lower() not in endings:
         raise CoreError(
             tr(
@@ -264,10 +266,10 @@ def check_outputs(
     """Check that outputs are writable, distinct, and not among the inputs.
 
     Args:
-        outputs: Files to be written; None is skipped.
+        outputs: Files to write; None entries are skipped.
 
     Raises:
-        CoreError: Nothing has been read or written then.
+        CoreError: If an output is unusable. Nothing has been read or written at that point.
     """
     read = {key: path for path in _list_inputs(inputs, members) for key in _keys(path)}
     output_keys: set[_Key] = set()
@@ -298,10 +300,10 @@ def check_outputs(
 
 
 def check_drawing() -> None:
-    """Check that Qt can draw; it needs libraries, though no display.
+    """Check that Qt can draw, which needs system libraries but no display.
 
     Raises:
-        DesktopError: Qt itself would end the process.
+        DesktopError: If Qt would abort the process.
     """
     try:
         check_display({"QT_QPA_PLATFORM": "offscreen"})
@@ -310,7 +312,7 @@ def check_drawing() -> None:
 
 
 def head_files(head: str) -> tuple[Path, ...]:
-    """Return the files read for ``--head``; none for a shipped head."""
+    """Return the files read for ``--head``; empty for a built-in head."""
     if not head.endswith(".npz"):
         return ()
     path = Path(head)
@@ -318,7 +320,7 @@ def head_files(head: str) -> tuple[Path, ...]:
 
 
 def mask_files(masks: Iterable[MaskSpec]) -> list[Path]:
-    """Pictures among masks."""
+    """Return the image files among the masks."""
     return [mask.path for mask in masks if mask.path is not None]
 
 
@@ -331,15 +333,16 @@ def _list_inputs(inputs: Iterable[Path | str | None], members: Sequence[str]) ->
         try:
             entries = list(path.iterdir()) if path.is_dir() else []
         except (OSError, ValueError):
-            continue  # The reader says why.
+            continue  # The reader reports the cause.
         yield from (each for each in entries if each.suffix.lower() in members)
 
 
 def _keys(path: Path) -> set[_Key]:
-    """Return what two names of one file share: its number, and its folder's with its name.
+    """Return the keys shared by two names of one file.
 
-    The name without regard to case and composition, since some file systems have none. Names of
-    pipes and devices that are read are no concern: they cannot be written to.
+    The keys are the file's inode, and its folder's inode with its name. Names are compared
+    regardless of case and Unicode composition, since some file systems ignore both. Pipes and
+    devices among the inputs do not matter, because they cannot be outputs.
     """
     keys: set[_Key] = set()
     try:

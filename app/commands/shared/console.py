@@ -1,11 +1,11 @@
-r"""Standard output and error that take any text and cannot break a command half-way.
+"""Standard output and error streams that accept any text and never break a command midway.
 
-Names of files come from anywhere: what would steer a terminal or is not text at all is shown as
-``\u001b``, which JSON reads back as it was. A closed or full standard error costs only the words;
-a closed or full standard output is an error, since the answer is lost.
+File names can contain anything. Control characters and invalid text are shown as escapes such as
+``\u001b``, which JSON decodes to the original. If standard error is closed or full, only messages
+are lost; if standard output is, the answer is lost, which is an error.
 
-Ctrl-C is cooperative: work ends at its next check. SIGTERM and SIGHUP are like it, so that a file
-that is being written is removed again; only the exit code tells them apart.
+Ctrl-C is cooperative: a task stops at its next check. SIGTERM and SIGHUP behave the same way, so
+that partial files are removed; only the exit code differs.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ _ESCAPES: Final = {code: f"\\u{code:04x}" for code in STEERING}
 
 
 class _Plain:
-    """A text stream that shows what would steer a terminal."""
+    """A text stream that escapes terminal control characters."""
 
     def __init__(self, stream: TextIO, *, needs_escape: bool) -> None:
         self._stream = stream
         self._needs_escape = needs_escape
 
     def write(self, text: str) -> int:
-        """Write what can be shown."""
+        """Write text with control characters escaped."""
         with self._check_output():
             self._stream.write(text.translate(_ESCAPES))
         return len(text)
 
     def flush(self) -> None:
-        """Flush; errors as `write`."""
+        """Flush the stream; errors are handled as in `write`."""
         with self._check_output():
             self._stream.flush()
 
@@ -67,11 +67,11 @@ class _Plain:
 
 @contextlib.contextmanager
 def plain_streams(*, quiet: bool) -> Iterator[None]:
-    """Make standard output and error plain; those that are closed are there all the same.
+    """Make standard output and error safe for any text, and reopen them if they are closed.
 
     Args:
-        quiet: Whether to leave out what libraries in C write to standard error by themselves, such
-            as libpng about a damaged file: our own sentence about it follows.
+        quiet: Whether to suppress what C libraries print directly to standard error, such as
+            libpng's messages about a damaged file, because Turnlight prints a message of its own.
     """
     _fill_descriptors()
     before = sys.stdout, sys.stderr
@@ -92,7 +92,7 @@ def plain_streams(*, quiet: bool) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _apart(stream: TextIO) -> Iterator[TextIO]:
-    """Give standard error a descriptor of its own, and the libraries one that leads nowhere."""
+    """Duplicate standard error for Turnlight, and silence that of C libraries."""
     try:
         usual = stream.fileno() == 2
     except (OSError, ValueError):
@@ -115,19 +115,19 @@ def _apart(stream: TextIO) -> Iterator[TextIO]:
 
 
 def one_line(text: str) -> str:
-    """Show the line ends in a sentence, which can only come from names."""
+    """Escape line breaks in a message, which can only come from file names."""
     return text.replace("\n", "\\n")
 
 
 def _fill_descriptors() -> None:
-    """Take up closed standard descriptors: the next file opened would become the output."""
+    """Reopen closed standard descriptors, so that no other file takes their numbers."""
     if os.name != "posix":
         return
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            # Output that was closed takes nothing, so that losing an answer is an error.
+            # Closed output rejects writes, so that losing an answer is an error.
             nothing = os.open(os.devnull, os.O_WRONLY if number == 2 else os.O_RDONLY)
             if nothing != number:
                 os.dup2(nothing, number)
@@ -135,7 +135,7 @@ def _fill_descriptors() -> None:
 
 
 def _opened(stream: TextIO | None, number: int) -> TextIO:
-    """Write UTF-8 where the system's own encoding cannot carry degree signs and names."""
+    """Reopen a stream in UTF-8, since the system encoding may lack some characters."""
     if stream is None:
         try:
             return open(number, "w", encoding="utf-8", closefd=False)
@@ -148,7 +148,7 @@ def _opened(stream: TextIO | None, number: int) -> TextIO:
 
 
 def _discard(stream: TextIO) -> None:
-    """Point a stream at nothing, so that the interpreter's last flush cannot fail again."""
+    """Redirect a stream to the null device, so that the interpreter's final flush cannot fail."""
     try:
         descriptor = stream.fileno()
         nothing = os.open(os.devnull, os.O_WRONLY)
@@ -169,16 +169,16 @@ _signals: Final[list[int]] = []
 
 
 def stop_code() -> int:
-    """Return the exit code of a command that was stopped: 128 and the number of the signal."""
+    """Return the exit code of an interrupted command: 128 plus the signal number."""
     return 128 + (_signals[-1] if _signals else signal.SIGINT)
 
 
 @contextlib.contextmanager
 def imports_whole() -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM and SIGHUP wait until the import under way is over.
+    """Delay Ctrl-C, SIGTERM and SIGHUP until the current import has finished.
 
-    A library in C that is interrupted while it starts turns that into an error of its own, or ends
-    the program with the interpreter's last words; no caller can tell what it was.
+    A C library interrupted during its initialization raises a misleading error or aborts the
+    process, which no caller can recognize as an interruption.
     """
     usual = signal.default_int_handler
     main = threading.current_thread() is threading.main_thread()
@@ -213,7 +213,7 @@ def _interrupt_main() -> None:
     if sys.platform == "win32":
         _thread.interrupt_main()
     elif (main := threading.main_thread().ident) is not None:
-        signal.pthread_kill(main, signal.SIGINT)  # It also ends what the main thread waits for.
+        signal.pthread_kill(main, signal.SIGINT)  # Also wakes the main thread from a blocking call.
 
 
 def _is_importing(frame: FrameType | None) -> bool:
@@ -224,10 +224,10 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 @contextlib.contextmanager
 def stopping(token: Token, words: str = "") -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM or SIGHUP ask for a stop; the second one ends the program at once."""
+    """Let Ctrl-C, SIGTERM or SIGHUP request a stop; a second signal exits immediately."""
     words = words or tr("Stopping.")
     if threading.current_thread() is not threading.main_thread():
-        yield  # signals are the main thread's
+        yield  # only the main thread receives signals
         return
 
     def handle(number: int, _frame: object) -> None:
@@ -238,7 +238,7 @@ def stopping(token: Token, words: str = "") -> Iterator[None]:
             return
         token.cancel()
         with contextlib.suppress(OSError, ValueError):
-            # Print is not safe inside a signal handler.
+            # Calling print inside a signal handler is not safe.
             os.write(sys.stderr.fileno(), f"{words}\n".encode())
 
     signals = [each for each in _ENDING if signal.getsignal(each) is not signal.SIG_IGN]

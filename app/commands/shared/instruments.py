@@ -1,4 +1,4 @@
-"""Commands that run an instrument from `benchmarks`, which a clone has and a wheel has not."""
+"""Commands that run a tool from `benchmarks`, which is in the source tree but not in a wheel."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ INSTRUMENTS: Final = {
     "evaluate": "answers/evaluation",
     "--screenshots": "ui/screenshots",
 }
-"""Commands and an option, and their folders in `benchmarks`."""
+"""Folder in `benchmarks` for each command or option."""
 
 
 def instrument(command: str) -> ModuleType:
     """Import a command from `benchmarks`.
 
-    Raises `CoreError` when this Turnlight was installed without its source.
+    Raises:
+        CoreError: If Turnlight was installed without its source tree.
     """
     root, folder = Path(app.__file__).resolve().parents[1], INSTRUMENTS[command]
     if not (root / "benchmarks" / folder / "command.py").is_file():
@@ -34,7 +35,7 @@ def instrument(command: str) -> ModuleType:
                 command=command,
             ),
         )
-    # In front: another package of that name must not take its place.
+    # Insert first, so that another package of the same name does not shadow this one.
     if sys.path[:1] != [str(root)]:
         sys.path.insert(0, str(root))
     return importlib.import_module(f"benchmarks.{folder.replace('/', '.')}.command")

@@ -1,4 +1,4 @@
-"""Print answers on stdout, everything else on stderr."""
+"""Print answers to stdout and everything else to stderr."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from app.core.second_light.search import LampPlacement
     from app.core.solver.style_result import PeakResult, StyleResult
 
-_PAUSE_S = 1.0  # between two lines about the same step
+_PAUSE_S = 1.0  # seconds between two lines about the same step
 
 
 def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
@@ -31,18 +31,18 @@ def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
 
 
 def say(*lines: object) -> None:
-    """Print lines to stderr at once."""
+    """Print lines to stderr immediately."""
     for line in lines:
         print(line, file=sys.stderr, flush=True)
 
 
 def fields(thing: object, *names: str) -> dict[str, Any]:
-    """Return some fields of an object for JSON."""
+    """Return the named fields of an object for JSON."""
     return {name: getattr(thing, name) for name in names}
 
 
 def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
-    """Return the JSON facts of a turn."""
+    """Return the JSON entries of a turn."""
     return {
         "turn_deg": one.turn_deg,
         "turn_refined_deg": round(one.turn_refined_deg, 6),
@@ -53,7 +53,7 @@ def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
 
 
 def reach_facts(one: StyleResult | LampPlacement) -> dict[str, Any]:
-    """Return the JSON keys for a style's reach: its grade, the reason and its cause as data."""
+    """Return a style's JSON entries on reach: its grade, the reason, and the cause as data."""
     words = reason_sentence(one.shortfall) or None
     return {
         "attainable": one.attainable,
@@ -66,17 +66,17 @@ def reach_facts(one: StyleResult | LampPlacement) -> dict[str, Any]:
 
 
 def short(value: float) -> float:
-    """Round to nine significant digits, more than the data hold."""
+    """Round to nine significant digits, which exceeds the precision of the data."""
     return float(f"{value:.9g}")
 
 
 def points(value: float) -> str:
-    """Round down like the reasons do, so that a value under a limit never reads as the limit."""
+    """Format a value rounded down, so that one below a limit never reads as the limit."""
     return str(max(math.floor(value), 0))
 
 
 class ProgressPrinter:
-    """A `Report` that prints to stderr, with the time left by the rate of the long part."""
+    """A `Report` that prints progress to stderr, with the estimated time left."""
 
     def __init__(self) -> None:
         self._last = (-_PAUSE_S, "")
@@ -84,7 +84,7 @@ class ProgressPrinter:
         self._last_line = ""
 
     def __call__(self, fraction: float, step: Progress | str) -> None:
-        """Say how far the work is; what was said already is not said again."""
+        """Print the progress unless it was already printed."""
         now, message = time.monotonic(), progress_words(step)
         if self._first is None or fraction < self._first[0]:
             self._first = (fraction, now)

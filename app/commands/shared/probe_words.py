@@ -1,4 +1,4 @@
-"""What the commands say of a light probe: its frames, its lamps and what to do about them."""
+"""The output of commands about a light probe: its frames, its lamps, and advice on them."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ PARTS: Final = {
     "download": tr("download"),
     "merge": tr("merge"),
 }
-"""Parts of a capture whose time is told."""
+"""Steps of a capture whose duration is printed."""
 
-_UNSTATED: Final = Exposure(0.0, known=False)  # of one photograph
+_UNSTATED: Final = Exposure(0.0, known=False)  # of one photo
 _NAME: Final = 28  # columns for a file's name
 _FRAME_ROW: Final = f"{{:{_NAME}}}  {{:>10}}  {{:>5}}  {{:>4}}  {{:>6}}  {{}}"
-_LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
+_LEAST_SHARE: Final = 0.0005  # of all light, the least for a separate row in the table
 
 
 def probe_facts(probe: Measurement) -> dict[str, Any]:
-    """Say for JSON what a probe found, whatever it was asked for."""
+    """Return a probe's JSON entries, whichever options were chosen."""
     finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
     residual = response.residual_stops
     advice = () if audit is None else audit.advice
@@ -72,17 +72,17 @@ def probe_facts(probe: Measurement) -> dict[str, Any]:
 
 
 def own_facts(probe: Measurement) -> dict[str, Any]:
-    """Say for JSON what only one way of measuring knows."""
+    """Return the JSON entries specific to one way of measuring."""
     return {} if probe.own is None else probe.own.facts()
 
 
 def probe_table(probe: Measurement, *more: str) -> str:
-    """Write tables of the frames and of the lamps that matter, and what to do about the lamps."""
+    """Format tables of the frames and the important lamps, with advice on the lamps."""
     return "\n".join([*_frame_rows(probe), *_lamp_rows(probe), *more])
 
 
 def wrote(probe: Measurement, target: Path, seconds: float | None = None) -> str:
-    """Say where an environment is, its size, and how long it took."""
+    """Report the path and size of an environment, and the time it took."""
     rows, columns = probe.merged.radiance.shape[:2]
     size = f"{columns} x {rows}"
     if seconds is None:
@@ -100,7 +100,8 @@ def _frame_rows(probe: Measurement) -> list[str]:
         iso, aperture = (
             (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
         )
-        name = frame.path.name[-_NAME:]  # sessions put the date first, the end tells frames apart
+        # names often begin with a date, so only the end distinguishes frames
+        name = frame.path.name[-_NAME:]
         time, share = exposure.shutter_s, f"{percent(part, 1):>7}"
         shutter = shutter_words(time) if time else ""
         lines.append(_FRAME_ROW.format(name, shutter, iso, aperture, f"{ev:+.2f}", share))
@@ -120,7 +121,7 @@ def _lamp_rows(probe: Measurement) -> list[str]:
 
 
 def clutter_facts(each: Clutter) -> dict[str, Any]:
-    """Say for JSON what a mask covers."""
+    """Return the JSON entries of a mask."""
     return {
         "name": clutter_name(each),
         **fields(each, "solid_angle_sr", "confidence"),
@@ -129,7 +130,7 @@ def clutter_facts(each: Clutter) -> dict[str, Any]:
 
 
 def _frames(probe: Measurement) -> list[tuple[Frame, float, float]]:
-    """Return each frame with its exposure in stops and the share of it that is clipped."""
+    """Return each frame with its exposure in stops and its clipped fraction."""
     fractions = probe.merged.clipped_fractions
     return list(zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True))
 

@@ -1,1 +1,1 @@
-"""The words of measured light."""
+"""Sentences about measured light."""

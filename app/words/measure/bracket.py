@@ -1,4 +1,4 @@
-"""The words of a bracket's remarks: its files, exposures, tone curve, and what moved."""
+"""Sentences for a bracket's remarks: files, exposures, tone curve and movement."""
 
 from __future__ import annotations
 
@@ -378,4 +378,4 @@ SENTENCES: Final[Sentences] = {
     Motion: _motion,
     MuchMotion: _much_motion,
 }
-"""By remark: its sentence with the names of its fields, or what writes it."""
+"""Sentence with field names, or function that returns it, for each type of remark."""

@@ -1,4 +1,4 @@
-"""The words of light that an environment does not hold, and of answers that depend on it."""
+"""Sentences about light missing from an environment, and about answers that depend on it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.words.remarks import remark_words
 
 
 def doubt_words(doubt: Doubt, environment: Environment, styles: Sequence[str]) -> tuple[str, ...]:
-    """Report how much light is missing, and which of the styles asked for depend on it."""
+    """Report how much light is missing, and which of the requested styles depend on it."""
     lines: list[str] = []
     clipped = [name for name in styles if name in doubt.clipped]
     unseen = [name for name in styles if name in doubt.unseen]

@@ -1,4 +1,4 @@
-"""The words of what is masked in a panorama: its name, and why."""
+"""Names of masked areas in a panorama, and the reasons for masking them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _AREAS: Final = {
 
 
 def clutter_name(clutter: Clutter) -> str:
-    """Name what is masked."""
+    """Name a masked area."""
     origin = clutter.origin
     if isinstance(origin, Suggestion):
         person = origin.azimuth_deg is not None
@@ -24,7 +24,7 @@ def clutter_name(clutter: Clutter) -> str:
 
 
 def clutter_reason(clutter: Clutter) -> str:
-    """Write why it is masked."""
+    """Explain why an area is masked."""
     origin = clutter.origin
     if not isinstance(origin, Suggestion):
         return tr("Masked by hand.")

@@ -1,4 +1,4 @@
-"""The words of merged light: what is clipped, which answers depend on it, what was put right."""
+"""Sentences about merged light: clipping, the answers that depend on it, and corrections."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _MOVED_DEG: Final = 10.0
 
 
 def clipped_brief(remark: LampClipped) -> str:
-    """Name a clipped lamp, without what to do about it."""
+    """Describe a clipped lamp, without advice."""
     where = direction_words(remark.azimuth_deg, remark.elevation_deg)
     return CLIPPED[remark.source].format(where=where, id=remark.lamp)
 
@@ -132,7 +132,7 @@ def _blind(remark: BlindMatters) -> str:
 
 
 def _all(names: Sequence[str], others: Sequence[str]) -> str:
-    """Name styles by what they are, or by what they are not when that is shorter."""
+    """List styles by name, or as all but the others if that is shorter."""
     if not others:
         return tr("every style")
     if len(others) < len(names) / 2:
@@ -242,4 +242,4 @@ SENTENCES: Final[Sentences] = {
     NoClutter: tr("No tripod or photographer found below the camera."),
     MaskingChanges: _masking,
 }
-"""By remark: its sentence with the names of its fields, or what writes it."""
+"""Sentence with field names, or function that returns it, for each type of remark."""

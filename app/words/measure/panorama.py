@@ -1,4 +1,4 @@
-"""The words of a panorama's file: what it lacks, and what was repaired."""
+"""Sentences about a panorama file: missing parts and repairs."""
 
 from __future__ import annotations
 
@@ -66,4 +66,4 @@ SENTENCES: Final[Sentences] = {
     ClippedFile: tr("{name} is clipped: its highlights may be brighter than the file says."),
     PartUnseen: _unseen,
 }
-"""By remark: its sentence with the names of its fields, or what writes it."""
+"""Sentence with field names, or function that returns it, for each type of remark."""

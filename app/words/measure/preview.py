@@ -1,4 +1,4 @@
-"""The words of the first, rough answers that one small picture gives."""
+"""Sentences for the first rough answers from a single thumbnail."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.words.phrases.turns import turn_words
 
 
 def rough_words(answers: Sequence[RoughAnswer] | None) -> str:
-    """Say how to turn for the best styles; empty without a picture that answers."""
+    """Describe how to turn for the best styles; empty if the thumbnail gives no answers."""
     if answers is None:
         return ""
     if not answers:

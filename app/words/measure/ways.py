@@ -1,4 +1,4 @@
-"""The words of a mirror ball, of photos, films, fisheye circles and of a planned bracket."""
+"""Sentences for mirror balls, photos, videos, fisheye circles and planned brackets."""
 
 from __future__ import annotations
 
@@ -155,11 +155,11 @@ SENTENCES: Final[Sentences] = {
     ),
     BracketShifted: _shifted,
 }
-"""By remark: its sentence with the names of its fields, or what writes it."""
+"""Sentence with field names, or function that returns it, for each type of remark."""
 
 
 def beside_words(beside: Beside) -> str:
-    """Say whether a film and a panorama agree, and what to do where they do not."""
+    """Describe whether a video and a panorama agree, and what to do if they do not."""
     if beside.typical_deg is None:
         return tr("Film and panorama have no style in common. Trust the film.")
     if beside.agree:
@@ -172,9 +172,10 @@ def beside_words(beside: Beside) -> str:
 
 
 def mirror_words(mirrored: bool, fits: bool | None) -> str:
-    """Say how a film is read where the place decides otherwise than the setting; "" where not.
+    """Explain that a video is read with other sides than the setting says, or return "".
 
-    `fits`: whether only its mirror image shows the place; None where neither does.
+    Args:
+        fits: Whether only the mirror image of the video matches the place, or None if neither does.
     """
     if fits is None or fits == mirrored:
         return ""

@@ -1,1 +1,1 @@
-"""Turns, directions and quantities in words."""
+"""Turns, directions and quantities as text."""

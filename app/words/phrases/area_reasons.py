@@ -1,4 +1,4 @@
-"""What a picture lacks of a style, by the relation of areas that fails."""
+"""Sentences for a picture's deviation from a style, by the relation of areas that fails."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from app.core.text import tr
 
 
 class Wording(NamedTuple):
-    """A sentence, and its shorter forms if they differ."""
+    """A sentence, and shorter forms if they differ."""
 
     sentence: str
     card: str = ""
     line: str = ""
 
 
-# By aspect: below the least value, and above the most. {value} and {limit} are in stops, {signed}
-# and {signed_limit} the same with a sign.
+# By aspect: below the minimum, then above the maximum. {value} and {limit} are in stops; {signed}
+# and {signed_limit} are the same with a sign.
 AREA_REASONS: Final[dict[Aspect, tuple[Wording, Wording]]] = {
     Aspect.NOSE_SHADOW: (
         Wording(

@@ -1,8 +1,8 @@
-"""The one place for words that say where a light is.
+"""Names for the direction of a light.
 
-The sitter's sides are named twice, for the sitter and for the camera in front of them. Azimuths
-come in two senses: of a panorama they grow clockwise seen from above, toward the right of whoever
-faces azimuth 0; of a face they grow toward the sitter's left.
+The sitter's sides are named twice, as seen by the sitter and by the camera facing them. Azimuths
+have two senses. In a panorama they increase clockwise seen from above, toward the right of a person
+facing azimuth 0; on a face they increase toward the sitter's left.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ SIDES: Final[dict[str, str]] = {
     "left": tr("sitter’s left (camera right)"),
     "right": tr("sitter’s right (camera left)"),
 }
-"""The side of the sitter that a light is at."""
+"""Side of the sitter that a light is on."""
 
 BARE_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
-"""The side alone, where a picture beside it shows the camera's."""
+"""Side without the camera's, for use beside a picture that shows it."""
 
 SIDE_LINES: Final[dict[str, str]] = {
     "left": tr("sitter’s left\n(camera right)"),
     "right": tr("sitter’s right\n(camera left)"),
 }
-"""The same on two lines."""
+"""Side of the sitter on two lines."""
 
 SHORT_SIDES: Final[dict[str, str]] = {"left": tr("sitter’s left"), "right": tr("sitter’s right")}
-"""The same in a narrow table."""
+"""Side of the sitter for a narrow table."""
 
 _LIGHT: Final[dict[str, str]] = {
     "left": tr("Light from the sitter’s left (camera right)"),
@@ -47,15 +47,15 @@ _LIGHT: Final[dict[str, str]] = {
     "in front, from above": tr("Light in front, from above"),
     "in front, from beneath": tr("Light in front, from beneath"),
 }
-# Keyed by whether it is the sitter's left, and whether there is little room.
+# Keyed by whether it is the sitter's left, and whether space is tight.
 _FROM_FACE: Final = {
     (True, False): tr("{angle} to the sitter’s left (camera right)"),
     (False, False): tr("{angle} to the sitter’s right (camera left)"),
     (True, True): tr("{angle} to sitter’s left (camera right)"),
     (False, True): tr("{angle} to sitter’s right (camera left)"),
 }
-_SAME_SIDE_DEG: Final = 20  # around the front a key is on neither side
-_TOLD_DEG: Final = 5  # no face tells its key more closely
+_SAME_SIDE_DEG: Final = 20  # degrees from the front within which a key is on neither side
+_TOLD_DEG: Final = 5  # degrees; a face does not reveal the key's direction more precisely
 _PLACES: Final[dict[str, str]] = {
     "behind": tr("behind"),
     "behind, from above": tr("behind, from above"),
@@ -71,12 +71,12 @@ _PLACES: Final[dict[str, str]] = {
     "in front, from above": tr("in front, from above"),
     "in front, from beneath": tr("in front, from beneath"),
 }
-"""Where the lamps of styles without a side stand, as their files state it."""
+"""Positions of the lamps of styles without a side, as their files state them."""
 
 _LEVEL_DEG: Final = 3.0
 _OVERHEAD_DEG: Final = 70.0
 _HIGH_DEG, _LOW_DEG = 30.0, -20.0
-# Up to which angle from the front each stands: at the left, at the right.
+# Largest angle from the front for each phrase: on the left, on the right.
 _IN_ROOM: Final = (
     (25.0, tr("in front"), tr("in front")),
     (65.0, tr("in front on the left"), tr("in front on the right")),
@@ -141,11 +141,13 @@ LIGHTINGS: Final[dict[str, str]] = {
     "short": tr("short"),
     "broad": tr("broad"),
 }
-"""Short: the side of the face away from the lens is lit. Broad: the side toward it."""
+"""Names of lightings; short lights the side of the face away from the lens, broad the side toward
+it.
+"""
 
 
 def aside_words(yaw_deg: float) -> str:
-    """Say where the nose points, seen from the lens; empty where it points there.
+    """Describe the nose direction seen from the lens; empty if the nose points at the lens.
 
     Examples:
         >>> aside_words(30.0), aside_words(0.0)
@@ -160,7 +162,7 @@ def aside_words(yaw_deg: float) -> str:
 
 
 def lit_aside_words(yaw_deg: float, lighting: str) -> str:
-    """Say where the nose points and how that lights the face; empty where it is to the lens.
+    """Describe the nose direction and the resulting lighting; empty if the nose points at the lens.
 
     Examples:
         >>> lit_aside_words(30.0, "short")
@@ -188,11 +190,11 @@ LENS_CHOICES: Final[dict[str, str]] = {
     "broad": tr("Broad light"),
     **{f"{yaw}": upper_first(aside_words(yaw)) for yaw in (15, 30, 45, -15, -30, -45)},
 }
-"""What may be asked of the lens, by what ``--yaw`` takes."""
+"""Lens positions offered, by value of ``--yaw``."""
 
 
 def lens_words(yaw_deg: float) -> str:
-    """Say to the photographer where the lens stands, of a face turned toward the sitter's left.
+    """Tell the photographer where to put the lens for a face turned to the sitter's left.
 
     Examples:
         >>> lens_words(30.0)
@@ -234,7 +236,7 @@ _NOSE_FURTHER: Final = {
 
 
 def sitter_words(yaw_deg: float, mode: Mode = Mode.WALK, *, further: bool = False) -> str:
-    """Say to the sitter where to point the nose: from the lens, or further than now.
+    """Tell the sitter where to point the nose, relative to the lens or to the current direction.
 
     Examples:
         >>> sitter_words(30.0), sitter_words(-15.0, Mode.SELFIE)
@@ -247,7 +249,7 @@ def sitter_words(yaw_deg: float, mode: Mode = Mode.WALK, *, further: bool = Fals
 
 
 def nose_words(off_deg: float, mode: Mode = Mode.WALK) -> str:
-    """Say to the photographer how far the nose is off, toward the sitter's left.
+    """Tell the photographer how far the nose still has to turn toward the sitter's left.
 
     Examples:
         >>> nose_words(12.0), nose_words(-8.0, Mode.SELFIE), nose_words(0.0)
@@ -259,10 +261,12 @@ def nose_words(off_deg: float, mode: Mode = Mode.WALK) -> str:
 
 
 def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool = False) -> str:
-    """Say where a light is, seen by whoever faces azimuth 0 of the panorama.
+    """Describe the direction of a light for a person facing azimuth 0 of the panorama.
 
-    `azimuth_deg`, `elevation_deg`: positive clockwise and up, deg.
-    `of_sitter`: the sitter faces there, and each side is named twice.
+    Args:
+        azimuth_deg: Azimuth in degrees, positive clockwise.
+        elevation_deg: Elevation in degrees, positive up.
+        of_sitter: Whether the sitter faces azimuth 0, so that each side is named twice.
 
     Examples:
         >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
@@ -279,10 +283,12 @@ def direction_words(azimuth_deg: float, elevation_deg: float, *, of_sitter: bool
 
 
 def face_direction_words(azimuth_deg: float, elevation_deg: float, *, brief: bool = False) -> str:
-    """Say in degrees where a direction lies from the sitter's face.
+    """Describe a direction from the sitter's face in degrees.
 
-    `azimuth_deg`, `elevation_deg`: positive toward the sitter's left and up, deg.
-    `brief`: for a narrow line.
+    Args:
+        azimuth_deg: Azimuth in degrees, positive toward the sitter's left.
+        elevation_deg: Elevation in degrees, positive up.
+        brief: Whether to shorten the text for a narrow line.
 
     Examples:
         >>> face_direction_words(12.0, 30.2), face_direction_words(-0.3, -8.0)
@@ -300,7 +306,7 @@ def face_direction_words(azimuth_deg: float, elevation_deg: float, *, brief: boo
 
 
 def elevation_words(elevation_deg: float) -> str:
-    """Write an elevation in whole degrees.
+    """Format an elevation in whole degrees.
 
     Examples:
         >>> elevation_words(30.2), elevation_words(-8.0), elevation_words(0.3)
@@ -318,11 +324,14 @@ def placement_words(
     distance_m: float | None = None,
     skin_m: float | None = None,
 ) -> str:
-    """Say where a lamp is held, without a full stop.
+    """Describe the position of a handheld lamp, without a full stop.
 
-    `azimuth_deg`, `altitude_deg`: from the middle of the head, positive toward the sitter's left
-    and up, deg.
-    `skin_m`: shortest way from the lamp to the skin, metres.
+    Args:
+        azimuth_deg: Azimuth from the centre of the head in degrees, positive toward the sitter's
+            left.
+        altitude_deg: Altitude from the centre of the head in degrees, positive up.
+        distance_m: Distance of the lamp in metres, if known.
+        skin_m: Shortest distance from the lamp to the skin in metres.
 
     Examples:
         >>> placement_words(105.0, 20.0, 0.3, 0.21)  # doctest: +ELLIPSIS
@@ -337,7 +346,7 @@ def placement_words(
 
 
 def light_words(side: str, place: str = "") -> str:
-    """Say where the light of a style comes from: its side, named twice, or its place.
+    """Describe the origin of a style's light by its side, named twice, or by its position.
 
     Examples:
         >>> light_words("left"), light_words("none", "from overhead")
@@ -354,7 +363,7 @@ def light_words(side: str, place: str = "") -> str:
 
 
 def place_words(side: str, place: str) -> str:
-    """Say where the lamps of a style stand: at a side, named twice, or as its file says.
+    """Describe a style's lamp positions by their side, named twice, or as its file states them.
 
     Examples:
         >>> place_words("left", ""), place_words("none", "from overhead")
@@ -364,7 +373,7 @@ def place_words(side: str, place: str) -> str:
 
 
 def _sector(sectors: tuple[tuple[float, str, str], ...], azimuth_deg: float) -> str:
-    """Find the words of an azimuth, which is positive toward the left."""
+    """Return the phrase for an azimuth in degrees, positive toward the left."""
     azimuth = wrap(azimuth_deg)
     _, left, right = next(each for each in sectors if abs(azimuth) <= each[0])
     return left if azimuth > 0 else right
@@ -380,10 +389,10 @@ def _altitude(altitude_deg: float) -> str:
 
 
 def key_words(key_deg: float, promised_deg: float) -> str:
-    """Write how a key stands beside the one that was promised; "" where it stands as it should.
+    """Describe how a key deviates from the promised one; empty if it does not.
 
     Args:
-        key_deg, promised_deg: Azimuths from the face, positive toward the sitter’s left.
+        key_deg, promised_deg: Azimuths from the face in degrees, positive toward the sitter’s left.
 
     Examples:
         >>> key_words(52, 40), key_words(-20, -40), key_words(40, -40), key_words(41, 40)
@@ -400,7 +409,7 @@ def key_words(key_deg: float, promised_deg: float) -> str:
 
 
 def ratio_words(stops: float, promised_stops: float) -> str:
-    """Write the ratio of the cheeks beside the one that was promised.
+    """Format the ratio between the cheeks, together with the promised ratio.
 
     Examples:
         >>> ratio_words(1.42, 2.0)

@@ -1,7 +1,4 @@
-"""The one place for lists of names, and for numbers with their units.
-
-Distances, shutter times, stops, light, spans of time and shares of the whole.
-"""
+"""Lists of names, and numbers with units: distance, time, stops, light and shares."""
 
 from __future__ import annotations
 
@@ -32,7 +29,7 @@ _DAYS: Final = (
 
 
 def upper_first(words: str) -> str:
-    """Begin a line with a capital.
+    """Capitalize the first letter, for the start of a line.
 
     Examples:
         >>> upper_first("nose to the left")
@@ -42,7 +39,7 @@ def upper_first(words: str) -> str:
 
 
 def lower_first(words: str) -> str:
-    """Begin within a sentence, without a capital.
+    """Lower-case the first letter, for use within a sentence.
 
     Examples:
         >>> lower_first("No light from below")
@@ -52,7 +49,7 @@ def lower_first(words: str) -> str:
 
 
 def metres(distance_m: float, *, rough: bool = False) -> str:
-    """Write a distance: in centimetres below one metre.
+    """Format a distance, in centimetres below one metre.
 
     Examples:
         >>> metres(0.304), metres(0.217, rough=True), metres(1.25)
@@ -65,7 +62,7 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
 
 
 def read_metres(text: str) -> float:
-    """Read a distance as somebody types it: metres, or centimetres where it says so.
+    """Parse a distance in metres, or in centimetres if the text says so.
 
     Examples:
         >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
@@ -82,7 +79,7 @@ def read_metres(text: str) -> float:
 
 
 def ev_words(stops: float, *, tenths: bool = False) -> str:
-    """Write an exposure, with `tenths` always to one decimal.
+    """Format an exposure in EV; `tenths` always keeps one decimal.
 
     Examples:
         >>> ev_words(2.0), ev_words(-1.67), ev_words(0.02), ev_words(-2.0, tenths=True)
@@ -99,7 +96,7 @@ def _signed_tenths(stops: float) -> str:
 
 
 def tenths(stops: float) -> str:
-    """Write the stops of a lighting ratio, the one rounding of them.
+    """Format the stops of a lighting ratio to one decimal, the same everywhere.
 
     Examples:
         >>> tenths(1.04), tenths(0.0)
@@ -119,7 +116,7 @@ def exposed_words(stops: float) -> str:
 
 
 def stops_words(stops: float) -> str:
-    """Write a number of stops.
+    """Format a number of stops.
 
     Examples:
         >>> stops_words(1.0), stops_words(2.5)
@@ -131,7 +128,7 @@ def stops_words(stops: float) -> str:
 
 
 def lux_words(lux: float) -> str:
-    """Write an illuminance with two figures.
+    """Format an illuminance to two significant figures.
 
     Examples:
         >>> lux_words(213.4), lux_words(61234.0), lux_words(4.87)
@@ -143,10 +140,10 @@ def lux_words(lux: float) -> str:
 
 
 def contrast_words(contrast: float) -> str:
-    """Write the contrast on a face, rounded down: under its limit it never reads as the limit.
+    """Format the contrast on a face, rounded down so that it never reads as the limit it misses.
 
     Args:
-        contrast: 100 as deep as in the style's studio picture.
+        contrast: Contrast as a percentage of that in the style's studio picture.
 
     Examples:
         >>> contrast_words(51.9)
@@ -156,7 +153,7 @@ def contrast_words(contrast: float) -> str:
 
 
 def time_words(moment: datetime, today: datetime) -> str:
-    """Write when something was: "21 Nov, 14:05", with the year when it is another one."""
+    """Format a time as "21 Nov, 14:05", with the year if it is not the current one."""
     local = moment.astimezone(today.tzinfo)
     values = {"day": str(local.day), "month": _MONTHS[local.month - 1], "time": f"{local:%H:%M}"}
     if local.year == today.year:
@@ -165,7 +162,7 @@ def time_words(moment: datetime, today: datetime) -> str:
 
 
 def day_words(moment: datetime, today: datetime) -> str:
-    """Name a day: "Today", "Yesterday", "Thursday 12 November", or with its year.
+    """Format a day as "Today", "Yesterday" or "Thursday 12 November", with its year if past.
 
     Examples:
         >>> now = datetime(2026, 11, 26, 9)
@@ -184,7 +181,7 @@ def day_words(moment: datetime, today: datetime) -> str:
 
 
 def span_words(minutes: float) -> str:
-    """Write a span of time, rounded down.
+    """Format a time span, rounded down.
 
     Examples:
         >>> span_words(25.2), span_words(130.0), span_words(1500.0), span_words(4321.0)
@@ -204,7 +201,7 @@ def span_words(minutes: float) -> str:
 
 
 def ago_words(minutes: float) -> str:
-    """Say how long ago something was.
+    """Format how long ago something happened.
 
     Examples:
         >>> ago_words(0.4), ago_words(25.2), ago_words(1500.0)
@@ -214,7 +211,7 @@ def ago_words(minutes: float) -> str:
 
 
 def about_words(seconds: float) -> str:
-    """Write roughly how long something takes.
+    """Format a rough duration.
 
     Examples:
         >>> about_words(2.0), about_words(61.0), about_words(150.0), about_words(7300.0)
@@ -241,14 +238,14 @@ LIGHTS: Final = {
     "window": tr("{hour}, window light"),
     "soft": tr("{hour}, soft light"),
 }
-"""What most shapes a face at a place, and how that is named."""
+"""Names of places by the light that shapes faces most."""
 
 
 def place_name(when: datetime, light: str = "", names: Collection[str] = ()) -> str:
-    """Name a place after the hour and, once it is measured, its light (`Findings.light`).
+    """Name a place after the time of day and, once measured, its light (`Findings.light`).
 
     Args:
-        when: On the photographer's clock.
+        when: Time on the photographer's clock.
         names: Names of other places.
 
     Examples:

@@ -1,13 +1,13 @@
-"""The one place for the numbers and words of a turn.
+"""Numbers and words for turns.
 
-Every number on screen is whole degrees from `whole`; whatever is computed from shown numbers (how
-far to go, what is left until the light begins) is computed from these whole degrees, so that a
-reader who does the sum gets the same.
+Every turn on screen is shown in whole degrees from `whole`. Values derived from it, such as the
+distance to go or to the edge of the light, are computed from these whole degrees, so that the
+numbers on screen always add up.
 
-Walking: the photographer stands in front of the sitter and looks at them. Seen from above, with
-the sitter in the middle, a photographer in the north looks south and has the east at their left.
-Clockwise runs from north to east, hence clockwise is *to the photographer's left*. Who turns on the
-spot instead turns clockwise by turning *to their right*. A mirrored preview changes neither.
+When walking, the photographer stands in front of the sitter and looks at them. Seen from above,
+with the sitter in the middle, a photographer in the north looks south and has the east on their
+left. Clockwise runs from north to east, so clockwise is *to the photographer's left*. Someone
+turning on the spot turns clockwise by turning *to their right*. A mirrored preview changes neither.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from app.core.base.angles import Direction, direction_of, ends_of, whole, wrap
 from app.core.base.catalogue import tr
 from app.core.guidance.who_moves import Mode
 
-_FAR_DEG: Final = 90  # further off, the turn is neither short nor too far
+_FAR_DEG: Final = 90  # degrees; beyond this, a turn is neither short nor too far
 _SURENESS: Final = ((0.9, tr("certain")), (0.7, tr("likely")), (0.0, tr("doubtful")))
 
 
@@ -66,7 +66,7 @@ _BESIDE_BEST: Final[dict[_Beside, str]] = {
 
 
 def signed(turn_deg: float) -> str:
-    """Write a turn in whole degrees with a typographic minus.
+    """Format a turn in whole degrees with a typographic minus.
 
     Examples:
         >>> signed(-12.4), signed(96.0), signed(-179.8)
@@ -77,7 +77,7 @@ def signed(turn_deg: float) -> str:
 
 
 def size_words(turn_deg: float) -> str:
-    """Write how large a turn is, without its direction.
+    """Format the size of a turn, without its direction.
 
     Examples:
         >>> size_words(-12.4)
@@ -87,24 +87,24 @@ def size_words(turn_deg: float) -> str:
 
 
 def direction_words(turn_deg: float) -> str:
-    """Write the direction of a turn; "no turn needed" where 0° is shown.
+    """Name the direction of a turn, or "no turn needed" if it is shown as 0°.
 
     Args:
-        turn_deg: Deg, positive clockwise.
+        turn_deg: Turn in degrees, positive clockwise.
     """
     return _DIRECTIONS[direction_of(turn_deg)]
 
 
 def direction_lines(turn_deg: float) -> str:
-    """Write the same where the longer word has no room on one line."""
+    """Name the direction of a turn, with a line break in the longer word."""
     return _DIRECTION_LINES[direction_of(turn_deg)]
 
 
 def turn_words(turn_deg: float) -> str:
-    """Write a turn: its size and its direction.
+    """Format the size and direction of a turn.
 
     Args:
-        turn_deg: Deg, positive clockwise.
+        turn_deg: Turn in degrees, positive clockwise.
 
     Examples:
         >>> turn_words(96.2), turn_words(-45.0), turn_words(0.3)
@@ -114,12 +114,14 @@ def turn_words(turn_deg: float) -> str:
 
 
 def clock_words(turn_deg: float) -> str:
-    """Write where a turn leads as on the face of a clock that lies on the floor.
+    """Format a turn as an hour on a clock face lying on the floor.
 
-    12 o’clock is where the sitter faces at turn 0; the hours go clockwise seen from above.
+    The sitter faces 12 o’clock at turn 0, and the hours run clockwise seen from above.
 
     Args:
-        turn_deg: Deg, positive clockwise. Half-way between two hours the even hour is named.
+        turn_deg: Turn in degrees, positive clockwise. Half-way between two hours it is rounded to
+            the
+            even one.
 
     Examples:
         >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)
@@ -130,11 +132,11 @@ def clock_words(turn_deg: float) -> str:
 
 
 def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
-    """Write a whole instruction: "Turn 96° clockwise, toward 3 o’clock".
+    """Return a whole instruction such as "Turn 96° clockwise, toward 3 o’clock".
 
     Args:
-        turn_deg: Deg, positive clockwise.
-        start_deg: Turn from which it is made, deg.
+        turn_deg: Turn in degrees, positive clockwise.
+        start_deg: Turn from which the instruction starts, in degrees.
 
     Examples:
         >>> goal_words(-45.0), goal_words(0.0)
@@ -147,10 +149,10 @@ def goal_words(turn_deg: float, start_deg: float = 0.0) -> str:
 
 
 def arc_words(arc_deg: tuple[float, float]) -> str:
-    """Write an arc; one that wraps reads on from 180 to negative turns.
+    """Format an arc; one that wraps continues from 180 to negative turns.
 
     Args:
-        arc_deg: (from, to), deg, going clockwise. (-180, 180) is the whole circle.
+        arc_deg: Arc (from, to) in degrees, clockwise; (-180, 180) is the whole circle.
 
     Examples:
         >>> arc_words((79.2, 110.6)), arc_words((170.0, -170.0)), arc_words((-180.0, 180.0))
@@ -163,10 +165,10 @@ def arc_words(arc_deg: tuple[float, float]) -> str:
 
 
 def leeway_words(arc_deg: tuple[float, float]) -> str:
-    """Write how far one may stand off within an arc, all of it.
+    """Format the width of an arc, the total leeway for a turn.
 
     Args:
-        arc_deg: (from, to), deg, going clockwise.
+        arc_deg: Arc (from, to) in degrees, clockwise.
 
     Examples:
         >>> leeway_words((79.2, 110.6)), leeway_words((-180.0, 180.0))
@@ -179,10 +181,10 @@ def leeway_words(arc_deg: tuple[float, float]) -> str:
 
 
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
-    """Write what to do with one's feet.
+    """Return the walking instruction for a direction.
 
     Returns:
-        The instruction, and what else moves with it; both empty for ``none``.
+        The instruction, and a note on what moves along; both are empty for ``none``.
 
     Examples:
         >>> walking_words("clockwise", Mode.WALK)[0], walking_words("clockwise", Mode.SELFIE)[0]
@@ -195,12 +197,12 @@ def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
 
 
 def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> str:
-    """Write how far off the light a photograph was taken.
+    """Describe how far from the light a photo was taken.
 
     Args:
-        turn, goal: Whole degrees of turn.
-        outside: Whole degrees from the light; 0 in it.
-        rough: The turn is not known to the degree.
+        turn, goal: Turns in whole degrees.
+        outside: Distance to the light in whole degrees; 0 inside.
+        rough: Whether the turn is uncertain by more than a degree.
 
     Examples:
         >>> taken_words(93, 96, 0), taken_words(96, 96, 0)
@@ -219,20 +221,20 @@ def taken_words(turn: int, goal: int, outside: int, *, rough: bool = False) -> s
 
 
 def likeness_words(match: int, best: int) -> str:
-    """Write how much a photograph's light is like the target, and how much it could be.
+    """Compare a photo's match to the target with the best possible match.
 
     Examples:
         >>> likeness_words(81, 82), likeness_words(84, 82)
         ('match 81 of best 82', 'match 84, chosen 82')
     """
     if match > best:
-        # Another turn than the best is the better likeness, but its light is too flat.
+        # Another turn matches better than the best one, but its light is too flat.
         return tr("match {match}, best possible {best}", match=match, best=best)
     return tr("match {match} of best {best}", match=match, best=best)
 
 
 def sureness_words(confidence: float) -> str:
-    """Write how certain a heading is; `confidence` is 0 to 1.
+    """Describe the confidence in a heading, given as 0 to 1.
 
     Examples:
         >>> sureness_words(0.999), sureness_words(0.84), sureness_words(0.4)
@@ -242,7 +244,7 @@ def sureness_words(confidence: float) -> str:
 
 
 def _beside(to_go: int, goal: int) -> _Beside:
-    """Say on which side of the goal a turn is: before it, past it, or far from it."""
+    """Return whether a turn is before the goal, past it, or far from it."""
     if goal == 0 or abs(to_go) > _FAR_DEG:
         return "counter-clockwise" if to_go > 0 else "clockwise"
     return "short" if (to_go > 0) == (goal > 0) else "past"

@@ -1,1 +1,1 @@
-"""The words of heads, of the light on a face, and of its age."""
+"""Text about heads, the light on a face, and the age of the light."""

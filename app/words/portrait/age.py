@@ -1,4 +1,4 @@
-"""How old the light of a place is, in a sentence."""
+"""The age of a place's light as a sentence."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from app.core.portrait.age import DAY_MINUTES, Age
 from app.core.text import tr, tr_plural
 from app.words.phrases.quantities import ago_words, span_words
 
-# By what lights the place: while it soon has to be captured again.
+# By light source, for light that will soon have to be captured again.
 _CHANGES: Final = {
     "sky": tr("Measured {ago}; the sky is changing."),
     "windows": tr("Measured {ago}; window light changes during the day."),
     "unknown": tr("Measured {ago}; daylight may have changed."),
 }
-# The same once it is due.
+# By light source, for light that has to be captured again now.
 _CHANGED: Final = {
     "sky": tr("Measured {ago}; the sky is changing. Capture again if the light looks different."),
     "windows": tr(
@@ -24,13 +24,13 @@ _CHANGED: Final = {
         "Measured {ago}; daylight may have changed. Capture again if it looks different."
     ),
 }
-# How far the sun has moved: while the light holds, soon not, and no longer.
+# Movement of the sun: the light holds, holds a little longer, or no longer holds.
 _SUN: Final = {
     "fresh": tr("Measured {ago}; the sun has moved {degrees}."),
     "ageing": tr("Measured {ago}; the sun has moved {degrees}. Capture again soon."),
     "old": tr("Measured {ago}; the sun has moved {degrees}. Capture again."),
 }
-# The same for a high sun, whose azimuth changes by more.
+# The same for a high sun, whose azimuth changes faster.
 _HIGH_SUN: Final = {
     "fresh": tr("Measured {ago}; the sun has moved {degrees}, up to {aside} along the horizon."),
     "ageing": tr(
@@ -48,7 +48,7 @@ _ANYWHERE_DEG: Final = 90.0
 
 
 def age_words(age: Age) -> str:
-    """Write how old a light is, and what to do where it may not hold."""
+    """Describe the age of the light, and what to do if it may no longer hold."""
     if age.minutes is None:
         return tr("No measuring time is stored. Capture again to be sure.")
     if age.minutes < 0.0:

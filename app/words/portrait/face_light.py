@@ -1,4 +1,4 @@
-"""The light on a face: its lighting ratio, its direction, glare, and what the eyes mirror."""
+"""Text on the light on a face: ratio, direction, glare and catchlights."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.words.phrases.directions import face_direction_words
 from app.words.phrases.quantities import tenths
 
 CONVENTION: Final = tr("key plus fill : fill")
-"""What the two numbers of a ratio stand for, to be shown beside them."""
+"""Meaning of the two numbers of a ratio, shown beside them."""
 
 _SIDES: Final = {
     "left": tr("key on the sitter’s left (camera right)"),
@@ -44,7 +44,7 @@ _NOTICEABLE: Final = {
         "A bright window is in the sitter’s view at this turn: {place}. They may squint a little."
     ),
 }
-# For a line. Strong, then noticeable.
+# For one line: strong, then noticeable.
 _LINES: Final = {
     "sun": (tr("Sun in the eyes: {where}"), tr("Sun in view: {where}")),
     "lamp": (tr("Bright lamp in the eyes: {where}"), tr("Bright lamp in view: {where}")),
@@ -54,7 +54,7 @@ _ANY_LINE: Final = (tr("Bright light in the eyes: {where}"), tr("Bright light in
 
 
 def stops_words(ratio: LightingRatio) -> str:
-    """Write the stops between the cheeks: "2.3 stops"."""
+    """Format the difference between the cheeks in stops: "2.3 stops"."""
     if ratio.stops > DEEPEST_STOPS:
         return tr("over {stops} stops", stops=f"{DEEPEST_STOPS:.0f}")
     text = tenths(ratio.stops)
@@ -62,7 +62,7 @@ def stops_words(ratio: LightingRatio) -> str:
 
 
 def key_fill(stops: float) -> str:
-    """Write stops as key plus fill to fill.
+    """Format stops as a ratio of key plus fill to fill.
 
     Examples:
         >>> key_fill(2.0), key_fill(0.6), key_fill(0.02), key_fill(4.2)
@@ -74,7 +74,7 @@ def key_fill(stops: float) -> str:
 
 
 def ratio_line(ratio: LightingRatio) -> str:
-    """Write the two numbers of a ratio for a line: "4.9:1 key + fill : fill"."""
+    """Format a ratio for one line: "4.9:1 key + fill : fill"."""
     numbers = key_fill(ratio.stops)
     if ratio.stops > DEEPEST_STOPS:
         numbers = tr("over {ratio}", ratio=key_fill(DEEPEST_STOPS))
@@ -82,7 +82,7 @@ def ratio_line(ratio: LightingRatio) -> str:
 
 
 def ratio_sentence(ratio: LightingRatio) -> str:
-    """Write a ratio with its convention and its side, without a full stop."""
+    """Describe a ratio with its convention and its side, without a full stop."""
     if ratio.lit == "none":
         return tr("No light reaches the face")
     if ratio.lit == "face":
@@ -111,7 +111,7 @@ def ratio_sentence(ratio: LightingRatio) -> str:
 
 
 def flow_words(flow: Flow) -> str:
-    """Write how directional the light is and where it comes from, without a full stop."""
+    """Describe how directional the light is and its direction, without a full stop."""
     place = face_direction_words(flow.azimuth_deg, flow.elevation_deg)
     if flow.elevation_deg > _OVERHEAD_DEG:
         place = tr("overhead")
@@ -121,7 +121,7 @@ def flow_words(flow: Flow) -> str:
 
 
 def glare_sentence(glare: Glare) -> str:
-    """Write what shines into the sitter's eyes, and what they will do."""
+    """Describe the light shining into the sitter's eyes, and its effect on them."""
     if not glare.warns:
         return tr("No glare in the sitter’s eyes at this turn.")
     place = face_direction_words(glare.azimuth_deg, glare.elevation_deg)
@@ -137,7 +137,7 @@ def glare_sentence(glare: Glare) -> str:
 
 
 def glare_line(glare: Glare) -> str:
-    """Write the same for a narrow line; empty where there is none."""
+    """Describe the glare for a narrow line; empty if there is none."""
     if not glare.warns:
         return ""
     where = face_direction_words(glare.azimuth_deg, glare.elevation_deg, brief=True)
@@ -145,7 +145,7 @@ def glare_line(glare: Glare) -> str:
 
 
 def catchlight_words(lights: Sequence[Catchlight] | None) -> str:
-    """Write what the eye with the most catchlights shows; empty where none can be seen at all.
+    """Describe the eye with the most catchlights; empty if the eyes are not visible.
 
     Examples:
         >>> catchlight_words([Catchlight("left", 10.0, 0.1, "window", "A")])

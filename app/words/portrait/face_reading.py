@@ -1,4 +1,4 @@
-"""The words of light that was looked for in a face."""
+"""Sentences about reading the direction of light from a face."""
 
 from __future__ import annotations
 
@@ -13,4 +13,4 @@ UNREAD: Final = {
     Unread.FLAT: tr("The light is flat: neither side of the face is brighter."),
     Unread.MIXED: tr("Something hides the face, or several lamps light it."),
 }
-"""Why no direction of light was read."""
+"""Reasons why no direction of light could be read."""
